@@ -60,7 +60,7 @@ check-rust: | needs
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged files, random commands, damaged maps, for SECONDS=600 from SEED=0
+fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged and unusual files in every command, random commands, damaged maps, signals, for SECONDS=600 from SEED=0
 	cd tests && ../$(BIN)/python -m fuzz --seconds $(SECONDS) --seed $(SEED)
 
 # Each line stands for a machine: the kernels of BLAS, the functions of the C library, registers and threads of the core.

@@ -112,6 +112,11 @@ class TestFiles:
         jp.animate(m, tmp_path / name, frames=2, style=SMALL)
         assert (tmp_path / name).stat().st_size > 1000
 
+    def test_labels_that_do_not_fit_lie_over_one_another(self, tmp_path: Path) -> None:
+        """matplotlib warned of it on the standard error, once a frame."""
+        jp.animate(example("planetary-gear"), tmp_path / "a.gif", frames=2, style=jp.plot.Style(width=20, height=20))
+        assert (tmp_path / "a.gif").stat().st_size > 200
+
     def test_films_without_ffmpeg(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PATH", str(tmp_path))
         with pytest.raises(

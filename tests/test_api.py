@@ -18,6 +18,7 @@ PLAIN = {
     "failures",
     "histogram",
     *(f"outside{which}{end}" for which in ("", "_quantity") for end in ("", "_low", "_high", "_standard_error")),
+    *(f"outside_loaded{end}" for end in ("", "_low", "_high")),
     *("cp", "cpk", "cp_standard_error", "cpk_standard_error"),
     *(f"yield_{which}{end}" for which in ("path", "specimen") for end in ("", "_low", "_high", "_standard_error")),
     "interference",
@@ -114,7 +115,8 @@ class TestSolve:
         result = jp.solve(m)
         inside = (result.coordinate.sel(joint="J4") <= 50).values
         assert 0 < inside.sum() < len(inside)
-        assert result.within_limits.values.tolist() == inside.tolist()
+        assert result.status.values.tolist() == np.where(inside, "ok", "outside_limits").tolist()
+        assert result.leaves_range.values.tolist() == np.where(inside, "", "J4").tolist()
 
     def test_drive_values_stand_where_the_links_cannot_follow(self) -> None:
         result = jp.solve(example("four-bar", drives__theta1__values=[22.7, 180.0]))

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
+from random import Random
 
 import pytest
 
 from fuzz.__main__ import Worker
+from fuzz.valid import valid
+from jointplay.errors import JointplayError
+from jointplay.model import loads
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and signals")
 #: where the cases begin, and how many of each kind there are in groups of ten
 SEED = 11_000_000
-GROUPS = {"raw": 15, "structured": 15, "line": 10, "store": 1}
+GROUPS = {"raw": 6, "structured": 6, "valid": 6, "line": 8, "store": 1}
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +32,16 @@ def test_no_traceback_no_crash_no_hang(worker: Worker, kind: str, group: int) ->
     """To look into a case: `python -m fuzz --case KIND NUMBER` in `tests`."""
     for number in range(SEED + 10 * group, SEED + 10 * group + 10):
         assert not (problem := worker.run(kind, number)), f"--case {kind} {number}: {problem}"
+
+
+def test_most_files_get_past_the_reader() -> None:
+    """Nine of ten ended there, so that questions saw few of them."""
+    read = 0
+    for number in range(SEED, SEED + 100):
+        with suppress(JointplayError):
+            loads(valid(Random(f"valid {number}")).decode())
+            read += 1
+    assert read > 70
 
 
 def test_a_hang_a_crash_and_a_traceback_are_found() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import signal
+import sys
 import threading
 import time
 import tomllib
@@ -19,7 +20,7 @@ import jointplay as jp
 from answers import example
 from jointplay.analyses.nominal import Interrupted
 from jointplay.cli import run
-from processes import working
+from processes import worked, working
 
 #: seconds within which Ctrl-C is to be heard, of the processor: a busy machine may take longer
 HEARD = 1.0
@@ -212,3 +213,70 @@ def test_what_is_done_of_several_outputs_and_load_cases_is_kept(
     known = partial.get("error_mean")
     np.testing.assert_array_equal(known, whole.error_mean.values[: sizes[0], : sizes[1], : sizes[2]])
     assert tables(partial)
+
+
+#: commands that ask a question again and again, which have nothing to tell before the first answer of their own
+ASKING = {
+    "allow": ["allow", "m.toml", "-q", "random", "--samples", "100000000"],
+    "sweep": ["sweep", "m.toml", "-s", "drives.theta1.error=0.1,0.2", "-q", "random", "--samples", "1000000000"],
+    "compare": ["compare", "m.toml", "m.toml", "-q", "random", "--samples", "1000000000"],
+    "map": ["map", "m.toml", "-g", "theta1=20:60:3", "-q", "random", "--samples", "1000000000"],
+}
+
+
+@pytest.mark.parametrize("name", ASKING)
+def test_part_of_a_question_that_another_asks_is_not_its_answer(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``allow -q random`` printed what the first of its many questions had, and ended in a traceback: exit code 1."""
+    monkeypatch.chdir(tmp_path)
+    Path("m.toml").write_text(jp.examples.text("four-bar", {"limits.position": "4"}))
+    with ctrl_c(0.7):
+        assert run(ASKING[name]) == 130
+    assert capsys.readouterr() == ("", "interrupted before there was anything to report\n")
+
+
+def test_the_worst_case_that_given_begins_with_is_not_its_answer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("m.toml").write_text(jp.examples.text("stewart-gough"))
+    monkeypatch.setattr("jointplay.analyses.worst.compute", partly(jp.examples.text("stewart-gough")))
+    assert run(["error", "m.toml", "-q", "given"]) == 130
+    assert capsys.readouterr() == ("", "interrupted before there was anything to report\n")
+
+
+def partly(text: str) -> Any:
+    """A question that is interrupted when it has a part of its answer."""
+    from jointplay.analyses.worst import compute
+
+    part = compute(jp.loads(text))
+
+    def interrupted(*_: Any, **__: Any) -> Any:
+        raise Interrupted(part)
+
+    return interrupted
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("SIGTERM", ["animate", "m.toml", "-o", "a.gif", "--frames", "2000"], "before there was anything to report\n"),
+        ("SIGTERM", [*ASKING["allow"][:4], "--samples", "100000000", "-o", "r.nc"], "anything to report\n"),
+        ("SIGHUP", ["error", "m.toml", "-q", "random", "--samples", "10000000000", "-o", "r.nc"], "done is written\n"),
+    ],
+)
+def test_whoever_asks_for_an_end_leaves_nothing_half_written(
+    name: str, words: list[str], said: str, tmp_path: Path
+) -> None:
+    """SIGTERM, as a batch system sends it, left an empty ``.jointplay-XXXX`` behind, and nothing of what was done."""
+    number = getattr(signal, name)
+    (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
+    with working(words, tmp_path) as process:
+        worked(process, 2.0)
+        process.send_signal(number)
+        _, err = process.communicate(timeout=120)
+    assert process.returncode == 128 + number
+    assert err.endswith(said)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.toml", *(["r.nc"] if "written" in said else [])]

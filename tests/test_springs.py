@@ -253,6 +253,33 @@ def test_check_and_pictures_show_springs() -> None:
         assert "spring" in labels
 
 
+@pytest.mark.parametrize("name", ["four-bar", "stewart-gough"])
+def test_a_spring_whose_ends_meet_is_drawn_everywhere(name: str) -> None:
+    """The report and the studio ended in a traceback, a plot showed nothing: a line without length."""
+    from jointplay.plot.springs import POINTS, WIDTH
+    from jointplay.serving.answers import opened
+    from jointplay.serving.session import Session
+
+    plot = pytest.importorskip("jointplay.plot")
+    m = example(name)
+    at = jp.solve(m).nominal[0].values.tolist()[: 2 if name == "four-bar" else 3]
+    output = m.data.output
+    assert output is not None
+    # The ends meet in the first configuration of several.
+    m = m.with_({"springs": {"s": {"on": {"ground": at, output.body: output.at}, "stiffness": 1, "free_length": 0}}})
+    told = opened(Session(m))["scene"]
+    (points,) = (shape["points"] for shape in told["shapes"] if shape["kind"] == "spring")
+    assert len(points) == POINTS
+    for k, places in enumerate(np.array(told["places"], dtype=float)):
+        size = np.ptp(places[points], axis=0).max()
+        assert size > 0.5 * WIDTH * told["extent"]
+        assert k or size < 1.01 * WIDTH * told["extent"]
+    assert '"kind":"spring"' in jp.view(m).html
+    drawn = plot.mechanism(m).axes[0]
+    (line,) = (line for line in drawn.lines if line.get_label() == "spring")
+    assert np.ptp(np.array(line.get_xydata(), dtype=float), axis=0).max() > 0.5 * WIDTH * told["extent"]
+
+
 ON, ABOUT, FREE = "on = { %s }\nstiffness = 1\n", 'joint = "%s"\nstiffness = 1\n', "free_length = 3\n"
 
 

@@ -242,7 +242,7 @@ def test_files_are_saved_with_their_comments_and_never_over_those_of_others(fold
 @contextmanager
 def served(folder: Path, first: str = "four-bar.toml") -> Iterator[Server]:
     with Server(Studio(Folder(folder), first)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread = threading.Thread(target=server.serve_forever)
         thread.start()
         try:
             yield server
@@ -259,7 +259,7 @@ def server(folder: Path) -> Iterator[Server]:
 
 def request(server: Server, path: str, told: Any = None, method: str = "", **headers: str) -> tuple[int, Any, Any]:
     """Status, headers and content of an answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
     content = None if told is None else told if isinstance(told, bytes) else json.dumps(told).encode()
     connection.request(method or ("GET" if told is None else "POST"), path, content, headers)
     answer = connection.getresponse()
@@ -288,9 +288,9 @@ def test_names_that_lead_here_from_elsewhere_are_refused(server: Server, host: s
 
 @pytest.mark.parametrize("origin", ["https://evil.example", "null", "http://127.0.0.1:1", "http://localhost:{port}"])
 def test_pages_of_other_origins_are_refused(server: Server, origin: str) -> None:
-    other = origin.format(port=server.server_port)
+    other = origin.format(port=server.port)
     assert request(server, f"/{server.token}/choices", {}, Origin=other)[0] == 403
-    own = f"http://127.0.0.1:{server.server_port}"
+    own = f"http://127.0.0.1:{server.port}"
     assert request(server, f"/{server.token}/choices", {}, Origin=own)[0] == 200
 
 
@@ -359,7 +359,7 @@ def test_what_no_page_of_ours_asks_is_refused(server: Server, told: dict[str, An
 
 def test_the_length_of_a_request_is_limited(server: Server) -> None:
     for length in ("99999999999", "9" * 5000, "-1", "x", ""):
-        with socket.create_connection(("127.0.0.1", server.server_port)) as plain:
+        with socket.create_connection(("127.0.0.1", server.port)) as plain:
             head = f"POST /{server.token}/open HTTP/1.1\r\nHost: 127.0.0.1:1\r\nContent-Length: {length}\r\n\r\n"
             plain.sendall(head.encode())
             assert plain.recv(100).startswith(b"HTTP/1.1 413 ")
@@ -518,7 +518,7 @@ class TestInABrowser:
         assert value(page, "loaded") == pytest.approx(float(np.linalg.norm(moved)), rel=1e-9)
         assert page.run(FOUND) == ["exact", "exact", "131,072 specimens"]
         assert page.text("#state") == "exact"
-        own = f"http://127.0.0.1:{server.server_port}/{server.token}/"
+        own = f"http://127.0.0.1:{server.port}/{server.token}/"
         assert [address for address in page.addresses if not address.startswith((own, "data:"))] == []
         assert page.complaints == []
 

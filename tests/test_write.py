@@ -179,7 +179,7 @@ class TestWriting:
         path.write_text("old")
         jp.save(ANSWERS["given"], path)
         assert path.read_text().startswith("variable,configuration,")
-        assert [p.name for p in tmp_path.iterdir()] == ["r.csv"]
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["r.csv", "r.csv.toml"]
 
     @pytest.mark.parametrize("problem", [OSError(28, "No space left on device"), KeyboardInterrupt(), RuntimeError()])
     @pytest.mark.parametrize("name", ["r.nc", "r.csv", "r.json"])

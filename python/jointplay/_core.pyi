@@ -18,6 +18,7 @@ from jointplay.answers import (
     Sensitivity,
     Solved,
     Traced,
+    TracedGrid,
     Worst,
 )
 
@@ -65,8 +66,10 @@ class Mechanism:
         seed_nodes: list[int],
         seed_drives: Floats,
         seed_poses: Floats,
+        beyond: list[bool],
         spread: bool = True,
-    ) -> Traced: ...
+        real: Mechanism | None = None,
+    ) -> TracedGrid: ...
     def drive_values(self, poses: Floats, near: Floats) -> Floats: ...
     def output(self, poses: Floats) -> Floats: ...
     def measure(self, drives: Floats, poses: Floats) -> Solved: ...

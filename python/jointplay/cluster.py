@@ -17,6 +17,7 @@ import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
@@ -308,7 +309,7 @@ def with_workers(compute: Callable[P, Result]) -> Callable[P, Result]:
         with connected(cast("Any", kwargs.get("scheduler"))) as workers:
             kwargs["scheduler"] = workers
             found = compute(*args, **kwargs)
-        return Result(found.coords, found.data, {**found.attrs, RETRIED: workers.retried}) if workers.retried else found
+        return replace(found, attrs={**found.attrs, RETRIED: workers.retried}) if workers.retried else found
 
     return asked
 

@@ -41,7 +41,7 @@ class Source:
     parts: Mapping[str, str] = field(default_factory=dict)
 
 
-def texts(source: Source | None, raw: Mapping[str, Any]) -> Iterator[str]:
+def texts(source: Source | None, raw: Mapping[str, Any], *, complete: bool = False) -> Iterator[str]:
     """Texts for wanted values, the best first; a reader finds out which of them says the same.
 
     Parameters
@@ -50,6 +50,8 @@ def texts(source: Source | None, raw: Mapping[str, Any]) -> Iterator[str]:
         What the values were read from, before some of them changed.
     raw : mapping
         The values.
+    complete : bool
+        Whether nothing may be taken from other files.
 
     Yields
     ------
@@ -61,7 +63,7 @@ def texts(source: Source | None, raw: Mapping[str, Any]) -> Iterator[str]:
     from tomlkit.exceptions import TOMLKitError
 
     if source is not None:
-        for attempt in (_referring, _whole):
+        for attempt in (_whole,) if complete else (_referring, _whole):
             try:
                 yield attempt(source, raw)
             except (TOMLKitError, LookupError, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Files that are there as a whole, or not at all.
+"""Files that are written as a whole, or not at all; and those that a mechanism file may name.
 
 What is written is complete in memory before the disk is touched, goes to a new file beside its place, and gets its name
 when the disk has it. A symbolic link stays, and what it leads to is replaced. A pipe or a device such as a terminal
@@ -8,18 +8,66 @@ cannot be replaced: it is written to.
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import stat
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown
 
 #: in front of the names of files that are not complete
 HIDDEN = ".jointplay-"
+
+
+def beside(path: str | os.PathLike[str], name: object, file: str, key: str) -> Path:
+    """Where a file is that a mechanism file names: in its folder, and also what a link leads to is there.
+
+    Whoever sends a mechanism sends a folder. With a link in it, what is read, and shown in messages, would be a file of
+    whoever opens it.
+
+    Parameters
+    ----------
+    path : path-like
+        The mechanism file; it may be a link itself.
+    name : object
+        What it says is the name of the file.
+    file : str
+        Name of the mechanism file in messages.
+    key : str
+        Where it says so.
+
+    Raises
+    ------
+    InputError
+        When it is no name without a folder, or there is no such file.
+    """
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
+        raise InputError(problem, file=file, key=key)
+    place = Path(path).parent / name
+    # Before it is asked whether there is something, which is nobody's business elsewhere.
+    if not is_within(place, place.parent):
+        problem = f"{shown(name)} is a link that leads out of the folder; copy the file into it"
+        raise InputError(problem, file=file, key=key)
+    try:
+        mode = place.stat().st_mode
+    except (OSError, ValueError):
+        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key) from None
+    if not stat.S_ISREG(mode):
+        raise InputError(f"{shown(name)} is no file", file=file, key=key)
+    return place
+
+
+def is_within(place: Path, folder: Path) -> bool:
+    """Whether what a path leads to, links followed, is in a folder or in one below it."""
+    try:
+        return Path(os.path.realpath(place)).is_relative_to(os.path.realpath(folder))
+    except (OSError, ValueError):
+        # A name that no system has leads nowhere.
+        return True
 
 
 def require_writable(path: Path, *, folder: bool = False) -> Path:
@@ -103,17 +151,21 @@ def _write(handle: int, content: bytes | memoryview) -> None:
 @contextmanager
 def replacing(place: Path) -> Iterator[Path]:
     """A new file to write to, which then takes this place; it goes away when that fails."""
-    handle, name = tempfile.mkstemp(prefix=HIDDEN, dir=place.parent)
-    os.close(handle)
-    new = Path(name)
+    new = _hidden(place.parent)
     try:
+        new.touch(0o600, exist_ok=False)
         yield new
-        # mkstemp keeps a file to its owner; this one is as readable as what it replaces, or as any other new file.
+        # Until now it was its owner's alone; it becomes as readable as what it replaces, or as any other new file.
         new.chmod(stat.S_IMODE(place.stat().st_mode) if place.exists() else 0o666 & ~_umask())
         new.replace(place)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
+
+
+def _hidden(parent: Path) -> Path:
+    """A name that is known before there is something, so that an interruption in between leaves nothing behind."""
+    return parent / f"{HIDDEN}{secrets.token_hex(8)}"
 
 
 def _umask() -> int:
@@ -139,10 +191,11 @@ def remove_folder(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def _room(parent: Path) -> Iterator[str]:
+def _room(parent: Path) -> Iterator[Path]:
     """A hidden folder that goes at the end."""
-    room = tempfile.mkdtemp(prefix=HIDDEN, dir=parent)
+    room = _hidden(parent)
     try:
+        room.mkdir(0o700)
         yield room
     finally:
         with suppress(OSError):
@@ -159,7 +212,7 @@ def put_folder(write: Callable[[Path], None], path: Path) -> None:
     """
     place = require_writable(path, folder=True)
     with said_of(path), _room(place.parent) as room:
-        new, old = Path(room) / "new", Path(room) / "old"
+        new, old = room / "new", room / "old"
         write(new)
         if place.is_dir():
             place.replace(old)

@@ -122,7 +122,10 @@ def core_at(m: Mechanism, u: Floats) -> _core.Mechanism:
 
 def attributes(m: Mechanism, sizes: str = "middle") -> dict[str, str]:
     """What a result says of the sizes that were taken; nothing where no clearance scatters."""
-    return {"sizes": sizes} if "size" in m.source_kinds else {}
+    some = tight(m)
+    return ({"sizes": sizes} if "size" in m.source_kinds else {}) | (
+        {"some_without_play": ", ".join(some)} if some else {}
+    )
 
 
 def tight(m: Mechanism) -> list[str]:

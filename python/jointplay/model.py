@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import importlib
 import json
 import os
@@ -15,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, document, files, measured, motion, toml
+from jointplay import _core, carried, document, files, measured, motion, toml
 from jointplay.compile import Compiled, Loads, compile_file
 from jointplay.document import Source
 from jointplay.errors import InputError, not_known
@@ -39,9 +40,11 @@ def in_core(spec: Spec) -> _core.Mechanism:
 
 #: what users find in a mechanism; the rest is for the analyses
 PUBLIC = (
-    *("bodies", "drives", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
+    *("bodies", "drives", "hash", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
     *("only", "title", "value", "with_", "write"),
 )
+#: extensions of other formats, which are known far above this layer
+FOREIGN = (".urdf", ".xacro", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
@@ -72,6 +75,8 @@ class Mechanism(Compiled):
         Label of every clearance offset, deviation and drive error, such as ``J1.x``.
     units : Units
         Units of the file.
+    hash : str
+        Eight digits by which results and figures name it; the same for all files of the same content.
     outputs, load_cases : tuple of str
         Names of the outputs and of the load cases that questions are asked of; empty where the file has ``[output]``
         and no load cases, or where `only` has chosen one.
@@ -346,6 +351,25 @@ class Mechanism(Compiled):
         place = os.fspath(path)
         return next(text for text in document.texts(self._source, self.raw) if self._is(text, place))
 
+    @property
+    def written(self) -> str:
+        """The text as it was typed, where it was read from one."""
+        return self._source.text if self._source is not None else ""
+
+    @cached_property
+    def complete_text(self) -> str:
+        """The text of a file that has all of the mechanism in it: changes, parts and tables of other files."""
+        source = self._source
+        if source is not None and source.raw == self.raw and toml.parse(source.text) == self.raw:
+            return source.text
+        return next(text for text in document.texts(source, self.raw, complete=True) if self._is(text, ""))
+
+    @cached_property
+    def hash(self) -> str:
+        """Eight digits that are the same for files of the same content, by which results and figures name it."""
+        content = json.dumps(_canonical(self.raw), sort_keys=True)
+        return hashlib.sha256(content.encode()).hexdigest()[:8]
+
     def _is(self, text: str, path: str) -> bool:
         """Whether a text at a place is read as this mechanism."""
         try:
@@ -408,13 +432,18 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     Parameters
     ----------
     path : path-like
-        A TOML file, see the manual for its keys.
+        A TOML file, see the manual for its keys; or a result in a file, which carries the mechanism that it is of.
 
     Raises
     ------
     InputError
         When it cannot be read or is not a valid mechanism; the message names file, key, value and what would be valid.
     """
+    if carried.is_result(path):
+        return loads(carried.text(path), os.fspath(path))
+    if (kind := Path(path).suffix.lower()) in FOREIGN:
+        problem = f"'{kind}' is a format of other programs; jointplay.read(path) or `jointplay import FILE` reads it"
+        raise InputError(problem, file=os.fspath(path))
     name, content = toml.read(path)
     return _read(content, os.fspath(path), name)
 
@@ -489,6 +518,15 @@ def _hashable(value: object) -> object:
     if isinstance(value, Mapping):
         return frozenset((key, _hashable(one)) for key, one in value.items())
     return tuple(map(_hashable, value)) if isinstance(value, list) else value
+
+
+def _canonical(value: object) -> object:
+    """Values as numbers without kinds: what is equal is written alike."""
+    if isinstance(value, Mapping):
+        return {key: _canonical(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_canonical(one) for one in value]
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _made(

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.carried import CELL, SHEET
 from jointplay.errors import InputError
-from jointplay.result import Column, Result, from_dataset, rows
+from jointplay.result import Column, Result, attributes, from_dataset, rows
 from jointplay.typed import typed
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def frame(result: Result | xr.Dataset) -> pd.DataFrame:
         Columns: `variable`; one for each dimension and each coordinate along it, such as `configuration`, the drives,
         `component`, `source`, empty in rows of variables that do not have it; `value` (1 and 0 for true and false, nan
         where the value is a text), `text` (where it is one, such as the status) and `unit`, as in the file. A drive
-        that is called like one of these columns is `drive_NAME`.
+        that is called like one of these columns is `drive_NAME`. Its `attrs` are those of the result.
 
     Examples
     --------
@@ -47,10 +48,13 @@ def frame(result: Result | xr.Dataset) -> pd.DataFrame:
     """
     import pandas as pd
 
-    found = rows(result if isinstance(result, Result) else from_dataset(result))
+    light = result if isinstance(result, Result) else from_dataset(result)
+    found = rows(light)
     columns = {name: _series(column) for name, column in found.labels.items()}
     own = {"value": found.value, "text": _series(found.text), "unit": _series(found.unit)}
-    return pd.DataFrame({**columns, **own})
+    table = pd.DataFrame({**columns, **own})
+    table.attrs = attributes(light)
+    return table
 
 
 def _series(column: Column) -> pd.Series:
@@ -96,8 +100,19 @@ def to_xlsx(result: Result) -> bytes:
     if len(table) >= MOST_ROWS:
         raise InputError(f"{len(table):,} rows are more than the {MOST_ROWS:,} of a sheet; write .parquet instead")
     stream = io.BytesIO()
+    import pandas as pd
+
     try:
-        table.to_excel(stream, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
+        with pd.ExcelWriter(stream, engine="openpyxl") as writer:
+            table.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
+            sheet = writer.book.create_sheet(SHEET)
+            lines = [(name, k, line) for name, v in table.attrs.items() for k, line in enumerate(str(v).split("\n"))]
+            for row, (name, k, line) in enumerate(lines, start=1):
+                parts = [line[at : at + CELL] for at in range(0, len(line), CELL)]
+                for column, part in enumerate([name if k == 0 else "", *parts], start=1):
+                    cell = sheet.cell(row, column, part)
+                    # None of them is a formula.
+                    cell.data_type = "s"
     except ImportError:
         raise InputError(f".xlsx {EXTRA}") from None
     return stream.getvalue()

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from jointplay import files
 from jointplay.errors import InputError, one_line, shown
 
 #: no file that a person wrote is longer; the bound keeps devices and archives out
@@ -137,16 +138,9 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> Joined:
     total = 0
     for number, name in enumerate(names):
         key = f"include.{number}"
-        elsewhere = name in ("", ".", "..") or Path(name).name != name or "\\" in name
-        if elsewhere or name == Path(path).name or name in names[:number]:
-            problem = f"{shown(name)} is not another file in the same folder, named once and without its folder"
-            raise InputError(problem, file=file, key=key)
-        place = Path(path).parent / name
-        if not place.exists():
-            raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
-        if not place.is_file():
-            raise InputError(f"{shown(name)} is no file", file=file, key=key)
-        part, text = read(place)
+        if name == Path(path).name or name in names[:number]:
+            raise InputError(f"{shown(name)} is not another file, named once", file=file, key=key)
+        part, text = read(files.beside(path, name, file, key))
         joined.texts[name] = text
         total += len(text)
         if total > LARGEST_FILE:

@@ -1,7 +1,8 @@
 """Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`, `.parquet`, `.xlsx`.
 
 All hold every value. CSV, Parquet and Excel have one row per value, as `frame` gives it. The JSON is that of
-`xarray.Dataset.to_dict`, with null for what is not a number. A file appears when it is complete, or not at all.
+`xarray.Dataset.to_dict`, with null for what is not a number. A file appears when it is complete, or not at all. All say
+what mechanism they are of, see `Origin`: among their attributes, on a sheet of its own, or in a file beside a CSV.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay import files
-from jointplay.errors import InputError, not_known
-from jointplay.result import Column, Result, Variable, from_dataset, rows, to_dataset
+from jointplay.carried import beside
+from jointplay.columns import as_cell
+from jointplay.errors import InputError, not_known, one_line
+from jointplay.result import Column, Result, Variable, attributes, from_dataset, rows, to_dataset
 from jointplay.spreadsheets import to_parquet, to_xlsx
 from jointplay.typed import typed
 
@@ -74,8 +77,21 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
         files.put_folder(lambda new: _zarr(light, new), target)
     elif kind == CSV:
         files.put(to_csv(light, csv_dialect).encode(), target)
+        if target.is_file():
+            _put_beside(light, target)
     else:
         files.put(WRITERS[kind](light), target)
+
+
+def _put_beside(result: Result, path: Path) -> None:
+    """What a table in text is of, as mechanism files beside it: one, or those of the two that were compared."""
+    attrs = {name: str(value) for name, value in attributes(result).items()}
+    for suffix in ("", "_other"):
+        text = attrs.pop(f"mechanism{suffix}", None)
+        if text is not None:
+            said = "".join(f"#   {name}: {one_line(value)}\n" for name, value in attrs.items())
+            content = f"# The mechanism of {path.name}\n{said}\n{text}"
+            files.put(content.encode(), beside(path, suffix))
 
 
 def create(text: str, path: Path, *, replace: bool) -> None:
@@ -136,7 +152,7 @@ def to_json(result: Result) -> str:
         return {"dims": list(variable.dims), "attrs": attrs, "data": _finite(variable.values.tolist())}
 
     content = {
-        "attrs": dict(result.attrs),
+        "attrs": attributes(result),
         "dims": result.sizes,
         "coords": {name: entry(v) for name, v in result.coords.items()},
         "data_vars": {name: entry(v) for name, v in result.data.items()},
@@ -166,7 +182,7 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
     columns |= {"text": _texts(found.text, point), "unit": _texts(found.unit, point)}
     stream = io.StringIO()
     table = csv.writer(stream, delimiter=between, lineterminator="\n")
-    table.writerow(columns)
+    table.writerow(map(as_cell, columns))
     table.writerows(zip(*columns.values(), strict=True))
     return stream.getvalue()
 
@@ -174,7 +190,7 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
 def _texts(column: Column, point: str) -> list[str]:
     """The cells of a column of labels, empty where it has none."""
     entries = column.entries.tolist()
-    texts = [_number(entry, point) if isinstance(entry, float) else str(entry) for entry in entries]
+    texts = [_number(entry, point) if isinstance(entry, float) else as_cell(str(entry)) for entry in entries]
     # The last one stands for -1, the number of no entry.
     texts.append("")
     return [texts[k] for k in column.rows.tolist()]

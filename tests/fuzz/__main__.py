@@ -18,7 +18,7 @@ from . import cases
 #: address space of a worker
 MEMORY = 6_000_000_000
 #: kinds that take long are tried only as often as this
-RARE = {"store": 20}
+RARE = {"store": 20, "stop": 20, "raw": 3, "structured": 3}
 #: seconds after which a worker that waits for something is ended
 PATIENCE = 900
 #: cases after which a worker is replaced
@@ -30,6 +30,8 @@ class Worker:
 
     def __init__(self, limit: float) -> None:
         self.limit, self.done = limit, LIFE
+        #: files that were read, so that a question saw them, and all
+        self.read, self.files = 0, 0
         self.process: subprocess.Popen[str] | None = None
 
     def run(self, kind: str, number: int) -> str:
@@ -63,7 +65,9 @@ class Worker:
             if code == -signal.SIGPROF:
                 return f"no answer after {self.limit:g} s of work"
             return f"the process died: {signal.Signals(-code).name if code < 0 else code}"
-        return answer.strip().replace("\\n", "\n").replace("\\\\", "\\")
+        self.files += answer[0] != "-"
+        self.read += answer[0] == "r"
+        return answer[1:].strip().replace("\\n", "\n").replace("\\\\", "\\")
 
     def close(self) -> None:
         """End the process."""
@@ -89,7 +93,8 @@ def search(seconds: float, seed: int, limit: float, kinds: list[str]) -> int:
                 if number % RARE.get(kind, 1):
                     continue
                 if time.monotonic() > end:
-                    print(f"{sum(counts.values())} cases ({counts}), {found} found", flush=True)  # noqa: T201
+                    share = f"{worker.read / max(worker.files, 1):.0%} of {worker.files} files were read"
+                    print(f"{sum(counts.values())} cases ({counts}); {share}; {found} found", flush=True)  # noqa: T201
                     return found
                 counts[kind] += 1
                 if problem := worker.run(kind, number):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import shutil
 import signal
 import sys
@@ -15,32 +16,21 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
 
+import processes
 from jointplay.cli import run
+from jointplay.errors import JointplayError
+from jointplay.model import load
 
-from . import files, lines
+from . import asking, files, lines, valid
 
 #: exit codes that mean something
-CODES = (0, 1, 2, 130, 141)
+CODES = (0, 1, 2, 130, 141, 143)
 HOSTILE = {*map(chr, range(32)), *map(chr, range(127, 160)), "\u202e"} - {"\n"}
 LEFT = (".jointplay-", ".part", ".new", ".lock", ".partial")
-COMMANDS = [
-    ["check"],
-    ["solve"],
-    ["error", "--samples", "20"],
-    ["compensate"],
-    ["singularities", "--no-path"],
-    ["assemble", "--samples", "20"],
-    ["allow"],
-    ["allow", "-q", "random", "--samples", "20"],
-    ["allocate"],
-    ["error", "-q", "random", "--samples", "20", "--indices"],
-    ["error", "-q", "loaded", "-o", "r.nc"],
-    ["error", "-q", "worst", "-o", "r.csv"],
-    ["solve", "-o", "r.zarr"],
-    ["check", "-o", "r.json"],
-    ["solve", "--plot", "d.svg"],
-    ["error", "--samples", "20", "--plot", "d.svg"],
-]
+#: on stderr of what is done: what a key with a `*` reached
+REACHED = re.compile(r"(?:[^\n]*: \d+ of \d+ [^\n]*\n)*")
+#: whether the last file was read, so that a question saw it; None where a case has no file of its own
+was_read: list[bool | None] = [None]
 
 
 @contextlib.contextmanager
@@ -77,7 +67,7 @@ def answered(arguments: list[str], folder: Path) -> tuple[int, str]:
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="surrogateescape") for _ in range(2))
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
-            warnings.simplefilter("default")
+            warnings.simplefilter("always")
             code = run(arguments)
     except BaseException as error:  # noqa: BLE001
         # Also what is no Exception: a panic of the core.
@@ -98,7 +88,7 @@ def judged(code: int, out: str, err: str, folder: Path, before: set[Path]) -> st
     new = {path.relative_to(folder) for path in folder.rglob("*")} - before
     if left := [str(path) for path in new if any(word in str(path) for word in LEFT)]:
         return f"left behind: {left}"
-    if code in (0, 1) and err:
+    if code in (0, 1) and not REACHED.fullmatch(err):
         return f"exit code {code}, yet it says\n{err}"
     if code == 2:
         if not (err.startswith("error: ") and err.count("\n") == 1 and len(err) < 3000):
@@ -111,10 +101,28 @@ def judged(code: int, out: str, err: str, folder: Path, before: set[Path]) -> st
 def _file(content: Callable[[Random], bytes]) -> Callable[[Random, Path], str]:
     def case(random: Random, folder: Path) -> str:
         (folder / "m.toml").write_bytes(content(random))
-        command = random.choice([*COMMANDS[:1] * 6, *COMMANDS])
-        return asked([command[0], "m.toml", *command[1:]], folder)
+        with contextlib.suppress(JointplayError):
+            raw = dict(load("m.toml").raw)
+            was_read[0] = True
+            if random.random() < 0.1:
+                return _plainly(lambda: asking.studio(random, folder))
+            words = asking.line(random, raw)
+            problem = asked(words, folder)
+            return problem and f"{words}: {problem}"
+        was_read[0] = False
+        return asked(["check", "m.toml"], folder)
 
     return case
+
+
+def _plainly(ask: Callable[[], str]) -> str:
+    """What is wrong with an answer that no command gives."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return ask()
+    except BaseException as error:  # noqa: BLE001
+        return f"{type(error).__name__} leaves the studio\n{traceback.format_exc()}"
 
 
 def line(random: Random, folder: Path) -> str:
@@ -130,13 +138,49 @@ def line(random: Random, folder: Path) -> str:
     return problem and f"{example} as m.toml, {words}: {problem}"
 
 
+#: commands that take a while, which a signal comes into
+LONG = [
+    ["error", "m.toml", "-q", "random", "--samples", "30000000"],
+    ["error", "m.toml", "--samples", "3000000", "-o", "r.nc", "--plot", "d.svg"],
+    ["sweep", "m.toml", "-s", "joints.J1.clearance.radial=0:1:30", "-q", "random", "--samples", "100000"],
+    ["map", "m.toml", "-g", "theta1=20:60:200", "-q", "worst", "-o", "map.zarr", "--chunk", "10"],
+    ["compare", "m.toml", "m.toml", "-q", "random", "--samples", "3000000"],
+    ["allow", "m.toml", "-q", "random"],
+    ["allow", "m.toml", "-q", "loaded"],
+    ["allocate", "press.toml", "-q", "random"],
+    ["report", "m.toml", "-o", "page.html"],
+    ["animate", "m.toml", "-o", "a.gif"],
+    ["assemble", "m.toml"],
+    ["compensate", "m.toml"],
+    ["singularities", "m.toml"],
+    ["export", "m.toml", "-o", "model.xml"],
+]
+
+
+def stop(random: Random, folder: Path) -> str:
+    """Ctrl-C, or a signal that asks for an end, at any moment: what is done is told, and nothing half is left."""
+    (folder / "m.toml").write_text(files.TEXTS["four-bar"], encoding="utf-8")
+    (folder / "press.toml").write_text(files.TEXTS["press"], encoding="utf-8")
+    before = {path.relative_to(folder) for path in folder.rglob("*")}
+    words, number = random.choice(LONG), random.choice([signal.SIGINT, signal.SIGINT, signal.SIGTERM])
+    with processes.working(words, folder) as process:
+        processes.worked(process, random.uniform(0.1, 4.0), ends=True)
+        process.send_signal(number)
+        out, err = process.communicate()
+    if process.returncode < 0 or "_run_module_as_main" in err:
+        # The interpreter had not come to the command yet.
+        return ""
+    problem = judged(process.returncode, out, "" if process.returncode >= 128 else err, folder, before)
+    problem = problem or (err if "Traceback" in err or "Exception ignored" in err else "")
+    return problem and f"{words}, {signal.Signals(number).name}: {problem}"
+
+
 MAPPED = ["map", "m.toml", "-g", "x=-60:60:5", "-g", "y=150,180,190", "--chunk", "2", "--no-details", "-o", "map.zarr"]
 
 
 def store(random: Random, folder: Path) -> str:
     """A map, complete or not, with a damaged file: it is refused, or made as it would have been."""
     from jointplay.analyses.map import compute, open_map
-    from jointplay.model import load
 
     (folder / "m.toml").write_text(files.TEXTS["five-bar"], encoding="utf-8")
     axes = {"x": [-60.0, -30.0, 0.0, 30.0, 60.0], "y": [150.0, 180.0, 190.0]}
@@ -190,13 +234,16 @@ def _damage(random: Random, path: Path) -> None:
 KINDS: dict[str, Callable[[Random, Path], str]] = {
     "raw": _file(files.raw),
     "structured": _file(files.structured),
+    "valid": _file(valid.valid),
     "line": line,
     "store": store,
+    "stop": stop,
 }
 
 
 def case(kind: str, number: int) -> str:
     """Run a case. Nothing, or what is wrong."""
+    was_read[0] = None
     with room() as folder:
         return KINDS[kind](Random(f"{kind} {number}"), folder)
 
@@ -211,5 +258,6 @@ if __name__ == "__main__":
         signal.setitimer(signal.ITIMER_PROF, float(limit))
         problem = case(kind, int(number))
         signal.setitimer(signal.ITIMER_PROF, 0)
+        answers.write({None: "-", True: "r", False: "n"}[was_read[0]])
         answers.write(problem.replace("\\", "\\\\").replace("\n", "\\n").encode("utf-8", "replace").decode() + "\n")
         answers.flush()

@@ -7,9 +7,8 @@ import tomllib
 from random import Random
 from typing import Any
 
-import tomlkit
-
 from jointplay import examples
+from jointplay.document import texts
 
 TEXTS = {name: examples.text(name) for name in examples.names()}
 TOKENS = [
@@ -164,9 +163,14 @@ def structured(random: Random) -> bytes:
                 table += [copy.deepcopy(table[key])] * random.choice([1, MOST])
     _shorten(raw)
     try:
-        return tomlkit.dumps(raw).encode()
+        return written(raw)
     except (TypeError, ValueError, AttributeError):
         return structured(random)
+
+
+def written(raw: Any) -> bytes:
+    """The text of a file, in which bodies keep their order, which has a meaning."""
+    return next(iter(texts(None, raw))).encode()
 
 
 def _shorten(node: Any) -> None:

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
+use jointplay_core::nominal::Seed;
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Answer, Case, Mechanism as Core, Spec};
@@ -77,7 +78,7 @@ impl Mechanism {
         self.core.parameters().collect()
     }
 
-    /// Where twists are taken, in body axes: at the origins of the bodies, or in the middle of joints that are far away.
+    /// Where twists are taken, in body axes: at the origins of the bodies, or at their first joints where these are far away.
     #[getter]
     fn origins<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         in_matrix(py, self.core.n_bodies(), 3, self.core.origins().concat())
@@ -200,10 +201,12 @@ impl Mechanism {
         self.table(py, work(py, || core.traced(core.guessed_at(&start).trace(n, &rows)))?)
     }
 
-    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it
-    /// does not spread, nodes without a seed are not reached.
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each, which may lie
+    /// beyond singular poses. If it does not spread, nodes without a seed are not reached. The mechanism `real`, with the
+    /// same bodies and drives of its own, must not become singular on the way either. And where ways to the next nodes
+    /// (node, axis), and from seeds, ended at a singular pose.
     #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
-    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, spread = true))]
+    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, beyond, spread = true, real = None))]
     fn trace_grid<'py>(
         &self,
         py: Python<'py>,
@@ -212,18 +215,30 @@ impl Mechanism {
         seed_nodes: Vec<usize>,
         seed_drives: PyReadonlyArray2<'py, f64>,
         seed_poses: PyReadonlyArray3<'py, f64>,
+        beyond: Vec<bool>,
         spread: bool,
+        real: Option<PyRef<'py, Self>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let rows = flat_rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
-        let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
+        let cases = configurations.cases();
         let n = shape.iter().product::<usize>();
-        if drives.shape()[0] != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n)
-        {
+        let fits = [seed_nodes.len(), beyond.len()] == [cases.len(); 2] && seed_nodes.iter().all(|node| *node < n);
+        if drives.shape()[0] != n || !fits {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
-        self.table(py, work(py, || core.traced(core.trace_grid(&shape, &rows, &seeds, spread)))?)
+        let real = real.as_ref().map(|real| &real.core);
+        if real.is_some_and(|real| real.n_coordinates() != core.n_coordinates()) {
+            return Err(PyValueError::new_err("the real mechanism has other bodies"));
+        }
+        let seed = |((node, beyond), case)| Seed { node, case, beyond };
+        let seeds: Vec<_> = seed_nodes.into_iter().zip(beyond).zip(cases).map(seed).collect();
+        let found = work(py, || core.trace_grid(&shape, &rows, &seeds, spread, real))?;
+        let table = self.table(py, core.traced(found.trace))?;
+        table.set_item("crossing", reshaped(py, &[n, shape.len()], found.crossing)?)?;
+        table.set_item("seed_crossing", found.seed_crossing.into_pyarray(py))?;
+        Ok(table)
     }
 
     /// Drive values of configurations that are solved already, those nearest to given ones over full turns.

@@ -125,6 +125,30 @@ def plays() -> str:
     return table(["joint", "between its two centres [mm]", "distance [mm]", "direction [°]"], body)
 
 
+def leads() -> str:
+    """What some numbers of Table 3 are made of: directions of (41) times twice the clearance, an angle along a bar."""
+    printed, force = published.errors(), published.contact_forces(1)
+    unit = {joint: vector / np.linalg.norm(vector) for joint, vector in force.items()}
+    clearance = float(np.linalg.norm(printed["A1"] - printed["A"]))
+    length, deviation = published.lengths()["AF"]
+    body = [
+        [
+            "B₁ − B",
+            pair(printed["B1"] - printed["B"]),
+            "2 r_c times the direction of (41) in B",
+            pair(2 * clearance * unit["B"]),
+        ],
+        ["E₁ − E", pair(printed["E1"] - printed["E"]), "−2 r_c times that in E", pair(-2 * clearance * unit["E"])],
+        [
+            "x of F",
+            fixed(float(printed["F"][0]), 3),
+            "x of A₁ + deviation of AF − length of AF × 1.5°",
+            fixed(float(printed["A1"][0] + deviation - length * np.radians(1.5)), 3),
+        ],
+    ]
+    return table(["number", "printed [mm]", "read as", "gives [mm]"], body)
+
+
 def steps(study: Study) -> str:
     """The sequence with what it takes."""
     unit, bare = study.unit, study.without_play
@@ -289,6 +313,7 @@ def render(study: Study) -> str:
         "jacobians": jacobians(study),
         "contact": contact(study),
         "endpoints": endpoints(study),
+        "leads": leads(),
         "plays": plays(),
         "steps": steps(study),
         "single": single(study),

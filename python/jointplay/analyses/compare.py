@@ -20,13 +20,14 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Interrupted, Nominal, follow, nominal, report
+from .nominal import Nominal, follow, nominal, report, within_another
 from .questions import check_options, computation
+from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("loaded", "worst", "random")
+QUESTIONS = ("loaded", "worst", "random", "compensate")
 
 
 @typed
@@ -47,14 +48,15 @@ def compare(
         Gives the path: the nominal poses of its output.
     b : Mechanism
         Its drives are solved from the path; its own drive values do not matter.
-    question : {"worst", "loaded", "random"}
+    question : {"worst", "loaded", "random", "compensate"}
     components : sequence of str, optional
         What `b` has to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all with as
         many drives or more, else the position.
     names : (str, str), optional
         Labels of the two; the names of their files if left out.
     **options
-        Of the question, such as ``samples`` and ``seed``.
+        Of the question, such as ``samples`` and ``seed``. Of ``compensate``: ``target``, ``weights``, and ``corrects``,
+        which is what its argument `question` is.
 
     Returns
     -------
@@ -73,6 +75,7 @@ def compare(
     return to_dataset(compute(a, b, question, components=components, names=names, **options))
 
 
+@recorded
 def compute(
     a: Mechanism,
     b: Mechanism,
@@ -98,11 +101,8 @@ def compute(
     # With the same drives it is looked for beside their values: the output may be at a place more than once.
     beside = first.drives if a.drives == b.drives else None
     second = replace(follow(b, first.output, followed, beside), units=a.units)
-    try:
+    with within_another():
         results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
-    except Interrupted:
-        # Part of one mechanism is no comparison.
-        raise KeyboardInterrupt from None
     aligned = align(_without_clash(a, b, results))
     along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
     attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in (a, b))}

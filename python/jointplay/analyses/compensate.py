@@ -10,21 +10,27 @@ kept. W weighs lengths against angles. What no drive can remove is what remains 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.answers import Loaded
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError, not_known, shown
+from jointplay.gaps import attributes
 from jointplay.model import Mechanism
 from jointplay.result import Result, axes_of, split, to_dataset
 from jointplay.typed import typed
+from jointplay.verdict import judge
 
-from .loaded import require_loads
+from . import worst
+from .given import OF_WORST
+from .loaded import require_loads, under_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -64,7 +70,8 @@ def compensate(
     question : {"loaded", "given"}
         Which error is corrected.
     offsets, deviations : optional
-        As for `given`; with that question only.
+        As for `given`; with that question only. Without them and without a `target` they are those of the largest
+        position error of the worst case.
     weights : (float, float), optional
         Weights of position and rotation: a position error counts as many times its length, a rotation as
         many times the arc it makes at the radius `weights[1]`, in the length unit of the file per radian. Default:
@@ -78,10 +85,12 @@ def compensate(
     -------
     xarray.Dataset
         Over `configuration`: `drive_nominal`, `drive_corrected` and `correction` (along `drive`), `error` (before),
-        `residual` (after: what no drive can remove), `residual_position`, `residual_rotation` (sizes), `at_limit`
-        (drives held by their range in the file), `settled` (whether the correction has converged; elsewhere contact
-        alternates between two sides, and the best drives found are given), `iterations`, `nominal`, `status` (of the
-        corrected mechanism).
+        `residual` (after: what no drive can remove), `residual_position`, `residual_rotation` (sizes), of `loaded`
+        `residual_undetermined` (half-width of what the load leaves open after), `target` (the error to reach), `limit`,
+        `limit_met` and `margin` (whether and by how much what is left keeps to the limits of the file; what differs
+        from the target counts), `at_limit` (drives held by their range in the file), `settled` (whether the correction
+        has converged; elsewhere contact alternates between two sides, and the best drives found are given),
+        `iterations`, `nominal`, `status` (of the corrected mechanism).
 
     Examples
     --------
@@ -104,6 +113,7 @@ class Correction:
     settled: NDArray[np.bool_]
 
 
+@recorded
 @of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,
@@ -118,13 +128,17 @@ def compute(
     """The light form of `compensate`."""
     if not m.drives:
         raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
+    of_worst = question == "given" and offsets is None and deviations is None and target is None
+    if of_worst:
+        offsets = worst.compute(m, at=at).get("worst_offset", extreme="position")
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
     before, _ = errors(at.drives, np.arange(len(at)))
     correction = correct(errors, at, weight, wanted, _unit(m), _ranges(m))
-    return _report(m, at, question, before, correction, weight)
+    result = _report(m, at, question, before, correction, weight, wanted)
+    return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
 def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats) -> Correction:
@@ -271,8 +285,10 @@ def _ranges(m: Mechanism) -> Floats:
     return np.array([m.limits.drives.get(name, free) for name in m.drives]).T
 
 
-def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats) -> Result:
-    builder = report(m, "compensate", at, corrects=question)
+def _report(
+    m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats, wanted: Floats
+) -> Result:
+    builder = report(m, "compensate", at, corrects=question, **attributes(m))
     builder.attrs["weight_position"] = float(weight[0])
     builder.attrs["weight_rotation"] = float(weight[-1]) / m.units.length
     pose, drive = ("configuration", "component"), ("configuration", "drive")
@@ -283,6 +299,15 @@ def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Cor
     builder.add("correction", drive, corrected - at.drives, "corrected - nominal drive value", "drive")
     builder.add("error", pose, before, "error with the drives as commanded", "component")
     builder.add("residual", pose, found.error, "error with the drives corrected", "component")
+    builder.add("target", pose, wanted, "error to reach", "component")
+    if question == "loaded":
+
+        def corrected_under(one: Mechanism, part: slice) -> Loaded:
+            return one.core.loaded(found.drives[part], at.poses[part])
+
+        half = under_loads(m, len(at), corrected_under)[0]["undetermined"]
+        words = "half-width of the indeterminacy that the load leaves with the drives corrected"
+        builder.add("residual_undetermined", pose, half, words, "component")
     lengths = np.isin(m.components, LENGTHS)
     position = np.linalg.norm(found.error[:, lengths], axis=1)
     builder.add("residual_position", "configuration", position, "position error with the drives corrected", "length")
@@ -292,5 +317,6 @@ def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Cor
     builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")
     builder.add("settled", "configuration", found.settled, "whether the correction has converged")
     builder.add("iterations", "configuration", found.iterations, "steps made")
+    judge(builder)
     builder.status(found.status)
     return builder.result()

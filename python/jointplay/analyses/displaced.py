@@ -48,9 +48,14 @@ def at_offsets(m: Mechanism, at: Nominal, offsets: Floats) -> Displaced:
     u = offsets * np.array([builder.factor(kind) for kind in builder.axes["parameter"].kinds])
     known = np.isfinite(u).all(axis=1)
     u = np.where(known[:, None], u, m.centre)
-    found = np.array(m.core.given(at.drives, at.poses, u)["poses"])
-    found[~known] = np.nan
-    return Displaced(found, on_bodies(m, u))
+    displaced = at_parameters(m, at, u)
+    displaced.poses[~known] = np.nan
+    return displaced
+
+
+def at_parameters(m: Mechanism, at: Nominal, u: Floats) -> Displaced:
+    """The mechanism at values of all parameters, shape (configuration, parameter), SI."""
+    return Displaced(np.array(m.core.given(at.drives, at.poses, u)["poses"]), on_bodies(m, u))
 
 
 def under_load(m: Mechanism, at: Nominal) -> Displaced:

@@ -6,6 +6,7 @@ closure(poses, drives, u) = 0 with u given;  error = output(poses) - output(nomi
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +18,9 @@ from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
-from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report
+from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report, without_singular
 from .offsets import Offsets, admissible, parameters
+from .recorded import recorded
 from .several import of_each, of_outputs
 
 if TYPE_CHECKING:
@@ -77,6 +79,7 @@ def given(
     return to_dataset(compute(m, offsets, deviations, sizes=sizes))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(
     m: Mechanism,
@@ -87,11 +90,11 @@ def compute(
     at: Nominal | None = None,
 ) -> Result:
     """The light form of `given`."""
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {}, sizes)
     # Offsets of another result are nan where it has none.
     unknown = np.isnan(u).sum(axis=1) > 0
-    found = m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u))
+    found = without_singular(m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u)))
     for name in ("error", "error_first_order", "poses", "residual"):
         found[name][unknown] = np.nan
     slopes = m.core.sensitivity(at.drives, at.poses)["source"]
@@ -132,13 +135,17 @@ def compute(
     return builder.result()
 
 
+#: what offsets are that nobody gave
+OF_WORST = "the largest position error"
+
+
 def at_worst(m: Mechanism, worst: Result) -> Result:
     """The light form of `given` at the offsets of the largest position error, which it reproduces."""
     if m.outputs:
         own = zip(m.outputs, parts(worst), strict=False)
         return of_outputs(m, [at_worst(m.only(output=name), part) for name, (_, part) in own])
     result = compute(m, worst.get("worst_offset", extreme="position"))
-    return Result(result.coords, result.data, {**result.attrs, "offsets_of": "the largest position error"})
+    return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST})
 
 
 def by_source(m: Mechanism, parts: Floats) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,6 +16,13 @@ from jointplay.schema import PlanarFile
 LARGE = 0.1
 #: largest bodies, in millimetres and metres, that are rarely meant
 SMALLEST_IN_MM, LARGEST_IN_M = 1.0, 50.0
+#: what a number is off that was typed with two decimals
+ROUGH = 0.005
+#: a link that is so small beside all others may be in another unit
+THOUSANDTH = (2e-4, 4e-3)
+#: a list of numbers in which a comma is not followed by a blank, and another one is
+MIXED = re.compile(r"\[[^\[\]]*\d,\d[^\[\]]*, [^\[\]]*\]|\[[^\[\]]*, [^\[\]]*\d,\d[^\[\]]*\]")
+COMMENT = re.compile("#.*")
 #: no material is stiffer, N/m^2
 STIFFEST = 2e12
 #: whole angles that are degrees, in a file in radians
@@ -23,7 +31,14 @@ DEGREES = (30, 45, 60, 90, 120, 135, 150, 180, 270, 360, 720)
 
 def hints(m: Mechanism) -> list[str]:
     """What may be in another unit than the file says, in sentences."""
-    return [*_angles(m), *_lengths(m), *_clearances(m), *_moduli(m)]
+    return [*_commas(m), *_angles(m), *_lengths(m), *_clearances(m), *_moduli(m)]
+
+
+def _commas(m: Mechanism) -> Iterator[str]:
+    """A list such as ``[0,5, 30]``, in which one comma has no blank behind it and others have one."""
+    found = MIXED.search(COMMENT.sub("", m.written))
+    if found:
+        yield f"{found[0]} has {found[0].count(',') + 1} values: decimals have a point, such as 0.5."
 
 
 def _angles(m: Mechanism) -> Iterator[str]:
@@ -36,8 +51,16 @@ def _angles(m: Mechanism) -> Iterator[str]:
                 return
     turned = [abs(value) for _, value in starts if value != 0.0]
     small = turned and max(turned) <= 2.0 * math.pi and max(turned) > 0.5
-    if m.units.angle_name == "deg" and len(turned) > 1 and small and all(value % 0.5 for value in turned):
+    if m.units.angle_name != "deg":
+        return
+    if len(turned) > 1 and small and all(value % 0.5 for value in turned):
         yield "All angles of [start] are below 7: they look like radians, but the file is in degrees (units.angle)."
+    elif drives and max(abs(value) for _, value in drives) <= 2.0 * math.pi + ROUGH:
+        for key, value in drives:
+            # 1.57 is a quarter of a turn to those who count in radians, and nothing to others.
+            if any(abs(abs(value) - k * math.pi / 12) < ROUGH for k in range(3, 25)):
+                yield f"{key} = {value:g} looks like radians, but the file is in degrees (units.angle)."
+                return
 
 
 def _start_angles(m: Mechanism) -> list[tuple[str, float]]:
@@ -66,6 +89,7 @@ def _spans(m: Mechanism) -> dict[int, list[tuple[int, np.ndarray]]]:
 def _lengths(m: Mechanism) -> Iterator[str]:
     every = [[at for _, at in places] for places in _spans(m).values()]
     largest = max((float(np.ptp(at, axis=0).max()) for at in every), default=0.0)
+    yield from _thousandth(m)
     unit = m.units.length_name
     if unit == "mm" and 0.0 < largest < SMALLEST_IN_MM * 1e-3:
         size = f"{largest / 1e-3:.3g} mm"
@@ -73,6 +97,27 @@ def _lengths(m: Mechanism) -> Iterator[str]:
     if unit == "m" and largest > LARGEST_IN_M:
         size = f"{largest:.3g} m"
         yield f"The largest body is {size}: lengths look like millimetres, but the file is in m (units.length)."
+
+
+def _thousandth(m: Mechanism) -> Iterator[str]:
+    """A link that is a thousand times smaller or larger than all others."""
+    sizes = {}
+    for body, places in _spans(m).items():
+        span = float(np.ptp([at for _, at in places], axis=0).max())
+        if span > 0.0 and body >= 0:
+            sizes[m.bodies[body]] = span
+    for name, own in sizes.items():
+        others = [size for body, size in sizes.items() if body != name]
+        if len(others) < 2:
+            continue
+        for factor, low, high in ((own / max(others), *THOUSANDTH), (min(others) / own, *THOUSANDTH)):
+            if low < factor < high:
+                length, unit = m.units.length, m.units.length_name
+                yield (
+                    f"{name} is {own / length:.3g} {unit} long and the others are {min(others) / length:.3g} to"
+                    f" {max(others) / length:.3g} {unit}: is one of them in another unit?"
+                )
+                return
 
 
 def _clearances(m: Mechanism) -> Iterator[str]:

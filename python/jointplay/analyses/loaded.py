@@ -20,11 +20,12 @@ from jointplay.answers import Loaded
 from jointplay.errors import InputError
 from jointplay.gaps import attributes, core_with
 from jointplay.model import Mechanism
-from jointplay.result import Builder, Result, to_dataset
+from jointplay.result import STATUSES, Builder, Result, to_dataset
 from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.verdict import PLAYS, READABLE, add_play, judge
 
-from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report, without_singular
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -57,7 +58,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
         source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
         (value of every parameter), `contribution` (per source; they add up to the first-order error), `iterations`
-        (until offsets and reactions agreed), `nominal`, `status`.
+        (until offsets and reactions agreed), `nominal`, `status`. Where sizes of clearances scatter, and those in the
+        middle are asked for, `play_largest` and `play_smallest` (lowest and highest value of every quantity with the
+        largest and the smallest play), by which the limits are judged as well.
 
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
@@ -82,6 +85,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
+@recorded
 @of_each(lambda _: True)
 def compute(
     m: Mechanism,
@@ -90,11 +94,16 @@ def compute(
     details: bool = True,
     sizes: str = "middle",
     offset: bool = False,
+    plays: bool = True,
     at: Nominal | None = None,
 ) -> Result:
-    """The light form of `loaded`; `offset` asks for the offsets without the other details."""
+    """The light form of `loaded`.
+
+    `offset` asks for the offsets without the other details, `plays` for what quantities with limits reach with the
+    largest and the smallest play, where sizes scatter and those in the middle are asked for.
+    """
     require_loads(m)
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     count, drives, poses = len(at), at.drives, at.poses
     found, done = under_loads(
         m,
@@ -103,7 +112,7 @@ def compute(
             drives[part], poses[part], exact, offset or details, details, partly=True
         ),
     )
-    at = at.first(done)
+    found, at = without_singular(found), at.first(done)
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
     how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER
@@ -126,8 +135,29 @@ def compute(
         if details:
             _strain(m, builder, found)
     judge(builder)
+    unfinished = ""
+    if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:
+        unfinished = _plays(m, builder, at, exact=exact)
     builder.status(at.worse(found["status"]))
-    return finished(builder, done, count)
+    return finished(builder, done, count, unfinished)
+
+
+def _plays(m: Mechanism, builder: Builder, at: Nominal, *, exact: bool) -> str:
+    """Add what quantities reach with the largest and the smallest play; in words what Ctrl-C has left out of it."""
+    unfinished = ""
+    for play in PLAYS:
+        error, half = np.full((2, len(at), len(m.components)), np.nan)
+
+        def ask(one: Mechanism, part: slice, play: str = play) -> Loaded:
+            return core_with(one, play).loaded(at.drives[part], at.poses[part], exact, False, False, partly=True)
+
+        found, done = under_loads(m, len(at), ask)
+        known = np.isin(STATUSES[at.first(done).worse(found["status"])], READABLE)
+        error[:done][known], half[:done][known] = found["error"][known], found["undetermined"][known]
+        add_play(builder, play, error, half)
+        if done < len(at):
+            unfinished = f", and after {done} of them with the {play} play"
+    return unfinished
 
 
 def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Columns]) -> tuple[Columns, int]:

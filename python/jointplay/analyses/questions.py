@@ -2,14 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from jointplay.errors import InputError, not_known
+from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.typed import options
 
-from . import given, loaded, random, solve, worst
+from . import compensate, given, loaded, random, solve, worst
+from .nominal import Nominal
+
+
+def corrected(
+    m: Mechanism,
+    *,
+    corrects: str | None = None,
+    weights: tuple[float, float] | None = None,
+    target: Sequence[float] | NDArray[np.float64] | None = None,
+) -> Result:
+    """`compensate` as others ask it: of the error under the load where there is one."""
+    return _corrected(m, corrects=corrects, weights=weights, target=target)
+
+
+def _corrected(m: Mechanism, *, corrects: str | None = None, at: Nominal | None = None, **options: Any) -> Result:
+    known = "loaded" if m.has_loads and options.get("target") is None else "given"
+    return compensate.compute(m, corrects or known, at=at, **options)
+
 
 COMPUTE: dict[str, Callable[..., Result]] = {
     "loaded": loaded.compute,
@@ -17,6 +39,7 @@ COMPUTE: dict[str, Callable[..., Result]] = {
     "random": random.compute,
     "given": given.compute,
     "solve": solve.compute,
+    "compensate": _corrected,
 }
 PUBLIC: dict[str, Callable[..., Any]] = {
     "loaded": loaded.loaded,
@@ -24,6 +47,7 @@ PUBLIC: dict[str, Callable[..., Any]] = {
     "random": random.random,
     "given": given.given,
     "solve": solve.solve,
+    "compensate": corrected,
 }
 
 

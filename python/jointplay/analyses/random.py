@@ -8,7 +8,7 @@ specimen; specimens whose clearances cannot fulfil it are strained, or cannot be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,13 +22,15 @@ from jointplay.result import Result, axes_of, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import ROUNDING
 
+from . import pressed
 from .capability import LEVELS
 from .indices import indices as find_indices
 from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .recorded import recorded
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
-from .several import of_each
+from .several import of_each, share
 from .tails import require_rare, search_rare
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 
 PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
-CONTACTS = ("scattered", "loaded")
+SCATTERED, LOADED = CONTACTS = ("scattered", "loaded")
 SAMPLINGS = ("sobol", "plain")
 #: a power of two, of which scrambled Sobol points are best
 SAMPLES = 131_072
@@ -55,7 +57,7 @@ def random(
     seed: int = 0,
     law: str | None = None,
     *,
-    contact: str = "scattered",
+    contact: str | None = None,
     sampling: str = "sobol",
     probabilities: Sequence[float] = PROBABILITIES,
     indices: bool = False,
@@ -76,9 +78,10 @@ def random(
     law : {"uniform", "boundary", "normal"}, optional
         How every clearance scatters, in place of its own law in the file: uniform in its set, on its boundary, or
         normal with three sigma to the boundary.
-    contact : {"scattered", "loaded"}
+    contact : {"scattered", "loaded"}, optional
         Whether clearances scatter by their laws, or the load of the file decides where they are in every specimen, so
-        that only tolerances and drive errors scatter.
+        that only tolerances and drive errors scatter. If left out: what `limits.contact` of the file says; where it
+        says nothing they scatter, and of a file with limits and loads the shares outside are found both ways.
     sampling : {"sobol", "plain"}
         Scrambled Sobol points, which fill the space of all deviations and offsets evenly, in 16 independent replicates;
         or pseudo-random numbers.
@@ -113,7 +116,11 @@ def random(
         Of the limits of the file, nan where there are none: `limit`, `outside` (share of the specimens beyond any of
         them or without a pose) and `outside_quantity` (of each), with `_standard_error`, and `_low` and `_high`, the
         ends of the 95 % confidence interval; with `rare`, `outside_method`: how the share was found; `cp`, `cpk`
-        (predicted capability by quantiles) with `_standard_error`.
+        (predicted capability by quantiles) with `_standard_error`. Where both contacts count, `outside_loaded`,
+        `outside_loaded_low` and `outside_loaded_high` as well: the share where the load decides the offsets of the same
+        specimens, of several load cases that with the largest share, `outside_loaded_case`. It is counted in the first
+        16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all.
+        The attribute `contact` says how all other variables were found, where the file has loads.
 
         Of a determinate mechanism whose offsets scatter: `repeatability` of the output point (ISO 9283) with
         `_standard_error`; over all configurations `yield_path` (share of the specimens that keep to the limits at
@@ -164,15 +171,15 @@ def random(
     )
 
 
+@recorded
 @with_workers
-@of_each(lambda given: given["contact"] == "loaded")
 def compute(
     m: Mechanism,
     samples: int = SAMPLES,
     seed: int = 0,
     law: str | None = None,
     *,
-    contact: str = "scattered",
+    contact: str | None = None,
     sampling: str = "sobol",
     probabilities: Sequence[float] = PROBABILITIES,
     indices: bool = False,
@@ -184,6 +191,58 @@ def compute(
     scheduler: Any = None,
 ) -> Result:
     """The light form of `random`; `path` asks for what is of all configurations together or of one specimen."""
+    both = contact is None and pressed.counts_too(m)
+    own = contact or m.limits.contact or SCATTERED
+    common: dict[str, Any] = {"sampling": sampling, "threads": threads, "scheduler": scheduler}
+    whole = 1 + len(pressed.cases(m)) if both else 1
+    result = _of_contact(
+        m,
+        samples,
+        seed,
+        law,
+        contact=own,
+        probabilities=probabilities,
+        indices=indices,
+        rare=rare,
+        at=at,
+        progress=None if progress is None else share(progress, 0, whole),
+        path=path,
+        **common,
+    )
+    if m.has_loads:
+        result = replace(result, attrs={**result.attrs, "contact": own})
+    if not both:
+        return result
+
+    def ask(part: Mechanism, place: Nominal | None, count: int, tell: Progress | None) -> Result:
+        return _of_contact(part, count, seed, law, contact=LOADED, at=place, progress=tell, path=False, **common)
+
+    try:
+        return pressed.beside(result, m, pressed.in_cases(m, at, samples, ask, progress))
+    except KeyboardInterrupt:
+        words = "interrupted before the shares outside under the load"
+        raise Interrupted(replace(result, attrs={**result.attrs, "incomplete": words})) from None
+
+
+@of_each(lambda given: given["contact"] == LOADED)
+def _of_contact(
+    m: Mechanism,
+    samples: int,
+    seed: int,
+    law: str | None = None,
+    *,
+    contact: str,
+    sampling: str,
+    probabilities: Sequence[float] = (),
+    indices: bool = False,
+    threads: int = 0,
+    rare: bool = False,
+    at: Nominal | None = None,
+    progress: Progress | None = None,
+    path: bool = True,
+    scheduler: Any = None,
+) -> Result:
+    """The scatter where clearances scatter, or where the load decides where they are."""
     workers: Here | Workers = scheduler
     levels = checked(samples, seed, law, probabilities, sampling)
     # Numbers of numpy overflow where seeds are made of it.
@@ -194,7 +253,7 @@ def compute(
         require_determinate_scatter(m, is_loaded)
     if rare:
         require_rare(m, is_loaded)
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     if not is_loaded:
         _require_room(m, law, at)
     limits = m.limits.bounds(m.quantities)
@@ -312,9 +371,9 @@ def checked(
 def _is_loaded(m: Mechanism, contact: str) -> bool:
     if contact not in CONTACTS:
         raise InputError(not_known(contact, "a contact", CONTACTS), key="contact")
-    if contact == "loaded":
+    if contact == LOADED:
         require_loads(m)
-    return contact == "loaded"
+    return contact == LOADED
 
 
 def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:

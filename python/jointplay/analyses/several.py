@@ -128,7 +128,7 @@ class _Each:
         if "at" in arguments:
             arguments["at"] = self._place(part)
         if (tell := arguments.get("progress")) is not None:
-            arguments["progress"] = _share(tell, done, self.count)
+            arguments["progress"] = share(tell, done, self.count)
         offsets: Any = arguments.get("offsets")
         if hasattr(offsets, "dims"):
             # Offsets of another result are those of the same output.
@@ -159,7 +159,7 @@ class _Each:
         return of_outputs(self.m, found) if self.m.outputs else found[0]
 
 
-def _share(progress: Progress, done: int, count: int) -> Progress:
+def share(progress: Progress, done: int, count: int) -> Progress:
     """Progress of one part as that of the whole."""
     return lambda steps, total: progress(done * total + steps, count * total)
 

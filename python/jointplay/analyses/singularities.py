@@ -17,6 +17,7 @@ from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .recorded import recorded
 from .several import of_each
 from .singular_path import Nearest, Path
 from .singular_values import KINDS, Scaled, kind
@@ -81,6 +82,7 @@ def singularities(
     return to_dataset(compute(m, length=length, components=components, path=path))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(
     m: Mechanism,

@@ -19,13 +19,14 @@ from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
 from .questions import check_options, computation
+from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from jointplay.cluster import Scheduler
 
-QUESTIONS = ("worst", "loaded", "random", "given", "solve")
+QUESTIONS = ("worst", "loaded", "random", "given", "solve", "compensate")
 #: more than anybody waits for
 MOST_VALUES = 100_000
 LENGTHS = frozenset(
@@ -61,7 +62,7 @@ def sweep(
         same value.
     values : iterable of float or str
         In the units of the file; expressions in its variables may be among them.
-    question : {"worst", "loaded", "random", "given", "solve"}
+    question : {"worst", "loaded", "random", "given", "solve", "compensate"}
     name : str, optional
         Of the new dimension; the last word of the key if left out, or the whole key where the results have that word.
     by : mapping, optional
@@ -71,7 +72,7 @@ def sweep(
         A Dask client, or the address of a scheduler, whose workers are asked in place of this process, value by value.
         The result has the same bits; the attribute `retried` says how many tasks had to be begun again, if any.
     **options
-        Of the question, such as ``samples`` or ``offsets``.
+        Of the question, such as ``samples`` or ``offsets``; of ``compensate`` as in `compare`.
 
     Returns
     -------
@@ -101,6 +102,7 @@ def sweep(
     return to_dataset(compute(m, key, values, question, name=name, by=by, scheduler=scheduler, **options))
 
 
+@recorded
 @with_workers
 def compute(
     m: Mechanism,

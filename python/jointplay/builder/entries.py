@@ -1282,6 +1282,7 @@ class Whole(Parts):
         y: Number | Numbers | Bounds | None = None,
         angle: Number | Numbers | Bounds | None = None,
         probability: Number | None = None,
+        contact: Literal["scattered", "loaded"] | None = None,
         singular_value: Number | None = None,
         drives: Mapping[str, Numbers] | None = None,
         joints: Mapping[str, Numbers] | None = None,
@@ -1307,6 +1308,9 @@ class Whole(Parts):
             } (in the plane only).
         probability : optional
             Share of the specimens that must keep to the limits in `random`; such as 0.9973.
+        contact : optional
+            Where clearances are in these specimens: offsets that scatter, or those that the load decides; both
+            count where it is left out and there are loads.
         singular_value : optional
             Smallest acceptable singular value of the length-scaled Jacobian.
         drives : optional
@@ -1335,6 +1339,7 @@ class Whole(Parts):
                 "y": y,
                 "angle": angle,
                 "probability": probability,
+                "contact": contact,
                 "singular_value": singular_value,
                 "drives": drives,
                 "joints": joints,

@@ -9,7 +9,8 @@ from contextlib import suppress
 
 from jointplay.errors import JointplayError, one_line
 
-from .streams import let_go, open_all
+from .stopping import leave, listen
+from .streams import forget, let_go, open_all, tell
 
 #: exit codes
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
@@ -24,10 +25,13 @@ def main() -> None:
     if "_JOINTPLAY_COMPLETE" in os.environ:
         _complete()
     gc.set_threshold(GARBAGE)
-    code = run(sys.argv[1:])
-    # The system takes the memory as a whole; the interpreter would take it apart object by object, which is slow.
-    gc.freeze()
-    sys.exit(code)
+    try:
+        listen()
+        code = run(sys.argv[1:])
+    except KeyboardInterrupt:
+        # Once more, while the first one was being answered.
+        code = INTERRUPTED
+    leave(code)
 
 
 def run(arguments: list[str]) -> int:
@@ -44,8 +48,11 @@ def run(arguments: list[str]) -> int:
         0 done, 1 done but some configuration is not ok or a limit is missed, 2 bad input, 130 interrupted, 141
         nobody reads any more.
     """
+    forget()
     try:
         code = _run(arguments)
+        if code != BAD_INPUT:
+            tell()
         sys.stdout.flush()
     except JointplayError as problem:
         return _refuse(str(problem))

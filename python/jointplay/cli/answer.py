@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jointplay.errors import InputError, one_line
+from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK
 from .arguments import assignments, numbers, value
 from .printing import Printing, printed
 from .progress import bar
+from .streams import hold, tell
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
@@ -36,7 +37,7 @@ def mechanism(
 ) -> Mechanism:
     """The mechanism of a file with changes, perhaps with one of its outputs or load cases only.
 
-    What a key with a `*` reached goes to stderr.
+    What a key with a `*` reached goes to stderr, when there is an answer.
     """
     from jointplay.model import load
 
@@ -47,17 +48,12 @@ def mechanism(
 
 
 def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
-    """A changed copy; what a key with a `*` reached goes to stderr."""
+    """A changed copy; what a key with a `*` reached goes to stderr, when there is an answer."""
     from jointplay.model import changed
 
     copy, reached = changed(m, settings)
-    say(reached)
+    hold(reached)
     return copy
-
-
-def say(lines: Sequence[str]) -> None:
-    """Write lines to stderr."""
-    sys.stderr.write("".join(f"{one_line(line)}\n" for line in lines))
 
 
 def reader(m: Mechanism) -> Callable[[str], float]:
@@ -79,6 +75,11 @@ def offsets(m: Mechanism, given: Sequence[str] | None) -> dict[str, Any]:
     """Offsets by name."""
     pairs = assignments(given or (), "--offset")
     return {name: numbers(text, f"--offset {name}", None, reader(m)) for name, text in pairs.items()}
+
+
+def target(m: Mechanism, text: str | None) -> Any:
+    """An error to reach."""
+    return None if text is None else numbers(text, "--target", (2, 3, 6), reader(m))
 
 
 def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dict[str, Any]:
@@ -124,6 +125,7 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
             break
     if interrupted:
         sys.stderr.write("interrupted; what is done:\n" if output is None else "interrupted; what is done is written\n")
+    tell()
     try:
         # Before anything is printed, which its reader may cut off.
         plot.draw(m, results)
@@ -138,10 +140,12 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
 
 
 def _is_good(result: Result) -> bool:
-    """Whether every configuration is ok, and the limits hold."""
-    from jointplay.verdict import misses
+    """Whether every configuration is ok, with every joint closed where that is asked, and the limits hold."""
+    from jointplay.verdict import is_good
 
-    return bool((result.get("status") == "ok").all()) and not misses(result)
+    if result.attrs["question"] == "solve" and "misfit" in result.attrs:
+        return False
+    return is_good(result)
 
 
 def save(results: Mapping[str, Result], output: Path) -> None:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     Correctable,
     File,
     LoadCase,
@@ -30,7 +31,7 @@ from .options import (
     Shares,
     Sized,
     Sizes,
-    Touching,
+    Target,
 )
 from .printing import prints
 
@@ -52,7 +53,7 @@ def error(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     indices: Shares = False,
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
@@ -73,10 +74,11 @@ def error(
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
     position error; asked only where it is named, or with --offset.
 
-    Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
-    limits.probability asks for a yield).
+    Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
+    where limits.probability asks for a yield).
     """
     from jointplay.analyses import given, loaded, random, worst
+    from jointplay.analyses.nominal import within_another
 
     m = answer.mechanism(file, settings, output_point, load_case)
     put = answer.offsets(m, offset)
@@ -85,6 +87,7 @@ def error(
         asked |= {Question.worst, Question.random} | ({Question.loaded} if m.has_loads else set())
     if put:
         asked.add(Question.given)
+    refuse_unheard([which.value for which in Question if which in asked])
     found: dict[str, Result] = {}
 
     def ask_worst(m: Mechanism, progress: Any) -> Result:
@@ -93,7 +96,7 @@ def error(
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
         options = answer.scatter(samples, seed, law, sampling) | {
-            "contact": contact.value,
+            "contact": contact and contact.value,
             "indices": indices,
             "rare": rare,
             "scheduler": scheduler,
@@ -103,7 +106,9 @@ def error(
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
             return given.compute(m, put, sizes=sizes.value)
-        return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
+        with within_another():
+            worst_of_it = found.get("worst") or ask_worst(m, progress)
+        return given.at_worst(m, worst_of_it)
 
     def ask_loaded(m: Mechanism) -> Result:
         return loaded.compute(m, sizes=sizes.value)
@@ -130,12 +135,7 @@ def compensate(
         str | None,
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
-    target: Annotated[
-        str | None,
-        typer.Option(
-            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
-        ),
-    ] = None,
+    target: Target = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -144,7 +144,8 @@ def compensate(
 ) -> int:
     """Correct the drives so that the output returns to its place.
 
-    It comes as near as possible to its nominal pose; what no drive can remove is left.
+    It comes as near as possible to its nominal pose; what no drive can remove is left. Exit code 1: some configuration
+    is not ok, or what is left misses a limit of the file.
     """
     from jointplay.analyses.compensate import compute
 
@@ -152,7 +153,7 @@ def compensate(
     put = answer.offsets(m, offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6), answer.reader(m))
+    aim: Any = answer.target(m, target)
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)

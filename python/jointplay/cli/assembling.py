@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assembled,
@@ -61,6 +62,7 @@ def assemble(
     """
     from jointplay.analyses.assemble import best_order, compute
 
+    refuse_unheard([question.value])
     answer.check_paths(output)
     m = answer.mechanism(file, settings, output_point, load_case)
     plot.check(m, ["assemble"])

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Compared,
-    Contact,
+    Corrects,
     First,
     LoadCase,
     Output,
@@ -22,7 +24,7 @@ from .options import (
     Second,
     Seed,
     Settings,
-    Touching,
+    Target,
 )
 from .printing import prints
 
@@ -49,7 +51,9 @@ def compare(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
+    corrects: Corrects = None,
+    target: Target = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -62,10 +66,13 @@ def compare(
     """
     from jointplay.analyses.compare import compute
 
+    refuse_unheard([question.value])
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
+    if question is Compared.compensate:
+        options = {"corrects": corrects.value if corrects else None, "target": answer.target(a, target)}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

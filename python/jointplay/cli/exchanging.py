@@ -13,7 +13,8 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
-from .options import File, LoadCase, Point, Settings
+from .options import File, LoadCase, Offset, Point, Settings
+from .streams import hold
 
 #: options by the words that messages of the import begin with
 OPTIONS = {
@@ -97,7 +98,7 @@ def import_(
         key = " ".join([OPTIONS.get(word, word), rest]).strip()
         raise InputError(problem.problem, file=problem.file, key=key) from None
     create(found.text, path, replace=force)
-    answer.say(found.notes)
+    hold(found.notes)
     m = found.mechanism
     assert m.data.output is not None
     parts = [_counted(m.bodies, "body", "bodies"), _counted(m.joints, "joint"), _counted(m.drives, "drive")]
@@ -147,6 +148,7 @@ def export(
             "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
         ),
     ] = 0,
+    offset: Offset = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -161,9 +163,9 @@ def export(
         raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
     m = answer.mechanism(file, settings, output_point, load_case)
     try:
-        write(m, output, configuration=configuration)
+        write(m, output, configuration=configuration, offsets=answer.offsets(m, offset) if offset else None)
     except InputError as problem:
-        key = f"--{problem.key}" if problem.key == "configuration" else problem.key
+        key = f"--{problem.key.rstrip('s')}" if problem.key in ("configuration", "offsets") else problem.key
         raise InputError(problem.problem, file=problem.file, key=key) from None
     typer.echo(f"wrote {output}")
     return DONE

@@ -10,6 +10,7 @@ import typer
 from . import DONE, NOT_OK, answer, arguments, completing
 from .options import File, Output, Settings
 from .printing import prints
+from .streams import hold
 
 
 def new(
@@ -36,7 +37,7 @@ def new(
         answer.list_names(titles, f"{len(titles)} examples; `jointplay new NAME` writes one as NAME.toml.")
         return DONE
     text, reached = bundled.changed_text(name, arguments.assignments(settings or (), "--set"))
-    answer.say(reached)
+    hold(reached)
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
     typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")

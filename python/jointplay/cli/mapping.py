@@ -13,10 +13,11 @@ import typer
 from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     File,
     LoadCase,
     Mapped,
@@ -30,7 +31,6 @@ from .options import (
     Scheduler,
     Seed,
     Settings,
-    Touching,
 )
 from .printing import prints
 from .progress import bar
@@ -84,7 +84,7 @@ def map_(
     question: Annotated[Mapped, typer.Option("--question", "-q", help="What is asked at every node.")] = Mapped.loaded,
     offset: Offset = None,
     first_order: Annotated[
-        bool, typer.Option("--first-order", help="loaded: to first order only, several times faster.")
+        bool, typer.Option("--first-order", help="loaded, worst: to first order only, several times faster.")
     ] = False,
     details: Annotated[
         bool,
@@ -98,7 +98,7 @@ def map_(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -120,14 +120,15 @@ def map_(
     ] = None,
 ) -> int:
     """Compute the error over a grid of drives or of positions."""
+    refuse_unheard([question.value], own=("scheduler",))
     m = answer.mechanism(file, settings, output_point, load_case)
     options: dict[str, Any] = {}
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
     if question is Mapped.worst:
-        options = {"certify": certify, "parts": parts}
+        options = {"exact": not first_order, "certify": certify, "parts": parts}
     if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None

@@ -36,6 +36,7 @@ class Swept(StrEnum):
     random = "random"
     given = "given"
     solve = "solve"
+    compensate = "compensate"
 
 
 class Compared(StrEnum):
@@ -44,6 +45,7 @@ class Compared(StrEnum):
     worst = "worst"
     loaded = "loaded"
     random = "random"
+    compensate = "compensate"
 
 
 class Allowed(StrEnum):
@@ -178,6 +180,16 @@ Offset = Annotated[
         autocompletion=completing.offsets,
     ),
 ]
+Corrects = Annotated[
+    Correctable | None,
+    typer.Option("--corrects", help="compensate: which error. [default: loaded where there is a load]"),
+]
+Target = Annotated[
+    str | None,
+    typer.Option(
+        "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
+    ),
+]
 Samples = Annotated[
     int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")
 ]
@@ -194,6 +206,14 @@ Shares = Annotated[
 ]
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
+]
+Assumed = Annotated[
+    Contact | None,
+    typer.Option(
+        "--contact",
+        help="random: clearances scatter, or the load decides where they are."
+        " [default: as limits.contact says; else scattered, and the shares outside both ways]",
+    ),
 ]
 Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]
 Parts = Annotated[

@@ -32,12 +32,17 @@ class Printing:
     every : bool
         All rows and columns.
     csv_dialect : str
+    typed : tuple of str
+        The options that were typed and not left out.
     """
 
     every: bool = False
     csv_dialect: str = Dialect.comma.value
+    typed: tuple[str, ...] = ()
 
 
+#: how the parser calls what does not come from a default
+TYPED = "COMMANDLINE"
 _USUAL = Printing()
 _ASKED = ContextVar("printing", default=_USUAL)
 EVERY = Annotated[bool, typer.Option("--all", help="Print every row and every column, wide tables in blocks.")]
@@ -66,8 +71,12 @@ def prints(*, csv: bool = True) -> Callable[[Callable[..., int]], Callable[..., 
 
     def with_options(command: Callable[..., int]) -> Callable[..., int]:
         @functools.wraps(command)
-        def run(*, every: bool = False, csv_dialect: Dialect = Dialect.comma, **given: Any) -> int:
-            token = _ASKED.set(Printing(every, csv_dialect.value))
+        def run(
+            *, context: typer.Context, every: bool = False, csv_dialect: Dialect = Dialect.comma, **given: Any
+        ) -> int:
+            sources = {name: context.get_parameter_source(name) for name in given}
+            typed = tuple(name for name, source in sources.items() if source is not None and source.name == TYPED)
+            token = _ASKED.set(Printing(every, csv_dialect.value, typed))
             try:
                 return command(**given)
             finally:
@@ -76,8 +85,9 @@ def prints(*, csv: bool = True) -> Callable[[Callable[..., int]], Callable[..., 
         own = inspect.signature(command, eval_str=True)
         keyword = inspect.Parameter.KEYWORD_ONLY
         extra = [inspect.Parameter(name, keyword, default=put, annotation=kind) for name, (kind, put) in added.items()]
+        extra.append(inspect.Parameter("context", keyword, annotation=typer.Context))
         vars(run)["__signature__"] = own.replace(parameters=[*own.parameters.values(), *extra])
-        run.__annotations__ = {**command.__annotations__, **{name: kind for name, (kind, _) in added.items()}}
+        run.__annotations__ = {**command.__annotations__, **{p.name: p.annotation for p in extra}}
         return run
 
     return with_options

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import ExitStack
 from typing import Annotated
 
 import typer
@@ -27,16 +28,19 @@ def studio(
     Drag drives, clearances, tolerances and loads, and see the errors follow. The page is for this machine only. Ctrl-C
     stops it.
     """
-    from jointplay.serving import serve
+    from jointplay.serving import leading_to, serve
 
-    def said(address: str) -> None:
-        typer.echo(f"{address}\nCtrl-C stops it.")
-        if browser:
-            import webbrowser
+    with ExitStack() as until_stopped:
 
-            # A browser in the terminal would keep the server from answering it.
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        def said(address: str) -> None:
+            typer.echo(f"{address}\nCtrl-C stops it.")
+            if browser:
+                import webbrowser
 
-    serve(file, port, said)
+                page = until_stopped.enter_context(leading_to(address))
+                # A browser in the terminal would keep the server from answering it.
+                threading.Thread(target=webbrowser.open, args=(page,), daemon=True).start()
+
+        serve(file, port, said)
     typer.echo("stopped")
     return DONE

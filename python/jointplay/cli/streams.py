@@ -5,7 +5,12 @@ from __future__ import annotations
 import io
 import os
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
+
+from jointplay.errors import one_line
+
+_held: list[str] = []
 
 
 def open_all() -> None:
@@ -24,6 +29,23 @@ def open_all() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
+
+
+def hold(lines: Iterable[str]) -> None:
+    """Keep remarks until there is an answer: what is refused is told by one message, and nothing else."""
+    _held.extend(lines)
+
+
+def tell() -> None:
+    """Write the remarks that are kept to stderr."""
+    lines = [f"{one_line(line)}\n" for line in _held]
+    forget()
+    sys.stderr.write("".join(lines))
+
+
+def forget() -> None:
+    """Drop the remarks that are kept."""
+    _held.clear()
 
 
 def let_go() -> None:

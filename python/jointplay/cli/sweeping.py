@@ -9,9 +9,11 @@ import typer
 from jointplay.errors import InputError
 
 from . import answer, arguments, completing
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
-    Contact,
+    Assumed,
+    Corrects,
     File,
     LoadCase,
     Offset,
@@ -24,7 +26,7 @@ from .options import (
     Scheduler,
     Seed,
     Swept,
-    Touching,
+    Target,
 )
 from .printing import prints
 
@@ -64,7 +66,9 @@ def sweep(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
+    corrects: Corrects = None,
+    target: Target = None,
     scheduler: Scheduler = None,
     output: Output = None,
     plot: Figure = NO_FIGURE,
@@ -72,6 +76,7 @@ def sweep(
     """Compute the error for every value of something in the file."""
     from jointplay.analyses.sweep import compute
 
+    refuse_unheard([question.value], own=("scheduler",))
     pairs = arguments.assignments(settings or (), "--set")
     m = answer.mechanism(file, arguments.only_set(pairs), output_point, load_case)
     keys, values = arguments.swept(pairs, answer.reader(m))
@@ -85,7 +90,9 @@ def sweep(
         answer.change(m, {second: others[0]})
         options["by"] = {second: others}
     if question is Swept.random:
-        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
+    if question is Swept.compensate:
+        options |= {"corrects": corrects.value if corrects else None, "target": answer.target(m, target)}
     if question is Swept.given:
         options |= {"offsets": answer.offsets(m, offset)}
 

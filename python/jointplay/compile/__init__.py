@@ -74,6 +74,8 @@ class Limits:
         where one side has no limit; those without any are left out.
     probability : float
         Share of the specimens that must keep to the limits; nan where the file asks for none.
+    contact : str
+        Where clearances are in these specimens, ``scattered`` or ``loaded``; empty where the file does not say.
     singular_value : float
         Smallest acceptable singular value of the length-scaled Jacobian.
     drives, joints : mapping
@@ -82,6 +84,7 @@ class Limits:
 
     errors: Mapping[str, Range]
     probability: float
+    contact: str
     singular_value: float
     drives: Mapping[str, Range]
     joints: Mapping[str, Range]
@@ -89,7 +92,7 @@ class Limits:
     def __reduce__(self) -> tuple[object, ...]:
         # Read-only views cannot be pickled.
         errors, drives, joints = dict(self.errors), dict(self.drives), dict(self.joints)
-        return (Limits, (errors, self.probability, self.singular_value, drives, joints))
+        return (Limits, (errors, self.probability, self.contact, self.singular_value, drives, joints))
 
     def bounds(self, quantities: Sequence[str]) -> Floats:
         """Lowest and highest acceptable value of quantities, a row each."""
@@ -415,6 +418,7 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
     return Limits(
         errors=MappingProxyType(errors),
         probability=math.nan if given.probability is None else given.probability,
+        contact=given.contact or "",
         singular_value=given.singular_value,
         drives=MappingProxyType({name: scaled(pair, driven[name]) for name, pair in given.drives.items()}),
         joints=MappingProxyType({name: scaled(pair, joints[name]) for name, pair in given.joints.items()}),

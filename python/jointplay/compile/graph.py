@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,6 +83,8 @@ class Graph:
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
         self._joint_points: dict[Point, int] = {}
+        self._body_numbers: dict[str, int] = {}
+        self._joint_numbers: dict[str, int] = {}
         #: rigid displacements of points, for sources
         self.displacements: list[DisplacementSpec] = []
         #: bodies that are described in one assembled reference configuration
@@ -106,19 +108,21 @@ class Graph:
         """Index of a body that must exist."""
         if name == GROUND:
             return GROUND_INDEX
-        if name not in self.bodies:
+        number = _numbered(self._body_numbers, self.bodies).get(name)
+        if number is None:
             raise self.refuse(not_known(name, "a body of any joint", [*self.bodies, GROUND]), key)
-        return self.bodies.index(name)
+        return number
 
     def joint_index(self, name: str, key: str) -> int:
         """Index of a joint that must exist."""
-        names = [joint.name for joint in self.joints]
-        if name in names:
-            return names.index(name)
+        if len(self._joint_numbers) < len(self.joints):
+            _numbered(self._joint_numbers, [joint.name for joint in self.joints])
+        if name in self._joint_numbers:
+            return self._joint_numbers[name]
         parts = [joint.name for joint in self.joints if joint.pin == name]
         if parts:
             raise self.refuse(f"'{name}' consists of several joints; name one of {listed(parts)}", key)
-        raise self.refuse(not_known(name, "a joint", names), key)
+        raise self.refuse(not_known(name, "a joint", [*self._joint_numbers]), key)
 
     def add_point(self, body: int, at: tuple[float, ...]) -> int:
         """A new point, given in file units."""
@@ -204,9 +208,9 @@ class Graph:
     def _body(self, name: str) -> int:
         if name == GROUND:
             return GROUND_INDEX
-        if name not in self.bodies:
+        if name not in _numbered(self._body_numbers, self.bodies):
             self.bodies.append(name)
-        return self.bodies.index(name)
+        return _numbered(self._body_numbers, self.bodies)[name]
 
     def _add_universal(self, name: str, joint: Universal, first: Frame, second: Frame) -> None:
         """Two pins on a cross, whose x axis is the first pin and whose y axis is the second one."""
@@ -231,9 +235,17 @@ class Graph:
         )
         self.joints.extend(pins)
 
-    def joints_of(self, body: int) -> list[CompiledJoint]:
-        """The joints on a body."""
-        return [j for j in self.joints if body in (self.points[j.first].body, self.points[j.second].body)]
+    def ends(self, joint: CompiledJoint) -> tuple[int, int]:
+        """The two bodies of a joint."""
+        return self.points[joint.first].body, self.points[joint.second].body
+
+    def joints_on(self) -> dict[int, list[int]]:
+        """The joints on every body, by their numbers."""
+        found: dict[int, list[int]] = {body: [] for body in (GROUND_INDEX, *range(len(self.bodies)))}
+        for number, joint in enumerate(self.joints):
+            for body in set(self.ends(joint)):
+                found[body].append(number)
+        return found
 
     def _check_bodies(self, data: MechanismFile) -> None:
         if not any(body == GROUND for body, _ in self.places):
@@ -260,25 +272,24 @@ class Graph:
         named |= {dimension.body for dimension in data.dimensions.values()}
         named |= {link.body for link in data.links.values()}
         named |= {body for spring in data.springs.values() for body in spring.on or ()}
+        on = self.joints_on()
         for index, body in enumerate(self.bodies):
-            joints = self.joints_of(index)
+            joints = [self.joints[number] for number in on[index]]
             if body in named or len(joints) > 1 or joints[0].name in driven or joints[0].kind not in LOOSE:
                 continue
             near = nearest(body, [name for name in (*self.bodies, GROUND) if name != body], slips_only=True)
             if near:
                 key = f"joints.{joints[0].pin}"
-                both = near != GROUND and len(self.joints_of(self.bodies.index(near))) == 1
+                both = near != GROUND and len(on[self.bodies.index(near)]) == 1
                 also = f" '{near}' is on one joint as well: are they one body?" if both else ""
                 raise self.refuse(f"'{body}' is on no other joint; did you mean '{near}'?{also}", key)
 
     def _check_connected(self) -> None:
-        reached = {GROUND_INDEX}
-        while True:
-            ends = [{self.points[j.first].body, self.points[j.second].body} for j in self.joints]
-            more = {body for pair in ends if pair & reached for body in pair} - reached
-            if not more:
-                break
+        on, reached, waiting = self.joints_on(), {GROUND_INDEX}, [GROUND_INDEX]
+        for body in waiting:
+            more = {end for number in on[body] for end in self.ends(self.joints[number])} - reached
             reached |= more
+            waiting += more
         lost = [body for index, body in enumerate(self.bodies) if index not in reached]
         if lost:
             names = listed(f"'{body}'" for body in lost)
@@ -326,3 +337,32 @@ def _linked_in_place(data: MechanismFile) -> set[tuple[str, str]]:
 
 def _placements(data: MechanismFile, joint: str) -> Mapping[str, Any]:
     return data.joints[joint].placements if joint in data.joints else {}
+
+
+class Outward:
+    """Joints that have a placed body, and another one that is not: bodies are placed from the ground outwards."""
+
+    def __init__(self, graph: Graph, placed: Iterable[int]) -> None:
+        self.graph, self.on = graph, graph.joints_on()
+        self.placed: set[int] = set()
+        self.waiting: set[int] = set()
+        self.add(placed)
+
+    def add(self, placed: Iterable[int]) -> None:
+        """Further bodies that are placed."""
+        for body in placed:
+            self.placed.add(body)
+            self.waiting.update(self.on[body])
+        done = {number for number in self.waiting if {*self.graph.ends(self.graph.joints[number])} <= self.placed}
+        self.waiting -= done
+
+    def joints(self) -> list[tuple[int, CompiledJoint]]:
+        """These joints with their numbers, in the order of the file."""
+        return [(number, self.graph.joints[number]) for number in sorted(self.waiting)]
+
+
+def _numbered(known: dict[str, int], names: Sequence[str]) -> dict[str, int]:
+    """The number of every name, kept up with names that have been added behind the others."""
+    for number in range(len(known), len(names)):
+        known.setdefault(names[number], number)
+    return known

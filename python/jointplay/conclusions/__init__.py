@@ -17,28 +17,31 @@ from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
-from .words import BOUND_DIGITS, READABLE, Conclusion, Sentence, owners, plural, rounded_up, which
+from .whole import decide, rests
+from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which
 
 __all__ = [
     "BOUND_DIGITS",
     "FITS",
     "KINDS",
     "MOST_NAMES",
-    "READABLE",
     "VERDICTS",
     "Conclusion",
     "Sentence",
     "Tops",
     "beyond",
     "conclude",
+    "decide",
     "figure",
     "figures",
     "first_missed",
+    "leaving",
     "missed",
     "motion",
     "owners",
     "plural",
     "quantile",
+    "rests",
     "rounded_up",
     "rounding",
     "share_of",
@@ -78,6 +81,11 @@ def conclude(result: Result) -> Conclusion:
 
 
 def _of_one(result: Result) -> Conclusion:
+    found = _answer(result)
+    return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
+
+
+def _answer(result: Result) -> Conclusion:
     if "mechanism" in result.sizes:
         return of_compare(result)
     if "sweep_by" in result.attrs:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from jointplay.result import Result, size, typical
@@ -44,7 +46,23 @@ def of_check(result: Result) -> Conclusion:
     limits = str(result.attrs.get("limits", "")).splitlines()
     judged = f"; limits: {'; '.join(limits)}" if limits else "; no [limits]"
     sentences.append(Sentence(f"It has {', '.join(has)}{judged}."))
-    return Conclusion(tuple(sentences))
+    return Conclusion((*sentences, *_interferences(result)))
+
+
+def _interferences(result: Result) -> Iterator[Sentence]:
+    """Which joints have interference instead of play, in all specimens or in some, and what they are taken as."""
+    if "play" not in result.data:
+        return
+    play, unit = result.get("play"), result.unit("play")
+    given = result.get("play_given").tolist()
+    for name, fit, (low, high) in zip(result.labels("clearance"), given, play.tolist(), strict=True):
+        if high <= 0.0 and low < 0.0:
+            span = f"{say(abs(high), unit)} to {say(-low, unit)}"
+            text = f"{name}, {fit}, always has interference, {span}: what is pressed in does not turn or slide;"
+            yield Sentence(f"{text} here it is taken as a joint without play.", is_alarm=True)
+        elif low < 0.0:
+            span = f"from {say(-low, unit)} interference to {say(high, unit)} play"
+            yield Sentence(f"{name}, {fit}, goes {span}; specimens with interference are taken as joints without play.")
 
 
 def of_assemble(result: Result) -> Conclusion:

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
-from jointplay.verdict import SIZES, Verdict, cause, ends, rounding, verdict
+from jointplay.result import TYPICAL, Array, Result, size, typical, unit_of
+from jointplay.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
 
-from .words import BOUND_DIGITS, Conclusion, Sentence, at, farthest, of_statuses, plural, rounded_up, say, which
+from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which
 
 #: what of the output is meant, in words
 WORDS = {"position": "position error", "rotation": "rotation"}
@@ -20,7 +20,7 @@ WORDS = {"position": "position error", "rotation": "rotation"}
 def of_errors(result: Result) -> Conclusion:
     """The answer of `loaded`, `given`, `worst` or `random`, of one output in one load case."""
     found = verdict(result)
-    judged = [Sentence(text, k < found.alarms, is_answer=k == 0) for k, text in enumerate(found.sentences)]
+    judged = list(judged_in(found))
     sizes = list(_sizes(result, found))
     if sizes and not found.named:
         sizes[0] = replace(sizes[0], is_answer=True)
@@ -29,8 +29,16 @@ def of_errors(result: Result) -> Conclusion:
     first = 0 if judged else 1
     sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *proved(result), *limits)
     largest = [_largest(result, quantity) for quantity in WORDS]
-    severity = (float(found.missed), found.used, *(0.0 if value is None else value[0] for value in largest))
+    severity = (float(RANK[found.outcome]), found.used, *(0.0 if value is None else value[0] for value in largest))
     return Conclusion(sentences, severity)
+
+
+def judged_in(found: Verdict) -> Iterator[Sentence]:
+    """The sentences of a verdict, the answer first."""
+    for k, text in enumerate(found.sentences):
+        is_alarm = k < found.alarms or (k == 0 and found.outcome == NOT_SHOWN)
+        state = found.outcome if k == 0 else MISSED if k < found.alarms else ""
+        yield Sentence(text, is_alarm, is_answer=k < found.answers, state=state)
 
 
 def value_of(result: Result, quantity: str) -> tuple[Array, str]:
@@ -64,7 +72,7 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
                 continue
             yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
             continue
-        where = at(result, configuration)
+        where = there(result, configuration)
         if result.attrs["question"] == "random":
             text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
         else:
@@ -88,9 +96,9 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
             if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
                 highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
                 parts.append(f"a {words} above {highest} ({_close(result.get(f'worst_{quantity}_gap')[certified])})")
-        there = f" at {count} of {plural(certified.size, place)}" if count < certified.size else ""
+        these = f" at {count} of {plural(certified.size, place)}" if count < certified.size else ""
         if parts:
-            yield Sentence(f"Proved{there}: no offsets within the sets make {' or '.join(parts)}.")
+            yield Sentence(f"Proved{these}: no offsets within the sets make {' or '.join(parts)}.")
     if count < certified.size:
         reasons = "; ".join(dict.fromkeys(result.get("certified_reason")[~certified].tolist()))
         missing = np.flatnonzero(~certified).tolist()
@@ -121,12 +129,7 @@ def _is_open(result: Result, quantity: str, unit: str) -> bool:
 
 def blamed(result: Result, quantity: str, configuration: int) -> str:
     """What has the largest share, as the end of a sentence."""
-    found = cause(result, quantity, "high", configuration)
-    if found is None:
-        return ""
-    if found[0] == [LOAD]:
-        return f"; most of it is the deformation under the load, {100 * found[1]:.0f} %"
-    return f"; to blame: {in_words(*found)}"
+    return caused(result, quantity, "high", configuration, "; to blame")
 
 
 def figures(question: str) -> list[tuple[str, dict[str, object], str]]:
@@ -141,6 +144,8 @@ def figures(question: str) -> list[tuple[str, dict[str, object], str]]:
         ]
     if question == "solve":
         return [("singular_value", {}, "smallest singular value")]
+    if question == "compensate":
+        return [(f"residual_{size}", {}, f"{size} after the correction") for size in SIZES]
     return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
 
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from jointplay.compile import LENGTHS
 from jointplay.result import Array, Result, size, unit_of
-from jointplay.verdict import rounding
+from jointplay.verdict import RANK, rounding, there, verdict
 
-from .words import Conclusion, Sentence, at, farthest, of_statuses, owners, plural, say
+from .errors import judged_in
+from .words import Conclusion, Sentence, farthest, of_statuses, owners, plural, say
 
 #: what is said of each kind of singularity
 KINDS = {
@@ -30,11 +31,14 @@ def of_solve(result: Result) -> Conclusion:
     """Whether every configuration has a pose, and which one is nearest to a singular one."""
     sentences = [*of_statuses(result)]
     values, count = result.get("singular_value"), result.sizes["configuration"]
+    if "misfit" in result.attrs:
+        misfit = str(result.attrs["misfit"])
+        sentences.append(Sentence(f"{misfit[0].upper()}{misfit[1:]}.", is_alarm=True))
     if not sentences:
         sentences.append(Sentence("It has a pose." if count == 1 else f"All {count} configurations have a pose."))
     nearest = farthest(-values, result.get("status"))
     if nearest is not None and count > 1:
-        text = f"Nearest to a singular one: smallest singular value {values[nearest]:.3g}{at(result, nearest)}."
+        text = f"Nearest to a singular one: smallest singular value {values[nearest]:.3g}{there(result, nearest)}."
         sentences.append(Sentence(text))
     elif nearest is not None:
         sentences.append(Sentence(f"Its smallest singular value is {values[nearest]:.3g}; 0 is a singular pose."))
@@ -64,7 +68,7 @@ def of_singularities(result: Result) -> Conclusion:
         value = known[kind][k] if known[kind][k] > NO_VALUE else 0.0
         head = "Nearest to a singularity" if result.sizes["configuration"] > 1 else "Nearness to a singularity"
         moves = motion(result, kind, k)
-        sentences.append(Sentence(f"{head}: {kind} value {value:.3g}{at(result, k)}. There {moves}."))
+        sentences.append(Sentence(f"{head}: {kind} value {value:.3g}{there(result, k)}. There {moves}."))
     sentences += _distance(result)
     least = min((float(np.nanmin(values)) for values in known.values()), default=np.inf)
     return Conclusion(tuple(sentences), (-least,))
@@ -109,8 +113,8 @@ def _parts(result: Result, twists: Array) -> Array:
 
 
 def of_compensate(result: Result) -> Conclusion:
-    """What the corrected drives remove, and what no drive can."""
-    status = result.get("status")
+    """Whether what is left keeps to the limits, what the corrected drives remove, and what no drive can."""
+    status, found = result.get("status"), verdict(result)
     sentences, left = [], []
     for which, words in (("position", "position error"), ("rotation", "rotation")):
         before, after = size(result, "error", which), result.get(f"residual_{which}")
@@ -121,14 +125,23 @@ def of_compensate(result: Result) -> Conclusion:
         shown = after[last] if after[last] > rounding(result, unit) else 0.0
         left.append(float(shown))
         text = f"Largest {words}: {say(before[first], unit)} before and {say(shown, unit)} after the correction"
-        rest = f"{at(result, last)}; no drive can remove the rest" if shown else ""
+        rest = f"{there(result, last)}; no drive can remove the rest" if shown else ""
         sentences.append(Sentence(f"{text}{rest}."))
+    change = largest_change(result)
+    sentences += [Sentence(f"Largest change{change}.")] if change else []
+    severity = (float(RANK[found.outcome]), found.used, *left)
+    return Conclusion((*judged_in(found), *of_statuses(result), *sentences), severity)
+
+
+def largest_change(result: Result) -> str:
+    """`` of 2 drives: theta by 0.6 deg at configuration 3``; nothing where none is known."""
     changes = [_change(result, drive) for drive in result.labels("drive")]
-    if known := [change for change in changes if change is not None]:
-        drive, value, unit, k = max(known, key=lambda change: abs(change[1]))
-        more = f" of {plural(len(known), 'drive')}" if len(known) > 1 else ""
-        sentences.append(Sentence(f"Largest change{more}: {drive} by {say(value, unit)}{at(result, k)}."))
-    return Conclusion((*of_statuses(result), *sentences), tuple(left))
+    known = [change for change in changes if change is not None]
+    if not known:
+        return ""
+    drive, value, unit, k = max(known, key=lambda change: abs(change[1]))
+    more = f" of {plural(len(known), 'drive')}" if len(known) > 1 else ""
+    return f"{more}: {drive} by {say(value, unit)}{there(result, k)}"
 
 
 def _change(result: Result, drive: str) -> tuple[str, float, str, int] | None:

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.result import Array, Result, first_largest
-from jointplay.verdict import verdict
+from jointplay.verdict import Verdict, there, verdict
 
 from .errors import blamed, figure, figures
-from .series import each
-from .words import Conclusion, Sentence, at, plural, say
+from .series import each, ranked, summed_up
+from .words import Conclusion, Sentence, plural, say
 
 
 class Tops(NamedTuple):
@@ -65,11 +65,14 @@ def tops(result: Result) -> list[Tops]:
     return found
 
 
-def missed(result: Result) -> tuple[Array, bool]:
-    """At how many configurations of every pair a limit is missed, and whether there are limits."""
-    marks = [[verdict(one).marks for one in each(row)] for row in rows_of(result)]
-    counts = np.array([[sum(map(bool, mark)) for mark in row] for row in marks])
-    return counts, any(mark for row in marks for mark in row)
+def judged(result: Result) -> list[list[Verdict]]:
+    """The verdicts on every pair of values."""
+    return [[verdict(one) for one in each(row)] for row in rows_of(result)]
+
+
+def missed(result: Result) -> Array:
+    """At how many configurations of every pair a limit is missed."""
+    return np.array([[sum(map(bool, one.marks)) for one in row] for row in judged(result)])
 
 
 def pair_in_words(result: Result, place: tuple[int, int]) -> str:
@@ -99,8 +102,8 @@ def of_pairs(result: Result) -> Conclusion:
         span = f"{say(found.values[high], found.unit)} with {pair_in_words(result, high)}"
         if say(found.values[low]) != say(found.values[high]):
             span = f"{say(found.values[low], found.unit)} with {pair_in_words(result, low)}; {span}"
-        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{at(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (float(any(sentence.is_alarm for sentence in sentences)), severity))
+        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
+    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
 
 
 def _place(values: Array) -> tuple[int, int]:
@@ -109,14 +112,9 @@ def _place(values: Array) -> tuple[int, int]:
 
 
 def _limits(result: Result) -> Iterator[Sentence]:
-    counts, has_limits = missed(result)
-    if not has_limits:
-        return
-    bad = int((counts > 0).sum())
-    if not bad:
-        yield Sentence(f"Limits hold at all {counts.size} pairs of values.")
-    else:
-        yield Sentence(f"Limits are missed at {bad} of {plural(counts.size, 'pair')} of values.", is_alarm=True)
+    found = [one for row in judged(result) for one in row]
+    if any(outcomes := [one.outcome for one in found]):
+        yield summed_up(result, outcomes, f"{plural(len(found), 'pair')} of values", found[0].basis)
 
 
 def _bad(result: Result) -> Iterator[Sentence]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -11,23 +11,30 @@ from jointplay.result import (
     Result,
     first_largest,
     in_words,
+    judged_alone,
     largest,
     parts_by_cause,
     quantities,
     quantity,
     split,
 )
-from jointplay.verdict import verdict
+from jointplay.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
 
 from .errors import WORDS, blamed, figure, figures, proved
-from .words import READABLE, Conclusion, Sentence, at, farthest, plural, say
+from .motion import largest_change
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
+def judged(result: Result) -> list[Verdict]:
+    """The verdicts on every mechanism of a comparison, or value of a sweep."""
+    return [verdict(part) for part in each(result)]
+
+
 def beyond(result: Result) -> list[tuple[str, ...]]:
     """For every mechanism of a comparison, or value of a sweep, what each configuration misses."""
-    return [verdict(part).marks for part in each(result)]
+    return [found.marks for found in judged(result)]
 
 
 def each(result: Result) -> list[Result]:
@@ -35,7 +42,7 @@ def each(result: Result) -> list[Result]:
     dim = "mechanism" if "mechanism" in result.sizes else str(result.attrs["sweep"])
     attrs = {key: value for key, value in result.attrs.items() if key != "sweep"}
     found = (result.isel(dim, k) for k in range(result.sizes[dim]))
-    return [Result(part.coords, part.data, attrs) for part in found]
+    return [judged_alone(Result(part.coords, part.data, attrs)) for part in found]
 
 
 def of_sweep(result: Result) -> Conclusion:
@@ -68,27 +75,69 @@ def of_sweep(result: Result) -> Conclusion:
         span = f"{say(tops[high], unit)} with {value(high)}"
         if say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
-        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{at(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (float(any(sentence.is_alarm for sentence in sentences)), severity))
+        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
+    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+
+
+def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
+    """How bad the verdict among some sentences is, and whether any of them is an alarm."""
+    worst = max((RANK[sentence.state] for sentence in sentences), default=0)
+    return float(worst), float(any(sentence.is_alarm for sentence in sentences))
 
 
 def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
-    marks = beyond(result)
-    if not any(marks):
-        return
-    bad = [k for k, mark in enumerate(marks) if any(mark)]
-    if not bad:
-        yield Sentence(f"Limits hold at all {len(marks)} values.")
-        return
-    text = f"Limits are missed at {len(bad)} of {plural(len(marks), 'value')}, first at {value(bad[0])}."
-    yield Sentence(text, is_alarm=True)
+    found = judged(result)
+    if any(outcomes := [one.outcome for one in found]):
+        yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, value)
+
+
+def summed_up(
+    result: Result, outcomes: Sequence[str], total: str, basis: str, value: Callable[[int], str] | None = None
+) -> Sentence:
+    """At how many values, pairs or nodes limits hold, are missed, or are not shown to hold.
+
+    Parameters
+    ----------
+    total : str
+        How many there are, and what.
+    basis : str
+        What the verdicts rest on.
+    value : callable, optional
+        Which one it is, by its number.
+    """
+    end = f"{',' * bool(basis)}{basis}."
+    bad, unknown = ([k for k, one in enumerate(outcomes) if one == which] for which in (MISSED, NOT_SHOWN))
+    noun, verb, holds = _of_limits(result)
+    first = f", first at {value((bad or unknown)[0])}" if value is not None and (bad or unknown) else ""
+    if bad:
+        rest = f"; not shown at {len(unknown)}" if unknown else ""
+        return Sentence(f"{noun} {verb} missed at {len(bad)} of {total}{first}{rest}{end}", True, True, state=MISSED)
+    if unknown:
+        others = len(outcomes) - len(unknown)
+        rest = f"; {'it' if verb == 'is' else 'they'} {holds} at the others" if others else ""
+        whether = f"whether {noun[:1].lower()}{noun[1:]} {holds}"
+        text = f"Not shown: {whether} at {len(unknown)} of {total}{first}{rest}{end}"
+        return Sentence(text, True, True, state=NOT_SHOWN)
+    every = f"all {total.removeprefix('the ')}" if len(outcomes) > 1 else total
+    return Sentence(f"{noun} {holds} at {every}{end}", is_answer=True, state=HELD)
+
+
+def _of_limits(result: Result) -> tuple[str, str, str]:
+    """What is kept to, with its verbs."""
+    if result.attrs["question"] != "random":
+        return "Limits", "are", "hold"
+    share = result.attrs.get("required_yield")
+    of = f" of {percent(float(share))}" if share is not None else ""
+    return f"The required yield{of}", "is", "is met"
 
 
 def _bad(result: Result) -> Iterator[Sentence]:
     bad = int((result.get("status") != "ok").sum())
     if bad:
-        total = plural(result.get("status").size, "configuration")
-        yield Sentence(f"Not ok are {bad} of {total} at all values together.", is_alarm=True)
+        status = result.get("status")
+        total, outside = plural(status.size, "configuration"), int((status == OUTSIDE).sum())
+        told = f", {outside} of them outside limits ({leaving(result)})" if outside else ""
+        yield Sentence(f"Not ok are {bad} of {total} at all values together{told}.", True, is_first=outside > 0)
 
 
 def of_compare(result: Result) -> Conclusion:
@@ -96,12 +145,17 @@ def of_compare(result: Result) -> Conclusion:
     names, question = result.labels("mechanism"), str(result.attrs["question"])
     two = each(result)
     sentences = []
-    marks = beyond(result)
-    for name, missed in zip(names, marks, strict=True):
-        if any(missed):
-            count = sum(map(bool, missed))
-            text = f"Limit missed: {name}, at {count} of {plural(len(missed), 'configuration')}."
-            sentences.append(Sentence(text, is_alarm=True))
+    verdicts = judged(result)
+    if all(found.outcome == HELD for found in verdicts):
+        sentences.append(Sentence(f"Limits hold in both{verdicts[0].basis}.", state=HELD))
+    for name, found in zip(names, verdicts, strict=True):
+        count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
+        if found.outcome == MISSED:
+            text = f"Limit missed: {name}, at {count} of {total}."
+            sentences.append(Sentence(text, is_alarm=True, state=MISSED))
+        elif found.outcome == NOT_SHOWN:
+            text = f"Not shown: whether limits hold in {name}; {found.gist}."
+            sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
     for name, which, words in figures(question):
         values, unit = figure(result, name, which)
         kind = "position" if "position" in words else "rotation"
@@ -113,25 +167,32 @@ def of_compare(result: Result) -> Conclusion:
             k = farthest(row, part.get("status"))
             if k is None:
                 continue
-            tops.append(f"{one} {say(float(row[k]), unit)}{at(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}")
+            tops.append(
+                f"{one} {say(float(row[k]), unit)}{there(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}"
+            )
         if tops:
-            sentences.append(Sentence(f"Largest {WORDS[kind]}: {'; '.join(tops)}."))
+            said = words if question == "compensate" else WORDS[kind]
+            sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
+    for name, part in zip(names, two, strict=True) if question == "compensate" else ():
+        sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
     for name, part in zip(names, two, strict=True):
         bad = part.get("status") != "ok"
         if bad.any():
             words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
+            outside = bool((part.get("status") == OUTSIDE).any())
+            words = f"{words}; {leaving(part)}" if outside else words
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
-            sentences.append(Sentence(text, is_alarm=True))
-    return Conclusion(tuple(sentences))
+            sentences.append(Sentence(text, is_alarm=True, is_first=outside))
+    return Conclusion(tuple(sentences), ranked(sentences))
 
 
 def of_map(result: Result) -> Conclusion:
     """The largest error over the nodes, where, what is to blame, and how many nodes miss a limit or are not ok."""
     good = np.isin(result.get("status"), READABLE)
     sizes = list(_over_nodes(result, good)) if good.any() else []
-    return Conclusion(
-        (*_beyond_nodes(result, good), *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
-    )
+    judged = list(_beyond_nodes(result))
+    sentences = (*judged, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
+    return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
 
 
 def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
@@ -160,20 +221,25 @@ def _not_ok_nodes(result: Result) -> Iterator[Sentence]:
     if (status == "ok").all():
         return
     names, counts = np.unique(status[status != "ok"], return_counts=True)
-    words = [str(name).replace("_", " ") or "not computed" for name in names]
-    told = ", ".join(f"{count} {word}" for word, count in zip(words, counts, strict=True))
-    yield Sentence(f"Not ok of {status.size} nodes: {told}.", is_alarm=True)
+    words = {name: str(name).replace("_", " ") or "not computed" for name in names.tolist()}
+    if OUTSIDE in words:
+        words[OUTSIDE] = f"outside limits ({leaving(result)})"
+    told = ", ".join(f"{count} {word}" for word, count in zip(words.values(), counts, strict=True))
+    yield Sentence(f"Not ok of {status.size} nodes: {told}.", is_alarm=True, is_first=OUTSIDE in words)
 
 
-def _beyond_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
-    if "limit_met" not in result.data or not np.isfinite(result.get("limit")).any():
+def _beyond_nodes(result: Result) -> Iterator[Sentence]:
+    """The verdict over the nodes that have a pose."""
+    found = of_nodes(result)
+    if found is None:
         return
-    missed = ~result.get("limit_met").astype(bool) & good[..., None]
-    count, total = int(missed.any(axis=-1).sum()), int(good.sum())
-    if count:
-        yield Sentence(f"Limits are missed at {count} of the {total} nodes with a pose.", is_alarm=True)
+    outcomes, basis = found
+    known = outcomes[outcomes != ""].tolist()
+    if known:
+        yield summed_up(result, known, f"the {plural(len(known), 'node')} with a pose", basis)
     else:
-        yield Sentence(f"Limits hold at all {total} nodes with a pose.")
+        text = "Not shown: whether limits hold; the machine can be at none of the nodes."
+        yield Sentence(text, is_alarm=True, is_answer=True, state=NOT_SHOWN)
 
 
 def _blamed_over_nodes(result: Result, good: Nodes, name: str) -> str:

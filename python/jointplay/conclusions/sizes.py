@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
+from jointplay.verdict import NOT_SHOWN, configurations
 
 from .words import Conclusion, Sentence
 
@@ -36,6 +37,10 @@ def _hold(result: Result, used: float) -> Sentence:
         said = f"{share_of(used * allowed)} of the specimens are outside, {share_of(allowed)} may be"
     else:
         said = f"{QUANTITIES.get(quantity, quantity)} uses {share_of(used)} of its limit"
+    if "without_pose" in result.attrs and used <= 1.0:
+        where = configurations(list(map(int, str(result.attrs["without_pose"]).split(", "))))
+        text = f"Not shown: whether the limits hold at {where}; elsewhere {said}, at configuration {place}."
+        return Sentence(text, is_alarm=True, state=NOT_SHOWN)
     return Sentence(f"The limits {hold}: {said}, at configuration {place}.", is_alarm=used > 1.0)
 
 

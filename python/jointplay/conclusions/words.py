@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.errors import listed
 from jointplay.result import Array, Result, first_largest
-from jointplay.verdict import place
+from jointplay.verdict import READABLE
 
-#: outcomes of configurations that have a pose whose numbers can be read
-READABLE = ("ok", "undetermined", "strained")
+OUTSIDE = "outside_limits"
 #: as many configurations are named one by one
 FEW = 8
 #: digits of an upper bound
@@ -32,12 +32,18 @@ class Sentence:
         Whether it stands in front where several questions are asked, as sentences of alarm do.
     is_common : bool
         Whether it holds whatever is asked, so that it is said once for all questions.
+    state : str
+        Of a verdict: ``held``, ``missed`` or ``not shown``.
+    is_first : bool
+        Whether it says that the machine cannot stand somewhere, so that it comes before what is said of the rest.
     """
 
     text: str
     is_alarm: bool = False
     is_answer: bool = False
     is_common: bool = False
+    state: str = ""
+    is_first: bool = False
 
 
 @dataclass(frozen=True)
@@ -77,11 +83,6 @@ def plural(count: int, one: str, more: str = "") -> str:
     return f"{count} {one if count == 1 else more or one + 's'}"
 
 
-def at(result: Result, configuration: int) -> str:
-    """`` at configuration 3 (theta = 40 deg)``; nothing where there is only one."""
-    return f" at {place(result, configuration)}" if result.sizes.get("configuration", 1) > 1 else ""
-
-
 def which(places: Sequence[int]) -> str:
     """``Configurations 1, 3``."""
     if len(places) > FEW:
@@ -97,11 +98,20 @@ def of_statuses(result: Result) -> Iterator[Sentence]:
     total, found = status.size, []
     for outcome in dict.fromkeys(status[status != "ok"].reshape(-1).tolist()):
         places = np.flatnonzero(status == outcome).tolist()
-        named = f" ({', '.join(map(str, places))})" if len(places) <= FEW and 1 < total != len(places) else ""
+        told = [", ".join(map(str, places))] if len(places) <= FEW and 1 < total != len(places) else []
+        told += [leaving(result)] if outcome == OUTSIDE else []
+        named = f" ({'; '.join(told)})" if told else ""
         found.append(f"{len(places) if len(places) < total else 'all'} {outcome.replace('_', ' ')}{named}")
     of = plural(total, "configuration")
     text = f"Status of the configuration: {found[0][4:]}." if total == 1 else f"Not ok of {of}: {', '.join(found)}."
-    yield Sentence(text, is_alarm=True, is_common=True)
+    yield Sentence(text, is_alarm=True, is_common=True, is_first=OUTSIDE in status)
+
+
+def leaving(result: Result) -> str:
+    """``l1 and l2 leave their ranges``: what keeps the machine from standing at some configurations."""
+    names = sorted({*result.get("leaves_range").reshape(-1).tolist()} - {""})
+    named = listed(names) if len(names) <= FEW else f"{len(names)} drives and joints"
+    return f"{named} {'leaves its range' if len(names) == 1 else 'leave their ranges'}"
 
 
 def owners(result: Result) -> list[str]:

@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 from jointplay import poses
+from jointplay.analyses.displaced import at_parameters, on_body
 from jointplay.analyses.nominal import nominal
+from jointplay.analyses.offsets import parameters
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
 from jointplay.spec import AXIS_ON, ENDS, End, JointSpec, PointSpec
@@ -22,6 +24,8 @@ from jointplay.spec import AXIS_ON, ENDS, End, JointSpec, PointSpec
 from .drawing import NO_BODY, NOTES, OUTPUT, ezdxf
 from .skeleton import GROUND, Matrix, Vector
 
+#: offsets and deviations by name
+Given = tuple[Mapping[str, Any], Mapping[str, Any]]
 #: numbers of units in $INSUNITS
 UNITS = {"mm": 4, "cm": 5, "m": 6, "um": 13, "in": 1}
 #: sizes on the drawing, as parts of its extent
@@ -40,7 +44,7 @@ DOWN = -45.0
 SLIDING = ("prismatic", "pin_in_slot")
 
 
-def to_dxf(m: Mechanism, configuration: int = 0) -> str:
+def to_dxf(m: Mechanism, configuration: int = 0, given: Given | None = None) -> str:
     """The drawing of a mechanism in one of its configurations.
 
     Parameters
@@ -48,6 +52,8 @@ def to_dxf(m: Mechanism, configuration: int = 0) -> str:
     m : Mechanism
     configuration : int
         Which, counted from 0.
+    given : pair of mappings, optional
+        Offsets and deviations by name, as for `given`: the mechanism is drawn where they displace it.
 
     Returns
     -------
@@ -57,7 +63,7 @@ def to_dxf(m: Mechanism, configuration: int = 0) -> str:
     Raises
     ------
     InputError
-        When there is no such configuration, or it cannot be assembled.
+        When there is no such configuration, or it cannot be assembled (with these offsets).
     JointplayError
         When ezdxf is not installed.
     """
@@ -66,6 +72,10 @@ def to_dxf(m: Mechanism, configuration: int = 0) -> str:
     in_range(configuration, "configuration", "the number of a configuration", 0, len(at) - 1)
     if not np.isfinite(at.poses[configuration]).all():
         raise InputError(f"configuration {configuration} cannot be assembled", file=m.file)
+    displaced = at_parameters(m, at.at(configuration), parameters(m, 1, *(given or ({}, {}))))
+    there = displaced.poses[0] if given is not None else at.poses[configuration]
+    if not np.isfinite(there).all():
+        raise InputError(f"configuration {configuration} cannot be assembled with these offsets", file=m.file)
     document = library.new("R2010", setup=True)
     document.header["$INSUNITS"] = UNITS[m.units.length_name]
     layers = _layers([GROUND, *dict.fromkeys(m.owners)])
@@ -73,11 +83,13 @@ def to_dxf(m: Mechanism, configuration: int = 0) -> str:
         document.layers.add(layer, color=number % COLOURS + 1)
     for layer in (NAMES, PATH):
         document.layers.add(layer, color=GREY)
-    sheet = _Sheet(m, at.poses[configuration], document.modelspace(), layers)
+    sheet = _Sheet(m, there, displaced.points[0], document.modelspace(), layers)
     sheet.joints()
     for name in m.outputs or (None,):
-        spec = m.only(output=name).core_spec
-        sheet.output(spec["points"][spec["output"]["point"]], name or OUTPUT, at.poses)
+        part = m.only(output=name)
+        point = part.core_spec["output"]["point"]
+        on_its_body = on_body(part.core_spec, point, parameters(part, 1, *(given or ({}, {}))))[0]
+        sheet.output(part.core_spec["points"][point], on_its_body, name or OUTPUT, at.poses)
     sheet.bodies()
     stream = StringIO()
     document.write(stream)
@@ -103,12 +115,13 @@ def _layers(names: Iterable[str]) -> dict[str, str]:
 class _Sheet:
     """The model space of a drawing."""
 
-    def __init__(self, m: Mechanism, pose: Matrix, space: Any, layers: Mapping[str, str]) -> None:
+    def __init__(self, m: Mechanism, pose: Matrix, points: Matrix, space: Any, layers: Mapping[str, str]) -> None:
         self.m, self.space, self.layers = m, space, layers
         self.spec = m.core_spec
         self.is_flat = self.spec["space"] == "planar"
         self.pose = np.vstack([pose, poses.ground(m.pose_size)])
-        self.places = np.array([self.at(point) for point in self.spec["points"]])
+        bodies = [point["body"] for point in self.spec["points"]]
+        self.places = np.array([self.at(body, on) for body, on in zip(bodies, points, strict=True)])
         self.words: list[tuple[str, Vector]] = []
         #: what the outline of every body goes through
         self.corners: dict[str, list[Vector]] = {}
@@ -120,9 +133,9 @@ class _Sheet:
             if self.owner(joint["first"]) != self.owner(joint["second"])
         ]
 
-    def at(self, point: PointSpec) -> Vector:
-        """Where a point is, in the unit of the file."""
-        return np.asarray(poses.place(self.pose[point["body"]], point["at"]) / self.m.units.length)
+    def at(self, body: int, on_body: Vector) -> Vector:
+        """Where a point of a body is, in the unit of the file."""
+        return np.asarray(poses.place(self.pose[body], on_body) / self.m.units.length)
 
     def owner(self, point: int) -> str:
         """The body of the file that has a point of the specification."""
@@ -186,9 +199,9 @@ class _Sheet:
             place, look = ezdxf().math.OCS(normal).from_wcs(tuple(place)), look | {"extrusion": normal}
         self.space.add_circle(place, radius, dxfattribs=look)
 
-    def output(self, point: PointSpec, name: str, path: Vector) -> None:
-        """The output point with its name, and its path."""
-        place, owner = self.at(point), self.owner_of(point)
+    def output(self, point: PointSpec, on_body: Vector, name: str, path: Vector) -> None:
+        """The output point with its name, and its nominal path."""
+        place, owner = self.at(point["body"], on_body), self.owner_of(point)
         self.corners.setdefault(owner, []).append(place)
         self.space.add_point(tuple(place), dxfattribs={"layer": self.layers[owner]})
         self.word(name, place)

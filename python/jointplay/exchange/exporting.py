@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from jointplay import files
 from jointplay.errors import InputError, listed
@@ -17,12 +18,20 @@ from .drafting import to_dxf
 
 Writer = Callable[[Mechanism, int], str]
 
+DRAWING = ".dxf"
 #: by extension, in small letters
-WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, ".dxf": to_dxf})
+WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, DRAWING: to_dxf})
 
 
 @typed
-def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0) -> None:
+def export(
+    m: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    configuration: int = 0,
+    offsets: Mapping[str, Any] | None = None,
+    deviations: Mapping[str, Any] | None = None,
+) -> None:
     """Write a mechanism in a foreign format.
 
     As `.xml` or `.mjcf` it is a model of MuJoCo, whose joints are contacts with the clearances of the mechanism: for a
@@ -38,6 +47,9 @@ def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0
         A file, which is replaced if it is there.
     configuration : int, optional
         The configuration in which the drives are held or that is drawn, from 0.
+    offsets, deviations : mapping, optional
+        As for `given`: the mechanism is drawn where they displace it, so that it can be measured in a program for CAD.
+        Of drawings only.
 
     Raises
     ------
@@ -64,4 +76,11 @@ def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0
             problem = f"'{kind}' is not the extension of a format that is written; known: {listed(WRITERS)}"
         raise InputError(problem, file=os.fspath(path))
     files.require_writable(place)
-    files.put(WRITERS[kind](m, configuration).encode(), place)
+    if offsets is None and deviations is None:
+        text = WRITERS[kind](m, configuration)
+    elif kind == DRAWING:
+        text = to_dxf(m, configuration, (offsets or {}, deviations or {}))
+    else:
+        problem = "a model of MuJoCo has its clearances as contacts; offsets are drawn in a .dxf"
+        raise InputError(problem, file=os.fspath(path), key="offsets")
+    files.put(text.encode(), place)

@@ -50,5 +50,7 @@ def reader(path: Path) -> Reader:
         raise InputError("is a mechanism already: load it with jp.load, or name it to a question", file=str(path))
     if kind not in READERS:
         what = f"'{kind}' is not the extension of a format that is read" if kind else "has no extension"
+        if kind == ".xacro":
+            what = f"is a macro of a robot: `xacro {path.name} > {path.stem}.urdf` makes a robot file of it"
         raise InputError(f"{what}; known: {listed([*READERS, '.xml'])}", file=str(path))
     return READERS[kind]

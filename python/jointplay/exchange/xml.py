@@ -13,6 +13,7 @@ import numpy as np
 from jointplay import toml
 from jointplay.errors import InputError, listed, shown
 
+from .bounds import LARGEST
 from .skeleton import Vector
 
 #: elements inside one another; no robot comes near it
@@ -122,6 +123,8 @@ class Reading:
         if len(found) != count or not np.isfinite(found).all():
             wanted = "a number is" if count == 1 else f"{count} numbers with blanks between them are"
             raise self.refuse(f"{wanted} needed, not {shown(text.strip())}", *places)
+        if np.abs(found).max() > LARGEST:
+            raise self.refuse(f"numbers are at most {LARGEST:g} in size, not {shown(text.strip())}", *places)
         return found
 
     def axis(self, text: str | None, default: tuple[float, float, float], *places: str) -> Vector:

@@ -21,6 +21,7 @@ from .linkage import mechanism
 from .map import draw as draw_map
 from .map import map
 from .pareto import pareto, reactions
+from .paths import displaced_path
 from .put import check_path
 from .sheet import Choice, draw
 from .singular import distance, nearness
@@ -37,6 +38,7 @@ __all__ = [
     "check_path",
     "correction",
     "cost_curve",
+    "displaced_path",
     "distance",
     "draw",
     "draw_map",

@@ -12,6 +12,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result
 from jointplay.typed import typed
 
+from .figures import mechanisms
 from .style import Style, canvas, series, theme
 from .words import along, labelled, legend, of_unit, single, title, whole_numbers
 
@@ -32,7 +33,7 @@ def correction(
     Parameters
     ----------
     result : Dataset
-        Of `compensate`.
+        Of `compensate`, or of `compare` that asked for it.
     unit : str, optional
         Which drives: lengths and angles have axes of their own. That of the first drive if left out.
     axes : matplotlib axes, optional
@@ -47,13 +48,17 @@ def correction(
     with canvas(axes, style) as (figure, axes):
         axes.axhline(0.0, color=theme().ink, linewidth=0.6)
         held = False
-        for k, name in enumerate(name for name, wanted in zip(drives, own, strict=True) if wanted):
-            values, stays = part.get("correction", drive=name), part.get("at_limit", drive=name).astype(bool)
-            axes.plot(x, values, label=name, **series(k))
+        wanted = [name for name, is_own in zip(drives, own, strict=True) if is_own]
+        each = [(f"{label} {name}".strip(), name, one) for label, one in mechanisms(part) for name in wanted]
+        # Of two mechanisms each has drives that the other one has not.
+        each = [entry for entry in each if np.isfinite(entry[2].get("correction", drive=entry[1])).any()]
+        for k, (label, name, one) in enumerate(each):
+            values, stays = one.get("correction", drive=name), one.get("at_limit", drive=name).astype(bool)
+            axes.plot(x, values, label=label, **series(k))
             look: dict[str, Any] = {"marker": "o", "markersize": 10, "markerfacecolor": "none", "color": theme().alarm}
             if stays.any():
-                label = None if held else "held by its range"
-                axes.plot(np.asarray(x)[stays], values[stays], linestyle="", label=label, **look)
+                said = None if held else "held by its range"
+                axes.plot(np.asarray(x)[stays], values[stays], linestyle="", label=said, **look)
                 held = True
         axes.set(xlabel=words, ylabel=labelled("correction of the drive", unit))
         whole_numbers(axes.xaxis, words, len(x))

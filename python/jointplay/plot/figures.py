@@ -62,7 +62,7 @@ def error(
     every = [
         (" ".join(word for word in (label, name) if word), part)
         for label, result in _named(results).items()
-        for name, part in _mechanisms(result)
+        for name, part in mechanisms(result)
     ]
     found = [(name, part, curve) for name, part in every for curve in curves(part, quantity)]
     words = {along(part)[1] for _, part, _ in found}
@@ -264,7 +264,8 @@ def _named(results: Results | Result | xr.Dataset) -> dict[str, Result]:
     return {"": light(results)}  # type: ignore[arg-type]
 
 
-def _mechanisms(result: Result) -> list[tuple[str, Result]]:
+def mechanisms(result: Result) -> list[tuple[str, Result]]:
+    """The results of every mechanism of a comparison, of every output and load case, each with its label."""
     whole = [("", result)]
     if "mechanism" in result.sizes:
         whole = [(str(label), result.isel("mechanism", k)) for k, label in enumerate(result.labels("mechanism"))]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from jointplay import pages
 from jointplay.errors import InputError, one_line
 
 #: dots of a picture, (height, width, red green blue)
@@ -26,13 +27,11 @@ TOOL = "ffmpeg"
 #: colours of a picture in a page or a GIF
 PALETTE = 128
 
-PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{title}</title>
-<style>
+STYLE = """
 body {{ margin: 0 auto; max-width: {width}px; padding: 8px; font: 14px sans-serif; background: {paper}; color: {ink} }}
 img {{ width: 100%; display: block }} div {{ display: flex; gap: 8px; align-items: center }} input {{ flex: 1 }}
-</style></head><body>
+"""
+BODY = """<body>
 <img id="picture" alt="{title}">
 <div><button id="play" type="button">Pause</button>
 <input id="slider" type="range" min="0" max="{last}" value="0" aria-label="frame"></div>
@@ -86,8 +85,9 @@ def page(pictures: Iterable[Picture], fps: int, path: Path, title: str) -> None:
         frames.append(f'"{base64.b64encode(content.getvalue()).decode()}"')
         width, paper = picture.shape[1], "#{:02x}{:02x}{:02x}".format(*picture[0, 0])
     ink = "#000000" if int(paper[1:3], 16) > 127 else "#e8e8e8"
-    fields: dict[str, Any] = {"title": escape(one_line(title)), "width": width, "paper": paper, "ink": ink}
-    text = PAGE.format(**fields, last=len(frames) - 1, pause=round(1000 / fps), frames=",".join(frames))
+    style = STYLE.format(width=width, paper=paper, ink=ink)
+    shown: dict[str, Any] = {"title": escape(one_line(title)), "last": len(frames) - 1, "pause": round(1000 / fps)}
+    text = pages.head(title, style) + BODY.format(**shown, frames=",".join(frames))
     path.write_text(text, encoding="utf-8")
 
 

@@ -5,15 +5,22 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
 from jointplay import files
 from jointplay.errors import InputError
+from jointplay.result import Result, origin_label
 from jointplay.typed import typed
 
-from .style import boxes_for_letters, escape_texts
+from .style import as_far_as_it_goes, escape_texts, theme
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: size of the letters at the foot of a drawing, points
+FOOT = 5.5
 EXTENSIONS = (".png", ".svg", ".pdf")
 
 
@@ -30,13 +37,15 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     files.require_writable(path)
 
 
-def put(figure: Figure, path: Path) -> None:
-    """Write a drawing."""
+def put(figure: Figure, path: Path, result: Result | xr.Dataset | None = None) -> None:
+    """Write a drawing; of a result it says at its foot which mechanism it is of."""
     kind = path.suffix.lower().removeprefix(".")
+    if result is not None:
+        figure.supxlabel(origin_label(result), fontsize=FOOT, x=1.0, ha="right", color=theme().grey)
     content = io.BytesIO()
     escape_texts(figure)
     # Without a date the same drawing is the same file.
     undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    with boxes_for_letters():
+    with as_far_as_it_goes():
         figure.savefig(content, format=kind, metadata=undated)
     files.put(content.getbuffer(), path)

@@ -167,7 +167,7 @@ class Scene(ABC):
         self.line(place, label="output", zorder=7, **look)
 
     def springs(self) -> None:
-        """Springs as zigzags, torsion springs as spirals."""
+        """Springs as zigzags or rings, torsion springs as spirals."""
         pairs = [(self.places[spring["first"]], self.places[spring["second"]]) for spring in self.spec["springs"]]
         lines = [springs.zigzag(*pair, self.extent) for pair in pairs]
         for spring in self.spec["torsions"]:

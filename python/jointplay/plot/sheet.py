@@ -27,6 +27,7 @@ from .corrections import correction
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel, lay_out
 from .linkage import VIEWS, mechanism
+from .paths import displaced_path
 from .put import check_path, put
 from .singular import KINDS, distance, nearness
 from .style import USUAL_STYLE, Style, using
@@ -41,6 +42,8 @@ BETWEEN = 8
 ASKED = ("worst", "loaded", "given", "random")
 #: panels with the sources of each size
 SOURCES = ("sources", "sources-rotation")
+#: a panel that is drawn where it is asked for
+PATH = "path"
 
 
 @dataclass(frozen=True)
@@ -93,14 +96,12 @@ def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
         return ("position", "position-surface", "rotation", "rotation-surface")
     if "pairs" in asked:
         return SIZES
-    if "compensate" in asked:
+    if {"compensate", "compare"} & {*asked}:
         return ("position", "rotation", "correction", "correction-length", "correction-angle")
-    if "compare" in asked:
-        return SIZES
     if "singularities" in asked:
         return ("mechanism", "nearness", "distance")
     if set(asked) <= set(ASKED):
-        return ("mechanism", *SIZES, *SOURCES, *(("histogram",) if "random" in asked else ()))
+        return ("mechanism", *SIZES, *SOURCES, *(("histogram",) if "random" in asked else ()), PATH)
     return ()
 
 
@@ -118,7 +119,9 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Choice
     choice : Choice, optional
     """
     check_path(path)
-    put(sheet(m, results, choice), path)
+    choice = choice or Choice()
+    with using(choice.style):
+        put(sheet(m, results, choice), path, next(iter(results.values())))
 
 
 def sheet(m: Mechanism, results: Mapping[str, Result], choice: Choice | None = None) -> Figure:
@@ -181,7 +184,9 @@ def _panels(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict
         return _singularities(m, first, choice)
     if "compensate" in results:
         return _sizes(results, choice) | _corrections(m, first)
-    return _sizes(results, choice) if "compare" in results else _errors(m, results, choice)
+    if "compare" in results:
+        return _sizes(results, choice) | (_corrections(m, first) if "correction" in first.data else {})
+    return _errors(m, results, choice)
 
 
 def _quantities(choice: Choice) -> tuple[str, ...]:
@@ -312,6 +317,8 @@ def _errors(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict
     for name, size in zip(SOURCES, SIZES, strict=True):
         if choice.quantity is None or size == size_behind(quantity):
             found[name] = Panel(partial(_blame, main, size))
+    if choice.panel == PATH:
+        found[PATH] = Panel(lambda axes: displaced_path(results, axes=axes), 5.0)
     if "random" in results:
         found["histogram"] = Panel(lambda axes: histogram(results["random"], quantity, choice.configuration, axes=axes))
     return found

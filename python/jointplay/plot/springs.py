@@ -1,4 +1,4 @@
-"""Springs as zigzags between their ends, torsion springs as spirals around their joints."""
+"""Springs as zigzags between their ends, as rings where both ends are at one place; torsion springs as spirals."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ import numpy as np
 WIDTH, RADIUS = 0.025, 0.03
 #: bends of a zigzag, the part of it that is straight at each end, turns of a spiral
 BENDS, STRAIGHT, TURNS = 10, 0.15, 2.5
+#: points of a zigzag, and of the ring in its place
+POINTS = BENDS + 4
+#: a spring that is shorter than this share of the drawing's extent has no direction that could be seen
+SHORTEST = 1e-9
 STYLE: Any = {"linewidth": 1.0, "solid_joinstyle": "round"}
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -18,16 +22,20 @@ Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def zigzag(first: Points, second: Points, extent: float) -> Points:
     """The line of a spring from one place to another, in the plane or in space; shape (point, axis).
 
+    It has the same number of points in every configuration. A spring without length is a ring, as wide as a zigzag.
+
     Examples
     --------
     >>> line = zigzag(np.zeros(2), np.array([10.0, 0.0]), 10.0)
     >>> line[[0, -1]].tolist(), float(abs(line[:, 1]).max())
     ([[0.0, 0.0], [10.0, 0.0]], 0.125)
+    >>> ring = zigzag(np.zeros(3), np.zeros(3), 10.0)
+    >>> len(ring) == len(line), np.linalg.norm(ring, axis=1).round(3).max().item()
+    (True, 0.125)
     """
     along = second - first
-    length = float(np.linalg.norm(along))
-    if length == 0.0:
-        return np.stack([first, second])
+    if float(np.abs(along).max()) <= SHORTEST * extent:
+        return _ring(first, extent)
     # Across the line: in space across the ground axis that is least aligned with it as well.
     other = np.eye(len(along))[np.argmin(np.abs(along))]
     across = np.array([-along[1], along[0]]) if len(along) == 2 else np.cross(along, other)
@@ -36,6 +44,13 @@ def zigzag(first: Points, second: Points, extent: float) -> Points:
     sides = np.array([0.0, *(1.0 if k % 2 else -1.0 for k in range(BENDS)), 0.0])
     bends = first + parts[:, None] * along + sides[:, None] * across
     return np.asarray(np.vstack([first, bends, second]))
+
+
+def _ring(centre: Points, extent: float) -> Points:
+    """A circle around a place; in space oblique to all axes, so that no view has it as a line."""
+    turns = np.linspace(0.0, 2.0 * np.pi, POINTS)[:, None]
+    x, y = np.eye(2) if len(centre) == 2 else np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
+    return np.asarray(centre + WIDTH * extent / 2.0 * (np.cos(turns) * x + np.sin(turns) * y))
 
 
 def spiral(centre: Points, x: Points, y: Points, extent: float) -> Points:

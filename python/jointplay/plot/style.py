@@ -182,10 +182,15 @@ class Style:
 
 
 @contextmanager
-def boxes_for_letters() -> Iterator[None]:
-    """Say nothing of letters that a font lacks: a box for a letter says as much, and is as wide as one."""
+def as_far_as_it_goes() -> Iterator[None]:
+    """Say nothing of what the drawing shows itself.
+
+    A box for a letter that a font lacks says as much, and is as wide as one. On a page that is too small for its labels
+    they lie over one another.
+    """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
+        warnings.filterwarnings("ignore", message="constrained_layout not applied")
         yield
 
 
@@ -203,14 +208,18 @@ class Drawing(Figure):
         """Lay out what is drawn, then draw what depends on where that is."""
         if self.late:
             escape_texts(self)
-            with boxes_for_letters():
-                self.draw_without_rendering()
+            self.draw_without_rendering()
         while self.late:
             self.late.pop(0)()
 
+    def draw(self, renderer: Any) -> None:
+        """Draw; as `matplotlib.figure.Figure.draw`."""
+        with as_far_as_it_goes():
+            super().draw(renderer)
+
     def savefig(self, *args: Any, **kwargs: Any) -> None:
         """Write the figure; as `matplotlib.figure.Figure.savefig`."""
-        with mpl.rc_context(self.style.rc), boxes_for_letters():
+        with mpl.rc_context(self.style.rc), as_far_as_it_goes():
             super().savefig(*args, **kwargs)
 
     def _repr_png_(self) -> bytes:
@@ -317,6 +326,11 @@ def alarm() -> dict[str, Any]:
 def limit_line() -> dict[str, Any]:
     """How a limit is drawn."""
     return {"color": theme().ink, "linewidth": 1.2, "linestyle": (0, (6, 2))}
+
+
+def singular_line() -> dict[str, Any]:
+    """How a line of singular poses is drawn."""
+    return {"color": theme().alarm, "linewidth": 1.8, "linestyle": (0, (5, 1.5, 1, 1.5))}
 
 
 def series(number: int) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.result import SEVERAL, Result, commanded, from_dataset
 
-from .style import boxes_for_letters
+from .style import as_far_as_it_goes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ def room(axes: Axes) -> float:
 
 def width_of(text: str, size: float) -> float:
     """How wide a text is with letters of a size, points."""
-    with boxes_for_letters():
+    with as_far_as_it_goes():
         found = text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)
     return float(found[0])
 

@@ -26,7 +26,7 @@ from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, parts, size, stack
 from jointplay.sizing import sizings, times
-from jointplay.verdict import misses
+from jointplay.verdict import is_good
 
 from . import maps
 
@@ -94,7 +94,7 @@ class Answers:
     def is_good(self) -> bool:
         """Whether all configurations are ok and no limit is missed."""
         judged = [c.results[name] for c in self.chapters for name in ("worst", "loaded", "random") if name in c.results]
-        return all(bool((result.get("status") == "ok").all()) and not misses(result) for result in judged)
+        return all(map(is_good, judged))
 
 
 def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None) -> Answers:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,6 @@ from .answers import Chapter, reproduces, shown
 
 #: what the questions are called in headings and sentences
 WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
-#: nothing is fetched from anywhere, and nothing is sent
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 #: draws every scene of the page; what is folded is printed, too
 START = """
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
@@ -35,7 +32,7 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
     m, at = chapter.m.first, chapter.at
     kept = shown(len(at))
     states = [Displaced(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
-    own = replace(at, **{key: value[kept] for key, value in vars(at).items() if key != "units"})
+    own = at.chosen(kept)
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
     limit = float(bounds["position"][1]) / m.units.length
     region = chapter.results["region"].get("region")[kept] if "region" in chapter.results else None
@@ -82,7 +79,7 @@ def _text(chapter: Chapter, k: int) -> list[str]:
                 lines.append(f"{label} {value:.4g} {part.unit('error', component='x')}")
             mark = (verdict(part).marks or ("",) * (k + 1))[k]
             if mark:
-                lines.append(f"{label}: beyond the limit of {mark}")
+                lines.append(f"{label}: beyond the limit: {mark}")
     return lines
 
 
@@ -91,15 +88,6 @@ def embedded(data: Mapping[str, Any]) -> str:
     # Within a script a page ends at the first tag that closes one.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return f'<div class="viewer" data-viewer></div><script type="application/json">{text}</script>'
-
-
-def head(style: str) -> str:
-    """The beginning of a page, up to its title."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><style>{style}{viewer.style()}</style>'
-    )
 
 
 def program() -> str:

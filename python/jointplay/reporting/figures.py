@@ -10,6 +10,7 @@ from html import escape
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from jointplay.columns import as_cell
 from jointplay.plot.style import USUAL_STYLE, escape_texts
 from jointplay.result import Result
 from jointplay.spreadsheets import frame
@@ -51,4 +52,6 @@ def numbers(result: Result, names: Iterable[str]) -> str:
     """Some variables of a result as CSV, one row for each value."""
     kept = {name: result.data[name] for name in names if name in result.data}
     table = frame(Result(result.coords, kept, result.attrs))
-    return str(table.head(MOST_NUMBERS).dropna(axis="columns", how="all").to_csv(index=False))
+    table = table.head(MOST_NUMBERS).dropna(axis="columns", how="all").rename(columns=as_cell)
+    texts = table.select_dtypes("category").columns
+    return str(table.assign(**{name: table[name].cat.rename_categories(as_cell) for name in texts}).to_csv(index=False))

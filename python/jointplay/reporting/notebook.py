@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
+from jointplay import pages, viewer
 from jointplay.analyses import loaded, region, worst
 from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError, listed
@@ -11,7 +12,7 @@ from jointplay.model import Mechanism
 from jointplay.typed import typed
 
 from .answers import Chapter
-from .drawing import drawing, embedded, head, program
+from .drawing import drawing, embedded, program
 
 #: of the frame that a notebook gives the drawing
 HEIGHT = 640
@@ -77,5 +78,5 @@ def view(m: Mechanism) -> View:
     if m.has_loads:
         chapter.results["loaded"] = loaded.compute(m, at=at)
     title = m.title or m.file
-    text = f"{head(STYLE)}<title>{escape(title)}</title></head><body>{embedded(drawing(chapter))}{program()}"
+    text = f"{pages.head(title, STYLE + viewer.style())}<body>{embedded(drawing(chapter))}{program()}"
     return View(text, title)

@@ -7,11 +7,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
+from jointplay import pages, viewer
 from jointplay.errors import one_line
 
 from . import sections
 from .answers import Answers
-from .drawing import head, program
+from .drawing import program
 from .sections import Section
 
 
@@ -24,11 +25,13 @@ def page(answers: Answers, command: str) -> str:
         name = one_line(chapter.output)
         chapters.append((f"Output {name}" if name else "", list(sections.of_chapter(chapter))))
     last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
-    chapters.append(("", [*last, sections.inputs(answers, m.text(m.file), command)]))
+    chapters.append(("", [*last, sections.inputs(answers, command)]))
     body, contents = _body(chapters)
+    if len(answers.chapters) > 1:
+        body = f"{sections.whole(answers.chapters)}{body}"
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     return (
-        f"{head(style)}<title>{escape(title)}</title></head><body>"
+        f"{pages.head(title, style + viewer.style())}<body>"
         f"<header><h1>{escape(title)}</h1><nav>{contents}</nav></header><main>{body}</main>{program()}"
     )
 

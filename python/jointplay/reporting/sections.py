@@ -15,13 +15,13 @@ from matplotlib.figure import Figure
 
 from jointplay import plot
 from jointplay.analyses.hints import hints
-from jointplay.conclusions import Sentence, conclude
+from jointplay.conclusions import Sentence, conclude, decide
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
-from jointplay.result import Result, in_words, size, typical
+from jointplay.result import Result, in_words, size, today, typical
 from jointplay.table import tables
 from jointplay.table.html import folded, paragraphs, table
-from jointplay.verdict import cause, place, verdict
+from jointplay.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
 from . import maps
 from .answers import Answers, Chapter
@@ -29,6 +29,8 @@ from .drawing import WORDS, drawing, embedded
 from .figures import numbers, picture
 
 QUANTITIES = ("position", "rotation")
+#: in front of verdicts
+SYMBOLS = {HELD: "✓", MISSED: "✗", NOT_SHOWN: "?"}
 #: variables that stand behind a figure of errors
 ERRORS = {
     "worst": ("worst_position", "worst_rotation", "worst_component", "limit", "status"),
@@ -89,12 +91,31 @@ def _verdict(chapter: Chapter) -> str:
             sentences = [sentence for sentence in conclude(part).sentences if sentence not in already]
             already.update(sentence for sentence in sentences if sentence.is_common)
             label = ", ".join(filter(None, (words, heading)))
-            mark = '<strong class="missed">missed</strong>' if verdict(part).missed else ""
+            mark = marked(verdict(part).outcome)
             if sentences:
                 said = paragraphs([sentence.text for sentence in sentences])
                 items.append(f"<dt>{escape(label)} {mark}</dt><dd>{said}</dd>")
-    lead = _summary(chapter)
-    return paragraphs(lead, "answer") + (f"<dl>{''.join(items)}</dl>" if items else "")
+    lead = whole([chapter]) + paragraphs(_summary(chapter), "answer")
+    return lead + (f"<dl>{''.join(items)}</dl>" if items else "")
+
+
+def whole(chapters: Sequence[Chapter]) -> str:
+    """The verdict over all questions, of all outputs together."""
+    found: dict[str, list[tuple[str, Result]]] = {}
+    for chapter in chapters:
+        output = f"Output {chapter.output}" if len(chapters) > 1 else ""
+        for question in WORDS:
+            own = [(", ".join(filter(None, (output, heading))), part) for heading, part in chapter.parts(question)]
+            found.setdefault(question, []).extend(own)
+    said = decide(found)
+    return f'<p class="answer">{marked(said.state)} {escape(said.text)}</p>' if said is not None else ""
+
+
+def marked(outcome: str) -> str:
+    """A verdict as a mark that is read without colours, too."""
+    if not outcome:
+        return ""
+    return f'<strong class="{outcome.replace(" ", "-")}">{SYMBOLS[outcome]} {outcome}</strong>'
 
 
 def _summary(chapter: Chapter) -> list[str]:
@@ -223,7 +244,8 @@ def _compensation(chapter: Chapter) -> str:
         words = ": ".join(filter(None, (heading, said)))
         names = [name for name in part.data if "contribution" not in name]
         shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
-        found.append(_concluded(part) + shown + _table(part, "Table of the corrected drives"))
+        judged = marked(verdict(part).outcome) + _concluded(part)
+        found.append(judged + shown + _table(part, "Table of the corrected drives"))
     return "".join(found)
 
 
@@ -277,12 +299,13 @@ def map_(answers: Answers) -> Section | None:
         return Section("Map", maps.content(answers.m, answers.map))
 
 
-def inputs(answers: Answers, source: str, command: str) -> Section:
+def inputs(answers: Answers, command: str) -> Section:
     """What the page was made from."""
     m, known = answers.m, answers.check
     rows: Mapping[str, Any] = {
         "mechanism": known.attrs["mobility"],
-        "file": Path(m.file).name,
+        "file": f"{Path(m.file).name}, mechanism {m.hash}",
+        "date": today(),
         "configurations": known.attrs["configurations"],
         "random specimens": f"{answers.samples:,} per configuration, seed {answers.seed}",
         "warnings": " ".join(hints(m)) or "none",
@@ -297,4 +320,4 @@ def inputs(answers: Answers, source: str, command: str) -> Section:
     )
     content = f"<dl>{items}</dl>{paragraphs([assumed], 'note')}"
     content += folded("What the mechanism is made of", "".join(table(one, title=True) for one in tables(known)))
-    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(source)}</pre>"))
+    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(m.complete_text)}</pre>"))

@@ -2,9 +2,12 @@
 
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
 from .build import SIDES, STATUSES, Builder, axes_of, version
-from .combine import SEVERAL, align, beside, merge, parts, stack
+from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
+from .origin import Origin, attributes, today
+from .origin import label as origin_label
+from .outcomes import UNREACHABLE, counted
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
@@ -15,26 +18,32 @@ __all__ = [
     "SIDES",
     "STATUSES",
     "TYPICAL",
+    "UNREACHABLE",
     "Array",
     "Attribute",
     "Blame",
     "Builder",
     "Column",
+    "Origin",
     "Result",
     "Rows",
     "Variable",
     "align",
+    "attributes",
     "axes_of",
     "beside",
     "blame",
     "bounds",
     "commanded",
     "coordinate_names",
+    "counted",
     "first_largest",
     "from_dataset",
     "in_words",
+    "judged_alone",
     "largest",
     "merge",
+    "origin_label",
     "parts",
     "parts_by_cause",
     "quantities",
@@ -45,6 +54,7 @@ __all__ = [
     "split",
     "stack",
     "to_dataset",
+    "today",
     "typical",
     "unit_at",
     "unit_of",

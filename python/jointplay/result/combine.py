@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .names import coordinate_names
+from .origin import Origin
 from .structure import Array, Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
 NAMED = ("source", "joint", "parameter", "body", "drive", "member", "elastic")
+#: attributes on which verdicts rest, and which may differ between mechanisms or values of a sweep
+JUDGED_BY = ("required_yield", "contact", "sizes")
 #: dimensions of several outputs and load cases
 SEVERAL = ("output", "load_case")
 
@@ -18,7 +22,8 @@ SEVERAL = ("output", "load_case")
 def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | int | float]) -> Result:
     """Results of the same shape along a new leading dimension.
 
-    Coordinates that are the same in all of them stay as they are.
+    Coordinates that are the same in all of them stay as they are. What only some of them have, such as shares under a
+    load, is nan in the others.
 
     Parameters
     ----------
@@ -28,13 +33,22 @@ def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | 
         Attributes of the whole.
     """
     (dim,) = along.dims
+    if len({frozenset(result.data) for result in results}) > 1:
+        results = [_completed(result, results) for result in results]
     coords: dict[str, Variable] = {dim: along}
     for name, first in results[0].coords.items():
         variables = [result.coords[name] for result in results]
         same = all(_same(first.values, v.values) for v in variables)
         coords[name] = first if same else _stacked(variables, dim)
     data = {name: _stacked([result.data[name] for result in results], dim) for name in results[0].data}
-    return Result(coords, data, attrs)
+    # Of two mechanisms, or values, each keeps to its own.
+    for name in JUDGED_BY:
+        values = [result.attrs.get(name) for result in results]
+        if any(value != values[0] for value in values):
+            missing = np.nan if isinstance(next(filter(None, values)), float) else ""
+            coords[name] = Variable((dim,), np.array([missing if value is None else value for value in values]))
+            attrs = {key: value for key, value in attrs.items() if key != name}
+    return Result(coords, data, attrs, results[0].origin)
 
 
 def beside(results: Sequence[Result], dim: str, labels: Sequence[str], words: str, same: Sequence[str] = ()) -> Result:
@@ -51,7 +65,7 @@ def beside(results: Sequence[Result], dim: str, labels: Sequence[str], words: st
     stacked = stack(results, along, attrs)
     coords = {name: Variable((dim,), np.array(v)) for name, v in apart.items()}
     data = {name: first.data[name] if name in same and name in first.data else v for name, v in stacked.data.items()}
-    return Result({**stacked.coords, **coords}, data, attrs)
+    return Result({**stacked.coords, **coords}, data, attrs, stacked.origin)
 
 
 def parts(result: Result) -> list[tuple[str, Result]]:
@@ -73,6 +87,13 @@ def _with_own_attributes(result: Result) -> Result:
     own = {name: v.values.item() for name, v in result.coords.items() if not v.dims and name not in SEVERAL}
     known = {name: value for name, value in own.items() if value == value}
     return Result(result.coords, result.data, {**result.attrs, **known})
+
+
+def judged_alone(result: Result) -> Result:
+    """One mechanism of a comparison, or value of a sweep, with those attributes of its own that verdicts rest on."""
+    own = {name: result.coords[name].values.item() for name in JUDGED_BY if name in result.coords}
+    known = {name: value for name, value in own.items() if value == value and value != ""}
+    return replace(result, attrs={**result.attrs, **known})
 
 
 def _same(a: Array, b: Array) -> bool:
@@ -165,7 +186,17 @@ def merge(results: Mapping[str, Result]) -> Result:
         attrs |= result.attrs
     attrs["question"] = ", ".join(results)
     drives = _drives(list(results.values()), {*Result(coords, data).sizes, *coords, *data, *attrs})
-    return Result({**coords, **drives}, data, {**attrs, "drives": ", ".join(drives)} if drives else attrs)
+    attrs |= {"drives": ", ".join(drives)} if drives else {}
+    return Result({**coords, **drives}, data, attrs, _origin(results))
+
+
+def _origin(results: Mapping[str, Result]) -> Origin | None:
+    """Of all questions: their options stand under their names."""
+    known = {question: result.origin for question, result in results.items() if result.origin is not None}
+    if not known:
+        return None
+    first = next(iter(known.values()))
+    return replace(first, options={question: origin.options for question, origin in known.items()})
 
 
 def _drives(results: Sequence[Result], taken: set[str]) -> dict[str, Variable]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .origin import attributes
 from .structure import Array, Result, Variable
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def to_dataset(result: Result) -> xr.Dataset:
     for name, index in indexes.items():
         coords.update(index.create_variables({name: coords[name]}))
     data = {name: entry(v) for name, v in result.data.items()}
-    return xr.Dataset(data, xr.Coordinates(coords, indexes), dict(result.attrs))
+    return xr.Dataset(data, xr.Coordinates(coords, indexes), attributes(result))
 
 
 def _index(dim: str, labels: Array) -> PandasIndex:

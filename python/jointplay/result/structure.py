@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .origin import Origin
 
 Array = NDArray[Any]
 Attribute = str | int | float
@@ -53,11 +56,14 @@ class Result:
         Variables by name.
     attrs : mapping
         Title, question, version, seed and the like.
+    origin : Origin or None
+        What it was computed of; of what was read from a file this is among the attributes.
     """
 
     coords: Mapping[str, Variable]
     data: Mapping[str, Variable]
     attrs: Mapping[str, Attribute] = field(default_factory=dict)
+    origin: Origin | None = None
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -109,4 +115,4 @@ class Result:
             return Variable(dims, values, variable.units, variable.long_name)
 
         coords = {name: pick(v) for name, v in self.coords.items()}
-        return Result(coords, {name: pick(v) for name, v in self.data.items()}, self.attrs)
+        return Result(coords, {name: pick(v) for name, v in self.data.items()}, self.attrs, self.origin)

@@ -50,6 +50,9 @@ SINES = (
 #: passes over the file: what an expression becomes may show the next one
 MOST_PASSES = 12
 
+#: what no expression has, and Python's parser would print remarks on: texts, and words right behind a number
+FOREIGN = re.compile(r"""['"\\]|(?<![^\W\d])(?:and|else|for|if|in|is|not|or)\b""")
+
 OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -260,6 +263,8 @@ def _parsed(text: str) -> ast.expr:
     if len(text) > LONGEST:
         raise NotAnExpression(f"{shown(text)} is longer than {LONGEST} characters")
     try:
+        if FOREIGN.search(text):
+            raise SyntaxError
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise NotAnExpression(f"{shown(text)} is not an expression such as a / 2 + 10") from None

@@ -150,6 +150,8 @@ class MechanismFile(Table):
         if self.limits.probability is not None and not any(limits.given() for limits in every):
             known = ", ".join(self.limits.words())
             raise problem(f"limits.probability is the share of the specimens within limits: give one of {known}, too")
+        if self.limits.contact is not None and not any(limits.given() for limits in every):
+            raise problem("limits.contact says which specimens keep to the limits, and there are none")
         return self
 
     @model_validator(mode="after")

@@ -32,7 +32,11 @@ class GridRange(Table):
             raise problem("give from, to and count, or a list of values, or a single number that is held")
         steps = [b - a for a, b in zip(self.nodes, self.nodes[1:], strict=False)]
         if not (all(step > 0 for step in steps) or all(step < 0 for step in steps)):
-            raise problem("the values of an axis rise or fall, and none comes twice")
+            hint = ""
+            if self.values and len(self.values) == 3 and self.values[2] == int(self.values[2]) >= 2:
+                low, high, count = self.values
+                hint = f"; a range is {{ from = {low:g}, to = {high:g}, count = {int(count)} }}"
+            raise problem(f"the values of an axis rise or fall, and none comes twice{hint}")
         return self
 
     @property

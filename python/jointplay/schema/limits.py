@@ -1,7 +1,7 @@
 """What is acceptable: errors of the output, ranges of drives and joints, nearness to a singular configuration."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -104,6 +104,11 @@ class LimitsTable(ErrorLimits):
     probability: Annotated[float, Field(gt=0.0, lt=1.0)] | SkipJsonSchema[None] = Field(
         None, description="share of the specimens that must keep to the limits in `random`; such as 0.9973"
     )
+    contact: Literal["scattered", "loaded"] | SkipJsonSchema[None] = Field(
+        None,
+        description="where clearances are in these specimens: offsets that scatter, or those that the load decides;"
+        " both count where it is left out and there are loads",
+    )
     singular_value: Positive = Field(
         1e-4, description="smallest acceptable singular value of the length-scaled Jacobian"
     )
@@ -128,7 +133,7 @@ class CopyLimits(Table):
 
     example: ClassVar[str] = "{ joints = { hip = [0, 90] } }"
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("position", "rotation", *SpatialErrorLimits.components, "angle", "probability", "singular_value"),
+        ("position", "rotation", *SpatialErrorLimits.components, "angle", "probability", "contact", "singular_value"),
         "of the file as a whole",
     )
 

@@ -86,7 +86,11 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
         case "tuple_type":
             return f"a list in brackets is needed, not {value}"
         case "too_long":
-            return f"{context['max_length']} values are needed, not {value}"
+            needed = int(context["max_length"])
+            # [75,5, 0] is three numbers.
+            doubled = isinstance(given, list | tuple) and needed < len(given) <= 2 * needed
+            hint = " (decimals have a point, such as 0.5: a comma begins the next value)" if doubled else ""
+            return f"{needed} values are needed, not {value}{hint}"
         case "too_short":
             least = int(context["min_length"])
             if not context["actual_length"]:

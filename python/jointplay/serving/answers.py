@@ -17,16 +17,16 @@ import numpy as np
 from jointplay.analyses import given, loaded, random, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.linear_worst import is_linear, linear_region
-from jointplay.analyses.nominal import Floats, Nominal
+from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
 from jointplay.compile import ANGULAR, LENGTHS
-from jointplay.conclusions import conclude, rounding
+from jointplay.conclusions import Sentence, conclude, rests, rounding
 from jointplay.conclusions.errors import value_of
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.reporting.answers import reproduces, specimens
-from jointplay.result import Result, blame, in_words
-from jointplay.verdict import cause, place, verdict
+from jointplay.result import STATUSES, Result, blame, in_words
+from jointplay.verdict import cause, verdict
 from jointplay.viewer import Displaced, scene
 
 from .knobs import drives, offsets
@@ -81,12 +81,10 @@ def now(session: Session, asked: Asked, check: Check) -> Json:
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
     m_here = m.under_loads_of(nearest)
-    told: Json = {"serial": asked.serial, "exact": False, "samples": FEW}
-    if np.isfinite(at.poses).all():
+    told: Json = {"serial": asked.serial, "exact": False, "samples": FEW} | _standing(m, at, asked)
+    if "problem" not in told:
         here = _here(m_here, at, asked)
         told |= _drawing(here, asked) | _numbers(here.answers)
-    else:
-        told["problem"] = f"cannot be assembled at {_drives(m, asked.drives)}"
     check(0, 0)
     if len(path) <= MOST_LIVE:
         key = ("path", m.of, tuple(sorted(asked.values.items())))
@@ -108,7 +106,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
     m_here = m.under_loads_of(nearest)
-    told: Json = {"serial": asked.serial, "exact": True, "samples": samples}
+    told: Json = {"serial": asked.serial, "exact": True, "samples": samples} | _standing(m, at, asked)
     key = ("settled", m.of, samples, tuple(sorted(asked.values.items())))
 
     def ask(own: Mechanism, where: Nominal) -> dict[str, Result]:
@@ -116,7 +114,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
             return _random(own, where, samples, path=len(where) > 1, check=check)
         return _loaded(own, where) | {"worst": worst.compute(own, at=where, progress=check)}
 
-    if np.isfinite(at.poses).all():
+    if "problem" not in told:
         answers = ask(m_here, at)
         check(0, 0)
         if samples:
@@ -134,6 +132,17 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     told["next"] = following[0] if soon and told["path"] else 0
     told["milliseconds"] = 1e3 * seconds
     return told
+
+
+def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
+    """What keeps the machine from standing at a position, where something does, and where it would be."""
+    if not np.isfinite(at.poses).all():
+        return {"problem": f"cannot be assembled at {_drives(m, asked.drives)}"}
+    status = str(STATUSES[at.status[0]])
+    if status not in WITHOUT_ERRORS:
+        return {}
+    leaves = "" if at.leaves is None or not at.leaves[0] else f": {at.leaves[0]} leaves its range"
+    return {"problem": f"{status.replace('_', ' ')} at {_drives(m, asked.drives)}{leaves}", "scene": scene(m, at)}
 
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
@@ -227,9 +236,7 @@ def _numbers(answers: Mapping[str, Result]) -> Json:
 def _one(question: str, result: Result) -> Json:
     said = conclude(result)
     told: Json = {"status": str(result.get("status")[0])}
-    # The position need not be one of the file's.
-    where = f" at {place(result, 0)}"
-    told["sentences"] = [{"text": one.text.replace(where, ""), "alarm": one.is_alarm} for one in said.sentences]
+    told["sentences"] = list(map(_sentence, said.sentences))
     for quantity in QUANTITIES:
         values, unit = value_of(result, quantity)
         blamed = cause(result, quantity, "high", 0)
@@ -239,7 +246,6 @@ def _one(question: str, result: Result) -> Json:
             "blame": in_words(*blamed) if blamed else "",
             "shares": _shares(result, quantity),
         }
-    told["missed"] = verdict(result).missed
     if question == "worst":
         found = result.get("worst_offset", extreme="position")[0]
         told["offsets"] = dict(zip(result.labels("parameter"), map(_number, found), strict=True))
@@ -288,17 +294,22 @@ def _path(answers: Mapping[str, Result]) -> Json:
     """Errors along the path, for plots, with sentences."""
     told: Json = {}
     for question, result in answers.items():
-        said = conclude(result)
+        said, judged = conclude(result), verdict(result)
         curves = {}
         for quantity in QUANTITIES:
             values, unit = value_of(result, quantity)
             limit = result.get("limit", quantity=quantity, side="high") if "limit" in result.data else np.nan
             curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
         told[question] = curves | {
-            "sentences": [{"text": one.text, "alarm": one.is_alarm} for one in said.sentences],
-            "missed": verdict(result).missed,
+            "sentences": list(map(_sentence, said.sentences)),
+            "outcome": judged.outcome,
+            "rests": rests(question, result, judged),
         }
     return told
+
+
+def _sentence(one: Sentence) -> Json:
+    return {"text": one.text, "alarm": one.is_alarm, "state": one.state}
 
 
 def _number(value: Any) -> float | None:

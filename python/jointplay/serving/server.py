@@ -2,25 +2,26 @@
 
 Every address begins with the token, so that neither another user of the machine nor a page of another origin can guess
 it. A request is refused (403) as well if its `Host` is not this machine by name, which is how a foreign name that leads
-here (DNS rebinding) is noticed, or if its `Origin` is another page than ours.
+here (DNS rebinding) is noticed, or if its `Origin` is another page than ours. Every answer, refusals among them, has
+the same headers.
 """
 
 from __future__ import annotations
 
 import hmac
+import io
 import json
 import os
 import secrets
 import shlex
-import sys
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
 from pathlib import Path
-from socketserver import TCPServer
 from typing import Any
 
 from jointplay import examples, viewer
@@ -29,10 +30,11 @@ from jointplay.reporting import answers as reports
 from jointplay.reporting.page import page as report
 
 from .answers import STAGES, now, opened, settled
+from .door import HOST, PIECE, Connection, Door
 from .folder import Folder, Opened, example, from_text
+from .replies import reply
 from .session import Asked, Cancelled, Session
 
-HOST = "127.0.0.1"
 #: names of this machine that a browser may have been given
 NAMES = ("127.0.0.1", "localhost")
 #: bytes of a request; a mechanism file is not longer
@@ -41,21 +43,9 @@ LARGEST = 8_500_000
 DIGITS = 9
 #: pages whose mechanisms are kept; of further ones the oldest has to be opened again
 MOST_PAGES = 64
-#: seconds without a word after which a connection is closed
-PATIENCE = 120.0
-#: nothing but what this server sends is run or shown, nothing is sent elsewhere, and no page has it in a frame
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:;"
-    " base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-HEADERS = {
-    "Content-Security-Policy": POLICY,
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cache-Control": "no-store",
-}
+VERSIONS = ("HTTP/1.0", "HTTP/1.1")
+#: what is said with a refusal
+REFUSED = {403: "refused: open the address that `jointplay studio` printed"}
 HTML, CSS, JS, JSON = "text/html", "text/css", "text/javascript", "application/json"
 
 Json = dict[str, Any]
@@ -170,7 +160,7 @@ class Studio:
         return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), command)}
 
 
-class Server(ThreadingHTTPServer):
+class Server(Door):
     """The server of a studio.
 
     Parameters
@@ -181,45 +171,51 @@ class Server(ThreadingHTTPServer):
 
     Raises
     ------
-    OSError
-        When the port is taken.
+    OSError, OverflowError
+        When the port is taken, or is none.
     """
-
-    daemon_threads = True
-    #: a port is free when the connections of a server before have ended; where this means another thing, not
-    allow_reuse_address = os.name == "posix"
 
     def __init__(self, studio: Studio, port: int = 0) -> None:
         self.studio = studio
         self.token = secrets.token_urlsafe(24)
-        super().__init__((HOST, port), Handler)
+        super().__init__(port)
 
     @property
     def address(self) -> str:
         """Where the page is."""
-        return f"http://{HOST}:{self.server_port}/{self.token}/"
+        return f"http://{HOST}:{self.port}/{self.token}/"
 
-    def server_bind(self) -> None:
-        # HTTPServer asks for the name of the machine, which takes long where no name server answers.
-        TCPServer.server_bind(self)
-        self.server_name, self.server_port = HOST, self.server_address[1]
+    def name_in(self, path: str) -> str | None:
+        """What is asked for, behind the token; None without it."""
+        token, mark, name = path.split("?")[0].removeprefix("/").partition("/")
+        return name if hmac.compare_digest(token.encode(), self.token.encode()) and mark else None
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        # Pages may go away in the middle of an answer.
-        if not isinstance(sys.exception(), OSError):
-            super().handle_error(request, client_address)
+    def refusal(self, line: bytes) -> bytes:
+        words = line.decode("latin-1").split()
+        if len(words) != 3 or words[2] not in VERSIONS:
+            return self.said(400)
+        return self.said(403) if self.name_in(words[1]) is None else b""
+
+    def said(self, code: int) -> bytes:
+        return reply(code, "text/plain", REFUSED.get(code, HTTPStatus(code).phrase), closes=True)
+
+    def answer(self, connection: Connection, head: bytes) -> bool:
+        handler = Handler(self, connection, head)
+        handler.handle_one_request()
+        return not handler.close_connection
 
 
 class Handler(BaseHTTPRequestHandler):
-    """A connection of a page."""
+    """A request of a page, whose head is there."""
 
-    server: Server
-    protocol_version = "HTTP/1.1"
-    server_version = "jointplay"
-    sys_version = ""
-    timeout = PATIENCE
-    # An answer would wait for the receipt of its head.
-    disable_nagle_algorithm = True
+    server: Server  # type: ignore[assignment]
+    protocol_version = default_request_version = "HTTP/1.1"
+
+    def __init__(self, server: Server, asked: Connection, head: bytes) -> None:
+        # That of the library serves a connection until its end.
+        self.server, self.asked = server, asked
+        self.rfile, self.wfile = io.BytesIO(head), io.BytesIO()
+        self.close_connection = True
 
     def log_message(self, format: str, *args: Any) -> None:
         """Nothing is printed of requests."""
@@ -228,7 +224,10 @@ class Handler(BaseHTTPRequestHandler):
         """A part of the page."""
         name = self._name()
         if name is None:
-            return self._refuse()
+            return self.send_error(403)
+        if self.headers.get("Content-Length", "0") != "0":
+            # What follows is not read, so that the connection cannot go on.
+            self.close_connection = True
         if name not in PARTS:
             return self._send(404, JSON, json.dumps({"error": "there is nothing here"}))
         kind, make = PARTS[name]
@@ -238,17 +237,29 @@ class Handler(BaseHTTPRequestHandler):
         """An answer to a page."""
         name = self._name()
         if name is None:
-            return self._refuse()
+            return self.send_error(403)
         length = self.headers.get("Content-Length", "")
-        if not length.isascii() or not length.isdigit() or len(length) > DIGITS or int(length) > LARGEST:
-            # What follows is not read, so that the connection cannot go on.
+        is_number = length.isascii() and length.isdigit() and len(length) <= DIGITS
+        if not is_number or int(length) > LARGEST or "Transfer-Encoding" in self.headers:
             self.close_connection = True
             return self._send(413, JSON, json.dumps({"error": "this is too long for a mechanism file"}))
-        content = self.rfile.read(int(length))
+        content = self._content(int(length))
         if name not in self.server.studio.answers:
             return self._send(404, JSON, json.dumps({"error": "there is nothing here"}))
         code, told = self._answer(self.server.studio.answers[name], content)
         return self._send(code, JSON, json.dumps(told, allow_nan=False))
+
+    def _content(self, length: int) -> bytes:
+        """What follows the head."""
+        read = self.asked.read
+        while len(read) < length:
+            piece = self.asked.socket.recv(min(length - len(read), PIECE))
+            if not piece:
+                raise ConnectionError
+            read += piece
+        content = bytes(read[:length])
+        del read[:length]
+        return content
 
     def _answer(self, answer: Callable[[Json], Json], content: bytes) -> tuple[int, Json]:
         try:
@@ -263,30 +274,22 @@ class Handler(BaseHTTPRequestHandler):
             return 400, {"error": message}
 
     def _name(self) -> str | None:
-        """What is asked for, behind the token; None if the request is not one of our pages'."""
+        """What is asked for; None if the request is not one of our pages'."""
         host = self.headers.get("Host", "")
-        origin = self.headers.get("Origin")
-        token, mark, name = self.path.split("?")[0].removeprefix("/").partition("/")
-        known = hmac.compare_digest(token.encode(), self.server.token.encode())
-        is_ours = host.rpartition(":")[0] in NAMES and origin in (None, f"http://{host}")
-        return name if known and mark and is_ours else None
+        is_ours = host.rpartition(":")[0] in NAMES and self.headers.get("Origin") in (None, f"http://{host}")
+        return self.server.name_in(self.path) if is_ours else None
 
-    def _refuse(self) -> None:
+    def handle_expect_100(self) -> bool:
+        self.asked.socket.sendall(b"HTTP/1.1 100 Continue\r\n\r\n")
+        return True
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
+        """A refusal, also of what the library does not take."""
         self.close_connection = True
-        self._send(403, "text/plain", "refused: open the address that `jointplay studio` printed")
+        self.asked.socket.sendall(self.server.said(code))
 
     def _send(self, code: int, kind: str, text: str) -> None:
-        content = text.encode()
-        self.send_response(code)
-        for name, value in HEADERS.items():
-            self.send_header(name, value)
-        self.send_header("Content-Type", f"{kind}; charset=utf-8")
-        self.send_header("Content-Length", str(len(content)))
-        if self.close_connection:
-            self.send_header("Connection", "close")
-        with suppress(OSError):
-            self.end_headers()
-            self.wfile.write(content)
+        self.asked.socket.sendall(reply(code, kind, text, closes=self.close_connection))
 
 
 def serve(file: str | None, port: int, said: Callable[[str], None]) -> None:

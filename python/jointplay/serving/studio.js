@@ -125,10 +125,20 @@ function answer() {
   bars(at("shares"), own?.position.shares ?? []);
 }
 
-function sentence({ text, alarm }) {
+function sentence({ text, alarm, state }) {
   const line = Object.assign(document.createElement("p"), { textContent: text });
-  line.classList.toggle("alarm", Boolean(alarm));
+  if (state) line.classList.add(state.replace(" ", "-"));
+  else line.classList.toggle("alarm", Boolean(alarm));
   return line;
+}
+
+/** The verdict over all questions along the path, the worst outcome first; it says what it rests on. */
+function whole(questions) {
+  const words = { missed: "✗ Limits missed: ", "not shown": "? Not shown: ", held: "✓ Limits hold " };
+  const groups = Object.keys(words).map((state) => [state, questions.map((name) => shown.path[name]).filter((own) => own.outcome === state)]).filter(([, found]) => found.length);
+  if (!groups.length) return [];
+  const text = groups.map(([state, found], k) => (k ? `${state}: ` : words[state]) + found.map((own) => own.rests).join(", ")).join("; ");
+  return [sentence({ text: `${text}.`, state: groups[0][0] })];
 }
 
 function numbers() {
@@ -173,7 +183,7 @@ function along() {
     const head = element("p", { className: `key ${question}`, textContent: `${QUESTIONS[question]} (${wordOf(question, own)})` });
     return [head, ...own.sentences.slice(0, 3).map(sentence)];
   });
-  at("verdict").replaceChildren(...words);
+  at("verdict").replaceChildren(...whole(questions), ...words);
 }
 
 // ---- sliders ----------------------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.compile import LENGTHS
-from jointplay.conclusions import owners, rounding, which
+from jointplay.conclusions import leaving, owners, rounding, which
 from jointplay.result import Result, size, unit_of
 
 from .indices import notes as of_indices
@@ -16,7 +16,7 @@ from .singularities import remarks
 
 OUTCOMES = {
     "not_assembled": "the links cannot reach the commanded pose",
-    "singular": "near a singularity: bodies can move although the drives are held, and the error is not reliable",
+    "singular": "near a singularity: bodies can move although the drives are held, and there is no error",
     "underconstrained": "something can move although the drives are held",
     "undetermined": "no force pushes some joint to one side; `jointplay error -q loaded` names it",
     "strained": "it can only be assembled with strained members",
@@ -42,6 +42,8 @@ def _notes(result: Result) -> Iterable[str]:
         yield sentence(str(result.attrs["incomplete"]))
     if "held_spins" in result.attrs:
         yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
+    if "misfit" in result.attrs and result.attrs["question"] != "solve":
+        yield sentence(str(result.attrs["misfit"]))
     status = result.get("status")
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
@@ -50,6 +52,9 @@ def _notes(result: Result) -> Iterable[str]:
         where = (
             which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
+        meaning = leaving(result) if outcome == "outside_limits" else meaning
+        if outcome == "not_assemblable" and "misfit" in result.attrs:
+            meaning = "the clearances cannot absorb what stays open as drawn, with the deviations"
         words = _unpressed(result, bad) or f"{meaning}{_motion(result, outcome, bad)}"
         yield f"{where}: {outcome.replace('_', ' ')}: {words}."
     yield from str(result.attrs.get("failure", "")).splitlines()
@@ -66,9 +71,9 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         where = which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
         yield f"{where}: the search reached its limit of steps; the largest errors found are shown."
-    if question == "worst" and "some_without_play" in result.attrs:
-        tight = result.attrs["some_without_play"]
-        yield f"{tight}: the largest play counts; some or all pairs have interference, and no play."
+    if "some_without_play" in result.attrs:
+        counts = "the largest play counts; " if question == "worst" else ""
+        yield f"{result.attrs['some_without_play']}: {counts}some or all pairs have interference, and no play."
     if question == "worst" and "correlations_ignored" in result.attrs:
         yield (
             f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
@@ -79,6 +84,8 @@ def _notes(result: Result) -> Iterable[str]:
         yield f"{endless}: without limits; the bounds hold up to three standard deviations."
     if question in ("loaded", "given") and "offsets_of" not in result.attrs:
         yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
+    elif question == "compensate":
+        yield from sizes_taken(result)
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:
         yield from _left_open(result)
     if question == "compensate":
@@ -87,8 +94,6 @@ def _notes(result: Result) -> Iterable[str]:
         yield "`jointplay singularities` says of which kind, and how far the path is from it."
     if question == "singularities":
         yield from remarks(result)
-    if "within_limits" in result.data and not result.get("within_limits").all():
-        yield f"{which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
         yield from _mismatch(result)
 
@@ -210,7 +215,9 @@ def _correction(result: Result) -> Iterable[str]:
     else:
         weights = f"{result.attrs['weight_position']:g} : {result.attrs['weight_rotation']:g} per radian"
         yield f"The drives are corrected for position and rotation, weighted {weights}; left: what no drive can remove."
-    limited = [d for d in result.labels("drive") if result.get("at_limit", drive=d).any()]
+    # Of two mechanisms each has drives that the other one has not.
+    held = result.get("at_limit").astype(bool) & np.isfinite(result.get("correction"))
+    limited = [drive for k, drive in enumerate(result.labels("drive")) if held[..., k].any()]
     if limited:
         yield f"Held by the range in the file: {', '.join(limited)}."
     unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))

@@ -15,7 +15,7 @@ from .notes import notes
 
 def overview(result: Result, title: str) -> list[Table]:
     """A table for every figure, with the worst one over the configurations in each cell."""
-    counts, _ = missed(result)
+    counts = missed(result)
     over = result.sizes["configuration"]
     among = f" over {over} configurations" if over > 1 else ""
     rows, columns = (result.coords[str(result.attrs[name])] for name in ("sweep", "sweep_by"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -246,7 +246,8 @@ def _indices(result: Result, which: str) -> list[Column]:
 def _outside(result: Result) -> list[Column]:
     """Shares beyond the limits with their confidence intervals, and the least capability."""
     share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
-    unit, factor = ("%", 1e2) if np.nanmax(high) >= RARE else ("ppm", 1e6)
+    tops = [result.get(name) for name in ("outside_high", "outside_loaded_high") if name in result.data]
+    unit, factor = ("%", 1e2) if np.nanmax(tops) >= RARE else ("ppm", 1e6)
     ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
     intervals = [NOTHING if a != a else f"{_rough(a)} to {_rough(b)}" for a, b in ends]
     # Shares that are searched for have digits of their own, however far apart they are.
@@ -257,6 +258,9 @@ def _outside(result: Result) -> list[Column]:
         else numbers("outside", unit, factor * share, digits=3),
         Column("95 % confidence", unit, tuple(intervals), spare=3),
     ]
+    if "outside_loaded" in result.data and np.isfinite(result.get("outside_loaded")).any():
+        pressed = numbers("outside\nunder load", unit, factor * result.get("outside_loaded"), digits=3)
+        columns.append(replace(pressed, legend="Under load: the load decides the offsets."))
     cpk = result.get("cpk")
     if np.isfinite(cpk).any():
         least = np.where(np.isfinite(cpk), cpk, np.inf).min(axis=1)
@@ -297,6 +301,8 @@ def _compare(result: Result) -> tuple[Column, ...]:
             values = result.get("drive_value", mechanism=label, drive=drive)
             if np.isfinite(values).any():
                 columns.append(replace(commands(f"{label}\n{drive}", unit, values), spare=1))
+    if _question(result) == "compensate":
+        columns += _corrections_of_both(result)
     for name, at, what in figures(_question(result)):
         values, unit = figure(result, name, at)
         short = "position" if "position" in what else "rotation"
@@ -314,6 +320,16 @@ def _compare(result: Result) -> tuple[Column, ...]:
         if (outcomes[k] != "ok").any():
             columns.append(statuses(f"{label}\nstatus", outcomes[k].tolist()))
     return tuple(columns)
+
+
+def _corrections_of_both(result: Result) -> Iterator[Column]:
+    """What each mechanism of a comparison changes of its own drives."""
+    units = result.coords["drive_unit"].values.tolist() if "drive_unit" in result.coords else []
+    for label in result.labels("mechanism"):
+        for drive, unit in zip(result.labels("drive"), units, strict=True):
+            values = result.get("correction", mechanism=label, drive=drive)
+            if np.isfinite(values).any():
+                yield numbers(f"{label}\n{drive} change", unit, values, rounding(result, unit))
 
 
 def _sweep(result: Result) -> list[Table]:

@@ -12,12 +12,15 @@ from rich.text import Text
 
 from jointplay.conclusions import Sentence
 from jointplay.errors import one_line
+from jointplay.verdict import HELD, NOT_SHOWN
 
 from .fit import fitted
 from .layout import Column, Table
 
 #: colour of what is not ok: the vermilion that readers with every kind of colour vision see, on light and dark ground
 ALARM = "bold #d55e00"
+#: of what is not shown, and of what holds: orange and bluish green of the same palette
+STATES = {NOT_SHOWN: "bold #e69f00", HELD: "#009e73"}
 #: characters in front of sentences
 INDENT = "  "
 #: spaces within `3.2 mm`, `95 %` and `theta = 40 deg`, at which no line ends
@@ -110,7 +113,11 @@ def _wrapped(sentence: Sentence, console: Console, head: str = "", style: str = 
         text, console.width, initial_indent=head, subsequent_indent=" " * len(head), break_on_hyphens=False
     )
     for line in lines:
-        _print(Text(line.replace(HARD_SPACE, " "), style=ALARM if sentence.is_alarm else style), console)
+        _print(Text(line.replace(HARD_SPACE, " "), style=_style(sentence) or style), console)
+
+
+def _style(sentence: Sentence) -> str:
+    return STATES.get(sentence.state) or (ALARM if sentence.is_alarm else "")
 
 
 def _print(line: Text, console: Console) -> None:

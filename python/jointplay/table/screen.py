@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from jointplay.conclusions import Sentence, conclude
+from jointplay.conclusions import Sentence, conclude, decide
 from jointplay.result import Result, parts
 
 from .layout import Table
@@ -19,10 +19,12 @@ MOST = 3
 def screen(results: Mapping[str, Result]) -> tuple[list[Answer], list[Table]]:
     """The answers and the tables of the results, by question.
 
-    Of several questions each has its answer in front, with what says that something is not ok; the other sentences
-    stand above its table. What holds whatever is asked is said once.
+    Of several questions the verdict over all comes first; each has its answer in front, with what says that something
+    is not ok; the other sentences stand above its table. What holds whatever is asked is said once.
     """
     answers, shown, said = [], [], set[Sentence]()
+    if (whole := decide({name: parts(result) for name, result in results.items()})) is not None:
+        answers.append(Answer("all", (whole,)))
     for name, result in results.items():
         sentences = [s for s in conclude(result).sentences if s not in said]
         said.update(s for s in sentences if s.is_common)

@@ -307,7 +307,7 @@ class Geometry:
             return line
 
         for spring in self.spec["springs"]:
-            points = self._add(zigzag(spring["first"], spring["second"]), springs.BENDS + 4)
+            points = self._add(zigzag(spring["first"], spring["second"]), springs.POINTS)
             self.shapes.append({"kind": "spring", "points": points})
         for torsion in self.spec["torsions"]:
             points = self._add(spiral(self.spec["joints"][torsion["joint"]]), 80)

@@ -91,6 +91,17 @@ pub struct State {
     pub negative: bool,
 }
 
+/// What becomes of a step on a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// It is a part of the way.
+    Taken,
+    /// It is too long.
+    Shorter,
+    /// The way ends here.
+    End,
+}
+
 /// What a converged Newton solve did.
 struct Converged {
     first_move: f64,
@@ -357,7 +368,17 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, None)
+        self.follow_in_parts(from, to, None, &mut |_, _| Step::Taken)
+    }
+
+    /// As [`Self::follow_part`], by steps from one state to another that are accepted.
+    pub(crate) fn follow_accepted(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
+    ) -> Result<State, (State, Status)> {
+        self.follow_in_parts(from, to, None, accept)
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -367,7 +388,7 @@ impl<'m> Solver<'m> {
         to: &Inputs<f64>,
         budget: &mut Budget,
     ) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, Some(budget))
+        self.follow_in_parts(from, to, Some(budget), &mut |_, _| Step::Taken)
     }
 
     fn follow_in_parts(
@@ -375,6 +396,7 @@ impl<'m> Solver<'m> {
         from: &State,
         to: &Inputs<f64>,
         mut budget: Option<&mut Budget>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
     ) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
@@ -388,7 +410,12 @@ impl<'m> Solver<'m> {
             steps += 1;
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
-            if let Some((next, moved)) = self.stride_within(&state, &inputs, budget.as_deref_mut()) {
+            let next = self.stride_within(&state, &inputs, budget.as_deref_mut());
+            let step = next.as_ref().map_or(Step::Shorter, |(next, _)| accept(&state, next));
+            if step == Step::End {
+                break;
+            }
+            if let Some((next, moved)) = next.filter(|_| step == Step::Taken) {
                 state = next;
                 if last {
                     return Ok(state);

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.analyses.nominal import Interrupted, Nominal, Progress, nominal
+from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
+from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
 from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model import Mechanism
@@ -111,6 +112,7 @@ def allocate(
     )
 
 
+@recorded
 def compute(
     m: Mechanism,
     question: str | None = None,
@@ -147,7 +149,11 @@ def compute(
         looking = WorstCase(base, items, limits, places, starts)
     at = next(iter(places.values()))
     answer = Answer(m, base, items, without, limits, at, attributes)
-    bad = np.max([place.status for place in places.values()], axis=0)
+    bad = np.max([np.where(place.counts, place.status, OK) for place in places.values()], axis=0)
+    if not any(place.counts.any() for place in places.values()):
+        raise InputError(
+            "the machine can stand at no configuration; `jointplay solve` says why", file=m.file, key="drives"
+        )
     if bad.any():
         return unassembled(answer, str(STATUSES[bad.max()]), np.flatnonzero(bad).tolist())
     search = Search(items, looking, progress)

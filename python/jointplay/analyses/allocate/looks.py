@@ -10,7 +10,7 @@ A look is taken at a plan; the rows hold for all plans.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Protocol
@@ -18,6 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.nominal import Nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 
@@ -110,6 +111,14 @@ class Look:
     def holds(self) -> bool:
         """Whether every limit holds."""
         return bool((self.used <= 1.0 + ROUNDING).all())
+
+    def where_counted(self, places: Mapping[str | None, Nominal]) -> Look:
+        """The same with nothing used of any limit where the machine cannot stand."""
+        away = ~np.all([place.counts for place in places.values()], axis=0)
+        for values in (self.used, self.first, self.parts, self.rest, self.direction):
+            values[:, away] = 0.0
+        self.status[away] = 0
+        return self
 
 
 #: what of a limit is rounding

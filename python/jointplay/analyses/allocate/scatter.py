@@ -115,7 +115,7 @@ class Scatter:
             used[rows] *= np.divide(first[rows], largest, out=np.ones_like(first[rows]), where=largest > 0.0)
         parts, rest = self._table
         directions = np.zeros((*shape, 2 if self.m.data.space == "planar" else 3))
-        return Look(used, first, parts, rest, status, directions)
+        return Look(used, first, parts, rest, status, directions).where_counted(self.places)
 
     def _share(self, m: Mechanism, errors: Floats, limit: Limit) -> Floats:
         lengths, _ = split(list(m.components))

@@ -80,7 +80,7 @@ class WorstCase:
                 used[row], linear[row] = sign * exact / limit.value, sign * order / limit.value
                 direction[row] = found["direction"] if limit.quantity == "position" else 0.0
                 parts[row], rest[row] = self._row(part, values, shares, slopes, found, limit)
-        return Look(used, linear, parts, rest, status, direction)
+        return Look(used, linear, parts, rest, status, direction).where_counted(self.places)
 
     def _row(
         self,

@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check_options
+from jointplay.analyses.recorded import recorded
 from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, to_dataset
@@ -114,6 +115,7 @@ def allow(
     return to_dataset(compute(m, question, probability=probability, tolerance=tolerance, **options))
 
 
+@recorded
 def compute(
     m: Mechanism,
     question: str = "worst",

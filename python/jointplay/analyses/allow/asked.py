@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses import loaded, random, worst
-from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.analyses.nominal import Nominal, carried, nominal, within_another
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
@@ -35,7 +35,10 @@ COMPUTE: Mapping[str, Callable[..., Result]] = {
     "random": random.compute,
 }
 #: what is not asked for: it decides nothing, and takes most of the time
-LESS: Mapping[str, Mapping[str, Any]] = {"loaded": {"details": False}, "random": {"path": False, "probabilities": ()}}
+LESS: Mapping[str, Mapping[str, Any]] = {
+    "loaded": {"details": False, "plays": False},
+    "random": {"path": False, "probabilities": (), "contact": "scattered"},
+}
 #: outcomes with an error
 WITH_ERROR = ("ok", "undetermined", "strained")
 #: what binds where not an error does: no pose, and a size that the file cannot have
@@ -134,7 +137,8 @@ class Asked:
             everywhere = len(places) == len(at)
             # Loads may go by the number of the configuration, and random numbers cost nothing there.
             all_of_it = everywhere or self.by_load
-            result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
+            with within_another():
+                result = COMPUTE[self.question](part, at=at if all_of_it else at.chosen(places), **self.options)
             used = self._of(part, result)
             status = result.get("status")
             if all_of_it:
@@ -170,7 +174,8 @@ def _share(values: Floats, limit: Floats) -> Floats:
     """Values by their limits, nan where there is none; a limit of zero is kept by no more than rounding."""
     size = np.where(limit > 0.0, limit, 1.0)
     shares = np.where(limit > 0.0, values / size, np.where(values > 0.0, np.inf, 0.0))
-    return np.asarray(np.where(np.isfinite(limit), np.maximum(np.nan_to_num(shares, nan=np.inf), 0.0), 0.0))
+    known = np.where(np.isnan(shares), np.inf, shares)
+    return np.asarray(np.where(np.isfinite(limit), np.maximum(known, 0.0), 0.0))
 
 
 def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
@@ -178,10 +183,6 @@ def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
     first = parts[0]
     known = nominal(first)
     return [known if part is first else carried(known, first, part) for part in parts]
-
-
-def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
-    return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
 
 
 def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
+from jointplay.analyses.recorded import recorded
 from jointplay.analyses.several import of_each
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.model import Mechanism
@@ -109,6 +110,7 @@ def _check_output(m: Mechanism) -> None:
         raise InputError(f"the errors of an assembly refer to its base; {others}", file=m.file, key=key)
 
 
+@recorded
 @of_each(lambda _: True, check=_check_output)
 def compute(
     m: Mechanism,

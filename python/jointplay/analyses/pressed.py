@@ -1,0 +1,78 @@
+"""The shares of specimens outside the limits where the load decides the offsets, beside those where they scatter.
+
+outside_loaded = max over the load cases of the share outside under the loads of the case
+
+A yield is required of the machine that works: where a load presses every joint to one side, specimens whose offsets
+scatter are not those that work. A specimen under load takes ten times as long as one whose offsets are drawn, so that
+as many are drawn as decide whether a required yield is met, of all those that are drawn without the load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from jointplay.model import Mechanism
+from jointplay.result import Result, Variable
+
+from .nominal import Nominal, Progress, carried
+from .several import share
+
+#: what is found of every share
+ENDS = ("", "_low", "_high")
+#: asks a part of the mechanism at its configurations
+Ask = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
+#: specimens that are drawn first
+FEW = 16_384
+
+
+def counts_too(m: Mechanism) -> bool:
+    """Whether the file has limits and loads, and does not say where clearances are."""
+    outputs = m.outputs or (None,)
+    return bool(m.has_loads and not m.limits.contact and any(m.only(name).limits.errors for name in outputs))
+
+
+def cases(m: Mechanism) -> list[tuple[str, Mechanism]]:
+    """The mechanism in every load case in which something loads it, with its name; without a name where it has none."""
+    every = [(name, m.only(load_case=name)) for name in m.load_cases] or [("", m)]
+    return [(name, part) for name, part in every if part.has_loads]
+
+
+def in_cases(m: Mechanism, at: Nominal | None, samples: int, ask: Ask, progress: Progress | None) -> list[Result]:
+    """The answers in every load case: of few specimens where they decide, else of all."""
+    found = cases(m)
+
+    def answers(count: int) -> Iterator[Result]:
+        for k, (_, part) in enumerate(found, 1):
+            here = at if at is None or part is m else carried(at, m, part)
+            yield ask(part, here, count, None if progress is None else share(progress, k, len(found) + 1))
+
+    few = list(answers(min(samples, FEW)))
+    return few if samples <= FEW or all(map(_decide, few)) else list(answers(samples))
+
+
+def _decide(result: Result) -> bool:
+    """Whether a required yield is met, or missed, and not in between."""
+    outside = 1.0 - float(result.attrs.get("required_yield", np.nan))
+    return not ((result.get("outside_low") < outside) & (outside < result.get("outside_high"))).any()
+
+
+def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
+    """A result with the largest shares outside over the load cases; unknown where one case is unknown."""
+    own = result.data["outside"]
+    high = np.stack([answer.get("outside_high") for answer in answers])
+    unknown = np.isnan(high).any(axis=0)
+    largest = np.where(unknown, 0, np.where(np.isnan(high), -np.inf, high).argmax(axis=0))
+    data = dict(result.data)
+    for end in ENDS:
+        values = np.stack([answer.get(f"outside{end}") for answer in answers])
+        chosen = np.take_along_axis(values, largest[None], axis=0)[0]
+        words = f"{result.data[f'outside{end}'].long_name}, where the load decides the offsets"
+        data[f"outside_loaded{end}"] = Variable(own.dims, np.where(unknown, np.nan, chosen), "", words)
+    if m.load_cases:
+        names = np.array([name for name, _ in cases(m)])
+        words = "load case with the largest share"
+        data["outside_loaded_case"] = Variable(own.dims, np.where(unknown, "", names[largest]), "", words)
+    return replace(result, data=data, attrs={**result.attrs, "samples_loaded": answers[0].attrs["samples"]})

@@ -1,0 +1,84 @@
+"""Verdicts: whether the errors keep to the limits of the file, where not, by how much, and which source to tighten.
+
+    held        every configuration that counts is known and keeps to all limits
+    missed      a known one does not
+    not shown   none is known to miss a limit, and some are not known
+
+`random` has shares of specimens outside the limits instead of margins; a required yield is met where the lower end of
+its confidence interval reaches it, and missed where the upper end does not. Configurations where the machine cannot be
+do not count. What a verdict rests on, such as sizes that were taken, stands in its first sentence.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.result import Result, parts
+
+from .judging import PLAYS, add_limits, add_play, ends, judge, room
+from .margins import of_margins
+from .nodes import of_nodes
+from .outcome import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
+from .shares import COUNTED, of_shares
+from .words import ROUNDING, SIZES, cause, caused, configurations, limits_in_words, percent, place, rounding, there
+
+__all__ = [
+    "COUNTED",
+    "HELD",
+    "MISSED",
+    "NOT_SHOWN",
+    "PLAYS",
+    "RANK",
+    "READABLE",
+    "ROUNDING",
+    "SIZES",
+    "Verdict",
+    "add_limits",
+    "add_play",
+    "cause",
+    "caused",
+    "configurations",
+    "ends",
+    "is_good",
+    "judge",
+    "limits_in_words",
+    "of_nodes",
+    "outcome",
+    "percent",
+    "place",
+    "room",
+    "rounding",
+    "there",
+    "verdict",
+    "worst_of",
+]
+
+
+def outcome(result: Result) -> str:
+    """What becomes of the limits that a question was asked about, over all outputs and load cases; see `Verdict`.
+
+    Sweeps, maps and comparisons show what might be; they do not judge.
+    """
+    if "sweep" in result.attrs or "grid" in result.attrs or "mechanism" in result.sizes:
+        return ""
+    return worst_of([verdict(part).outcome for _, part in parts(result)])
+
+
+def is_good(result: Result) -> bool:
+    """Whether every configuration is ok, and the limits hold where there are some."""
+    return bool((result.get("status") == "ok").all()) and outcome(result) in ("", HELD)
+
+
+def verdict(result: Result) -> Verdict:
+    """The verdict on a result of one output in one load case, over configurations.
+
+    Parameters
+    ----------
+    result : Result
+        Of any question; of those that have no limits to keep to it says nothing.
+    """
+    if "limit" not in result.data or not np.isfinite(result.get("limit")).any():
+        return Verdict()
+    if "outside" in result.data:
+        return of_shares(result)
+    return of_margins(result) if "margin" in result.data else Verdict()

@@ -1,0 +1,126 @@
+"""What a verdict is, and which configurations it is over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointplay.result import Array, Result, counted
+
+from .words import configurations
+
+HELD, MISSED, NOT_SHOWN = "held", "missed", "not shown"
+#: by which outcomes are compared: the larger, the worse; nothing is said where there is nothing to keep to
+RANK = {"": 0, HELD: 1, NOT_SHOWN: 2, MISSED: 3}
+#: outcomes of configurations that have a pose whose numbers can be read
+READABLE = ("ok", "undetermined", "strained")
+#: outcomes of configurations whose numbers, if there are any, cannot be relied on
+UNRELIABLE = ("not_assembled", "singular", "underconstrained", "")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is to be said of a result and of its limits.
+
+    Attributes
+    ----------
+    sentences : tuple of str
+        The answer first; none where the file has no limits.
+    marks : tuple of str
+        For every configuration what it misses, ``""`` where it keeps to all limits.
+    outcome : str
+        ``held``, ``missed`` or ``not shown``; empty where there is nothing to keep to.
+    answers : int
+        How many of the sentences, from the first, are the answer.
+    alarms : int
+        How many of the sentences, from the first, say what is missed.
+    used : float
+        Largest share of a limit that is used, more than one where it is missed; of `random` the share outside.
+    named : tuple of str
+        The quantities whose errors the sentences name.
+    basis : str
+        What it rests on, such as `` with clearances of middle size``.
+    gist : str
+        What decides, in few words; nothing where limits hold.
+    """
+
+    sentences: tuple[str, ...] = ()
+    marks: tuple[str, ...] = ()
+    outcome: str = ""
+    answers: int = 1
+    alarms: int = 0
+    used: float = 0.0
+    named: tuple[str, ...] = ()
+    basis: str = ""
+    gist: str = ""
+
+    @property
+    def missed(self) -> bool:
+        """Whether a limit is missed, or a required yield."""
+        return self.outcome == MISSED
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The configurations that a verdict is over.
+
+    Attributes
+    ----------
+    counts : ndarray of bool
+        Where the machine can stand.
+    known : ndarray of bool
+        Those of them whose numbers can be relied on.
+    is_whole : bool
+        Whether all of them have been computed.
+    """
+
+    counts: Array
+    known: Array
+    is_whole: bool
+
+    @classmethod
+    def of(cls, result: Result) -> Rows:
+        """Those of a result of one output in one load case."""
+        status = result.get("status")
+        counts = counted(status)
+        return cls(counts, counts & ~np.isin(status, UNRELIABLE), "incomplete" not in result.attrs)
+
+    def but(self, known: Array) -> Rows:
+        """The same where other numbers have to be known as well."""
+        return replace(self, known=self.known & known)
+
+    @property
+    def unknown(self) -> list[int]:
+        """The configurations that count and are not known."""
+        return np.flatnonzero(self.counts & ~self.known).tolist()
+
+    @property
+    def are_all_known(self) -> bool:
+        """Whether something counts, and all that does is known."""
+        return self.is_whole and bool(self.counts.any()) and not self.unknown
+
+    def why(self) -> str:
+        """Why nothing is shown, in words."""
+        if not self.counts.any():
+            return "the machine cannot be at any configuration"
+        if self.unknown:
+            many = len(self.unknown) > 1
+            return f"{configurations(self.unknown)} {'are' if many else 'is'} unknown"
+        return "" if self.is_whole else "not all configurations are computed"
+
+    def left_out(self) -> str:
+        """What is left out, as the end of a sentence."""
+        out = np.flatnonzero(~self.counts).tolist()
+        return f"; left out: {configurations(out)}, where the machine cannot be" if out and self.counts.any() else ""
+
+
+def worst_of(outcomes: list[str]) -> str:
+    """The worst of some outcomes; none where there are none.
+
+    Examples
+    --------
+    >>> worst_of(["held", "not shown", ""])
+    'not shown'
+    """
+    return max(outcomes, key=RANK.__getitem__, default="")

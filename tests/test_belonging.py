@@ -1,0 +1,75 @@
+"""An option that no question heard was dropped without a word: who typed --certify read a result without bounds."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+from jointplay.analyses.questions import PUBLIC
+from jointplay.cli import run
+
+ARM = """
+format = 1
+units  = { length = "mm", angle = "deg", force = "N" }
+[joints.J1]
+type = "revolute"
+on   = { ground = [0, 0], arm = [0, 0] }
+clearance = { radial = 0.05 }
+[drives.q]
+joint = "J1"
+values = [10]
+[output]
+body = "arm"
+at   = [200, 0]
+[[loads]]
+force = [0, -20]
+"""
+#: options with a value, and the argument of a question that hears them
+OPTIONS = {
+    ("--certify",): "certify",
+    ("--parts", "3"): "parts",
+    ("--samples", "16"): "samples",
+    ("--seed", "1"): "seed",
+    ("--law", "boundary"): "law",
+    ("--sampling", "plain"): "sampling",
+    ("--contact", "loaded"): "contact",
+    ("--offset", "J1=0.01,0"): "offsets",
+    ("--sizes", "largest"): "sizes",
+    ("--first-order",): "exact",
+    ("--no-details",): "details",
+}
+COMMANDS = {
+    "error": ([], ["loaded", "worst", "random"]),
+    "map": (["-g", "q=0:10:2"], ["loaded", "worst", "random", "given", "solve"]),
+    "sweep": (["-s", "joints.J1.clearance.radial=0.1:0.2:2"], ["loaded", "worst", "random", "solve"]),
+    "compare": (["arm.toml"], ["loaded", "worst", "random"]),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_option_is_heard_or_refused(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.toml").write_text(ARM)
+    more, questions = COMMANDS[command]
+    for question in questions:
+        known = inspect.signature(PUBLIC[question]).parameters
+        for option, argument in OPTIONS.items():
+            code = run([command, "arm.toml", *more, "-q", question, *option])
+            said = capsys.readouterr().err
+            if "No such option" in said:
+                continue
+            # With offsets `error` asks for the errors that they give as well.
+            heard = argument in known or (command == "error" and argument == "offsets")
+            assert (code != 2) == heard, (question, option, said)
+            assert heard or f"{option[0].replace('--no-', '--')}: is an option of " in said
+
+
+def test_a_specimen_of_an_assembly_has_no_seed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM)
+    assert run(["assemble", str(path), "--seed", "3"]) == 2
+    assert "--seed: is an option of random; asked: unit" in capsys.readouterr().err
