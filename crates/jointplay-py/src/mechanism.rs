@@ -78,7 +78,7 @@ impl Mechanism {
         self.core.parameters().collect()
     }
 
-    /// Where twists are taken, in body axes: at the origins of the bodies, or in the middle of joints that are far away.
+    /// Where twists are taken, in body axes: at the origins of the bodies, or at their first joints where these are far away.
     #[getter]
     fn origins<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         in_matrix(py, self.core.n_bodies(), 3, self.core.origins().concat())

@@ -324,6 +324,21 @@ class Graph:
         return statistics.median([size for size in sizes if size > 0.0] or [0.0])
 
 
+def _linked_in_place(data: MechanismFile) -> set[tuple[str, str]]:
+    """Bodies and joints that links join to other joints at the very same place."""
+    found: set[tuple[str, str]] = set()
+    for link in data.links.values():
+        ends = [(link.body, name) for name in link.between if link.body in _placements(data, name)]
+        places = [_placements(data, name)[body].at for body, name in ends]
+        if len(ends) == 2 and places[0] == places[1]:
+            found |= {*ends}
+    return found
+
+
+def _placements(data: MechanismFile, joint: str) -> Mapping[str, Any]:
+    return data.joints[joint].placements if joint in data.joints else {}
+
+
 class Outward:
     """Joints that have a placed body, and another one that is not: bodies are placed from the ground outwards."""
 
@@ -351,18 +366,3 @@ def _numbered(known: dict[str, int], names: Sequence[str]) -> dict[str, int]:
     for number in range(len(known), len(names)):
         known.setdefault(names[number], number)
     return known
-
-
-def _linked_in_place(data: MechanismFile) -> set[tuple[str, str]]:
-    """Bodies and joints that links join to other joints at the very same place."""
-    found: set[tuple[str, str]] = set()
-    for link in data.links.values():
-        ends = [(link.body, name) for name in link.between if link.body in _placements(data, name)]
-        places = [_placements(data, name)[body].at for body, name in ends]
-        if len(ends) == 2 and places[0] == places[1]:
-            found |= {*ends}
-    return found
-
-
-def _placements(data: MechanismFile, joint: str) -> Mapping[str, Any]:
-    return data.joints[joint].placements if joint in data.joints else {}

@@ -2,8 +2,8 @@
 //!
 //! A mechanism may be drawn anywhere: ground and bodies carry their axes wherever it pleases. A body that turns about a
 //! pin far from its origin would move that origin by far more than its joints, and in circles; steps, tolerances and
-//! singular values would depend on the drawing. Where an origin lies farther than [`FAR`] characteristic lengths from all
-//! joints of its body, the core takes their middle c in its place (g on the ground):
+//! singular values would depend on the drawing. Where an origin lies farther than [`FAR`] characteristic lengths from the
+//! first joint of its body, the core takes the place c of that joint in its stead (g on the ground):
 //!
 //! ```text
 //! at -> at - c,    position -> position + R c - g
@@ -12,11 +12,10 @@
 //! Poses, outputs and targets that cross its border are those of the drawing; twists are of the bodies as they are in here.
 
 use crate::math::space::Space;
-use crate::math::vector::{Vec3, add, norm, scale, sub};
-use crate::mechanism::kind::JointKind as Kind;
+use crate::math::vector::{Vec3, add, norm, sub};
 use crate::mechanism::spec::Spec;
 
-/// How many characteristic lengths an origin may be from the nearest joint of its body.
+/// How many characteristic lengths an origin may be from the first joint of its body.
 const FAR: f64 = 8.0;
 
 /// Where the origins are, in the axes of the drawing.
@@ -31,20 +30,13 @@ impl Frames {
     /// Of a mechanism as it is drawn.
     pub fn new(spec: &Spec) -> Self {
         let origin = |body: Option<usize>| {
-            let is_own =
-                |point: &&usize| spec.points.get(**point).is_some_and(|at| usize::try_from(at.body).ok() == body);
-            // What commands the output of a map is no joint of the machine, whose bodies must have the same origins.
-            let joints = spec.joints.iter().filter(|joint| !matches!(joint.kind, Kind::Target | Kind::Orientation));
-            let ends: Vec<usize> = joints.flat_map(|joint| [joint.first, joint.second]).collect();
-            let places: Vec<Vec3<f64>> = ends.iter().filter(is_own).map(|&point| spec.points[point].at).collect();
-            let nearest = places.iter().fold(f64::INFINITY, |least, at| least.min(norm(at)));
-            // Written so that what is not finite stays where it is.
-            if nearest > FAR * spec.length && nearest.is_finite() {
-                let sum = places.iter().fold([0.0; 3], |sum, at| add(sum, *at));
-                scale(sum, 1.0 / places.len() as f64)
-            } else {
-                [0.0; 3]
-            }
+            let ends = spec.joints.iter().flat_map(|joint| [joint.first, joint.second]);
+            let mut own = ends.filter_map(|point| spec.points.get(point));
+            let first = own.find(|point| usize::try_from(point.body).ok() == body);
+            let at = first.map_or([0.0; 3], |point| point.at);
+            let far = norm(&at);
+            // What is not finite stays where it is.
+            if far.is_finite() && far > FAR * spec.length { at } else { [0.0; 3] }
         };
         Self { space: spec.space, ground: origin(None), bodies: (0..spec.n_bodies).map(|b| origin(Some(b))).collect() }
     }
