@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses import loaded, random, worst
-from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.analyses.nominal import Nominal
+from jointplay.analyses.several import places_of
 from jointplay.compile import LENGTHS
+from jointplay.conclusions import READABLE
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Result
@@ -36,8 +38,6 @@ COMPUTE: Mapping[str, Callable[..., Result]] = {
 }
 #: what is not asked for: it decides nothing, and takes most of the time
 LESS: Mapping[str, Mapping[str, Any]] = {"loaded": {"details": False}, "random": {"path": False, "probabilities": ()}}
-#: outcomes with an error
-WITH_ERROR = ("ok", "undetermined", "strained")
 #: what binds where not an error does: no pose, and a size that the file cannot have
 ASSEMBLY, REFUSED = "assembly", "refused"
 #: configurations that use less than this share of the most that one uses are looked at in the end only
@@ -99,7 +99,7 @@ class Asked:
             names = ", ".join(("position", "rotation", *m.components))
             problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
             raise InputError(problem, file=m.file, key="limits")
-        self.at = _places(parts)
+        self.at = places_of(parts)
         self.every: Places = [np.flatnonzero(_has_error(at.status)) for at in self.at]
         if not any(len(places) for places in self.every):
             raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
@@ -139,7 +139,7 @@ class Asked:
             status = result.get("status")
             if all_of_it:
                 used, status = used[places], status[places]
-            failed = ~np.isin(status, WITH_ERROR)
+            failed = ~np.isin(status, READABLE)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
             k = int(np.argmax(most))
@@ -173,16 +173,9 @@ def _share(values: Floats, limit: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(limit), np.maximum(np.nan_to_num(shares, nan=np.inf), 0.0), 0.0))
 
 
-def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
-    """The nominal configurations of every part, which sizes do not change; solved once for all that move alike."""
-    first = parts[0]
-    known = nominal(first)
-    return [known if part is first else carried(known, first, part) for part in parts]
-
-
 def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
     return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
 
 
 def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    return np.isin(STATUSES[codes], WITH_ERROR)
+    return np.isin(STATUSES[codes], READABLE)

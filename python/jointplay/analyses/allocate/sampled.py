@@ -1,0 +1,255 @@
+"""The cheapest plan with a required yield.
+
+1. First order. The plans are asked, the cheapest first, how many of the specimens are outside to first order; the first
+   that holds is the optimum there, `first_order_bound`.
+2. Exact closure. The plan is looked at; the ratio of its quantile to that of the first order corrects the shares, and
+   sizes by formula are found again, until they stay.
+3. Every cheaper plan that holds with the least ratio that was seen, and some room, is looked at, the cheapest first.
+
+With few choices all plans are asked. With many, the tightest completion of some choices rules out all others, which
+is so where sets are nested and offsets scatter, and the search may end at its limit of steps.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .plans import Outcome, Plans, Values
+from .scatter import Scatter, YieldLook
+from .sizes import Sizes
+from .specimens import Specimens
+
+Floats = NDArray[np.float64]
+Choices = tuple[int, ...]
+
+#: plans by choice up to which all are asked, and plans that are asked at most
+ENUMERATED, MOST_ASKED = 5_000, 40_000
+#: choices whose plans are looked at on the exact closure, and looks at each
+MOST_LOOKED, MOST_LOOKS = 40, 6
+#: plans that are asked where sizes by formula are looked for, about
+ASKED = 100
+#: share of the cost that is rounding
+SAME = 1e-9
+#: share of the cost that a cheaper plan has to save to be looked for beside sizes by formula
+WORTH = 1e-3
+#: share of the deviation of exact / first order from 1 by which others may differ in it, and what they may at least
+BAND, ROOM = 0.25, 0.003
+#: where exact / first order is compared: shares of a limit that are used
+NEAR = (0.7, 1.5)
+
+
+@dataclass
+class SampledSearch(Plans):
+    """Searches for one set of limits after another, each times a factor; what was seen is kept.
+
+    Parameters
+    ----------
+    items : sequence of Item
+    looking : Scatter
+    least : float
+        The smallest factor on the limits that will be asked for.
+    """
+
+    least: float = 1.0
+    _specimens: Specimens | None = None
+    _ratios: dict[Values, Floats] = field(default_factory=dict)
+
+    def run(self, factors: Floats) -> Outcome:
+        """The cheapest plan that was found whose limits hold, each limit times its factor.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            After Ctrl-C; `best` is the cheapest plan that was seen to hold.
+        """
+        self.look_at_ends()
+        if self.look(self.cheapest).holds(factors):
+            return self.best(factors, "ok", self.cost(self.cheapest)) or self.none()
+        ones = np.ones(len(self.specimens.tails))
+        first = _Enumeration(self, ones, factors)
+        bound, tried = math.nan, set[Choices]()
+        for bound, choices in first:
+            tried.add(choices)
+            self._settle(choices, ones, factors)
+            break
+        rest = _Enumeration(self, self._least_ratio(factors), factors)
+        finished = True
+        for number, (_, choices) in enumerate(rest):
+            if choices in tried:
+                continue
+            if number >= MOST_LOOKED:
+                finished = False
+                break
+            tried.add(choices)
+            self._settle(choices, self._last_ratio(), factors)
+        finished = finished and not (first.gave_up or rest.gave_up)
+        return self.best(factors, "ok" if finished else "unfinished", bound) or self.none()
+
+    @property
+    def specimens(self) -> Specimens:
+        """The specimens to first order, drawn when they are first needed."""
+        if self._specimens is None:
+            looking, look = self.looking, self.look(self.cheapest)
+            assert isinstance(looking, Scatter)
+            assert isinstance(look, YieldLook)
+            self._specimens = Specimens(looking, look.quantile, self.least)
+        return self._specimens
+
+    def saving(self, outcome: Outcome, limits: NDArray[np.bool_], step: float) -> float:
+        """By how much the cost falls where limits are loosened by a share, with exact / first order as it is."""
+        if self.cheapest == outcome.values:
+            return 0.0
+        ratio, ones = self._ratio(outcome.values), np.ones(len(limits))
+        costs = [
+            next(iter(_Enumeration(self, ratio, factors)), (math.inf, ()))[0]
+            for factors in (ones, np.where(limits, 1.0 + step, 1.0))
+        ]
+        saved = costs[0] - costs[1]
+        return saved if math.isfinite(saved) and saved > SAME * (1.0 + abs(costs[0])) else 0.0
+
+    def ceiling(self, factors: Floats) -> float:
+        """What a plan has to cost less than to be of interest."""
+        held = self.best(factors, "ok")
+        if held is None:
+            return math.inf
+        has_sizes = any(item.is_formula for item in self.items)
+        return held.cost - (WORTH if has_sizes else SAME) * abs(held.cost)
+
+    def _settle(self, choices: Choices, ratio: Floats, factors: Floats) -> None:
+        """Look at the best plan with some choices, and find its sizes again with exact / first order there."""
+        sizes = Sizes(self.specimens, choices, factors)
+        for number in range(MOST_LOOKS):
+            values = sizes.least(ratio * (1.0 + number * ROOM / MOST_LOOKS))
+            if values is None or (values in self.looks and number):
+                return
+            look = self.look(values)
+            if not any(item.is_formula for item in self.items) or not np.isfinite(look.used).all():
+                return
+            ratio = self._ratio(values)
+
+    def _ratio(self, values: Values) -> Floats:
+        """Exact over first order at a plan, of every tail; 1 where it is far from its limit."""
+        if values not in self._ratios:
+            look = self.look(values)
+            assert isinstance(look, YieldLook)
+            tails = self.specimens.tails
+            first = self.specimens.quantiles(values, np.ones(len(look.used)))
+            exact = np.array([look.quantile[tail.place] for tail in tails])
+            near = (first > NEAR[0]) & (first < NEAR[1]) & np.isfinite(exact)
+            self._ratios[values] = np.where(near, exact / np.where(near, first, 1.0), 1.0)
+        return self._ratios[values]
+
+    def _last_ratio(self) -> Floats:
+        """Exact over first order at the plan that was looked at last."""
+        return self._ratio(next(reversed(self.looks)))
+
+    def _least_ratio(self, factors: Floats) -> Floats:
+        """The least exact / first order that was seen, with room below for plans that nobody has looked at."""
+        seen = np.array([self._ratio(values) for values in self.looks])
+        least, most = seen.min(axis=0), seen.max(axis=0)
+        away = np.maximum(np.abs(least - 1.0), np.abs(most - 1.0))
+        return np.asarray(least - np.maximum(BAND * away, ROOM))
+
+
+class _Enumeration:
+    """Choices whose plans hold to first order, with the cost of the best of them, the cheapest first.
+
+    They wait in a queue by a bound of their cost: what the choices cost and all sizes by formula at their largest, then
+    each size as large as it can be alone, then the best sizes.
+
+    Parameters
+    ----------
+    search : SampledSearch
+    ratio : ndarray
+        On the shares of every tail.
+    factors : ndarray
+        On the limits.
+
+    Attributes
+    ----------
+    gave_up : bool
+        Whether there may be others.
+    """
+
+    def __init__(self, search: SampledSearch, ratio: Floats, factors: Floats) -> None:
+        self.search, self.ratio, self.factors = search, ratio, factors
+        self.items, self.specimens = search.items, search.specimens
+        self.has_sizes = any(item.is_formula for item in self.items)
+        self.discrete = [k for k, item in enumerate(self.items) if not item.is_formula]
+        self.gave_up, self.asked = False, 0
+        self._number = count()
+        self._queue: list[tuple[float, int, int, Choices]] = []
+        counts = [range(len(self.items[k].options)) for k in self.discrete]
+        self.costs = [[option.cost for option in self.items[k].options] for k in self.discrete]
+        self.left = [0.0] * (len(counts) + 1)
+        if math.prod(map(len, counts)) <= ENUMERATED:
+            for choices in product(*counts):
+                self._put(choices, 0)
+        else:
+            # What one choice needs with all others at their tightest, none can do without.
+            for j in range(len(counts)):
+                self.costs[j] = [
+                    cost if self._holds(self._completed((o,), j)) else math.inf for o, cost in enumerate(self.costs[j])
+                ]
+            for j in reversed(range(len(counts))):
+                self.left[j] = self.left[j + 1] + min(self.costs[j])
+            self._put((), 0)
+
+    def __iter__(self) -> Iterator[tuple[float, Choices]]:
+        while self._queue:
+            bound, _, stage, choices = heapq.heappop(self._queue)
+            if bound >= self.search.ceiling(self.factors):
+                return
+            if self.asked > MOST_ASKED:
+                self.gave_up = True
+                return
+            if len(choices) < len(self.discrete):
+                for option, cost in enumerate(self.costs[len(choices)]):
+                    longer = (*choices, option)
+                    if math.isfinite(cost) and self._holds(self._completed(longer)):
+                        self._put(longer, 0)
+            elif not self.has_sizes:
+                if self._holds(self._completed(choices)):
+                    yield bound, choices
+            elif stage == 0:
+                sizes = self._sizes(choices)
+                if sizes.anchor(self.ratio) is not None:
+                    self._put(choices, 1, sizes.alone(self.ratio))
+            elif stage == 1:
+                values = self._sizes(choices).least(self.ratio)
+                if values is not None:
+                    self._put(choices, 2, self.search.cost(values))
+            else:
+                yield bound, choices
+
+    def _sizes(self, choices: Choices) -> Sizes:
+        self.asked += ASKED
+        return Sizes(self.specimens, choices, self.factors)
+
+    def _put(self, choices: Choices, stage: int, cost: float | None = None) -> None:
+        if cost is None:
+            cost = self._bound(choices)
+        if math.isfinite(cost):
+            heapq.heappush(self._queue, (cost, next(self._number), stage, choices))
+
+    def _bound(self, choices: Choices) -> float:
+        fixed = sum(self.costs[j][option] for j, option in enumerate(choices))
+        return fixed + self.left[len(choices)] + sum(item.options[1].cost for item in self.items if item.is_formula)
+
+    def _completed(self, choices: Choices, first: int = 0) -> Values:
+        """A plan with some choices, and the rest as tight as can be."""
+        values = list(self.search.tightest)
+        for k, option in zip(self.discrete[first:], choices, strict=False):
+            values[k] = float(option)
+        return tuple(values)
+
+    def _holds(self, values: Values) -> bool:
+        self.asked += 1
+        return self.specimens.holds(values, self.ratio, self.factors)
