@@ -195,7 +195,7 @@ def compute(
             answer.curve.append((factor, search.run(ones * factor)))
     except KeyboardInterrupt:
         if answer.outcome is None:
-            answer.outcome = search.best(ones, "unfinished")
+            answer.outcome = search.best(ones, "unfinished", whole=True)
             if answer.outcome is None:
                 raise KeyboardInterrupt from None
         answer.attributes["incomplete"] = "interrupted; the sizes hold, but there may be cheaper ones"

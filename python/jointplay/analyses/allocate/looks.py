@@ -95,6 +95,11 @@ class Look:
     status: NDArray[np.uint8]
 
     @property
+    def is_whole(self) -> bool:
+        """Whether all that can be looked at was."""
+        return True
+
+    @property
     def failed(self) -> str:
         """The worst outcome of a configuration that has no error; empty where all have one."""
         bad = self.status[~np.isin(STATUSES[self.status], READABLE)]

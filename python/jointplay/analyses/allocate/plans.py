@@ -74,10 +74,13 @@ class Plans:
     def look(self, values: Values) -> Look:
         """The look at a plan."""
         if values not in self.looks:
-            self.looks[values] = self.looking.look(values)
-            if self.progress is not None:
-                self.progress(len(self.looks), max(EXPECTED, len(self.looks) + 1))
+            self._keep(values, self.looking.look(values))
         return self.looks[values]
+
+    def _keep(self, values: Values, look: Look) -> None:
+        self.looks[values] = look
+        if self.progress is not None:
+            self.progress(len(self.looks), max(EXPECTED, len(self.looks) + 1))
 
     def look_at_ends(self) -> None:
         """Look at the sizes in the file, at the tightest and at the cheapest ones."""
@@ -85,7 +88,7 @@ class Plans:
             if values is not None:
                 self.look(values)
 
-    def best(self, factors: Floats, status: str, bound: float = np.nan) -> Outcome | None:
+    def best(self, factors: Floats, status: str, bound: float = np.nan, *, whole: bool = False) -> Outcome | None:
         """The cheapest plan of all that were looked at that holds and can be ordered.
 
         Parameters
@@ -94,8 +97,14 @@ class Plans:
             On the limits.
         status, bound
             Of the outcome.
+        whole : bool
+            Only of those that were looked at as a whole.
         """
-        held = [values for values, look in self.looks.items() if look.holds(factors) and self.ordered(values) == values]
+        held = [
+            values
+            for values, look in self.looks.items()
+            if look.holds(factors) and self.ordered(values) == values and (look.is_whole or not whole)
+        ]
         if not held:
             return None
         values = min(held, key=self.cost)

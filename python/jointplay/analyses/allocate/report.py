@@ -177,9 +177,9 @@ def _by_yield(builder: Builder, answer: Answer, look: YieldLook) -> None:
     assert isinstance(answer.search.looking, Scatter)
     names = np.array([" ".join(filter(None, (one.contact, one.load_case))) for one in answer.search.looking.assumed])
     words = "contact, and load case, with which most of the limit is used"
-    builder.data["decided_by"] = Variable(("limited", "configuration"), names[look.decides], "", words)
+    builder.data["decided_by"] = Variable(("limited", "configuration"), names[look.by.argmax(axis=0)], "", words)
     words = "share of the specimens of a configuration that cannot be assembled, the largest"
-    _total(builder, "not_assembled", look.not_assembled, words)
+    _total(builder, "not_assembled", float(look.not_assembled.max()), words)
 
 
 def lines(items: Sequence[Item], values: Sequence[float]) -> list[str]:

@@ -15,11 +15,13 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count, product
 
 import numpy as np
 from numpy.typing import NDArray
+
+from jointplay.analyses.random import SAMPLES
 
 from .plans import Outcome, Plans, Values
 from .scatter import Scatter, YieldLook
@@ -32,7 +34,9 @@ Choices = tuple[int, ...]
 #: plans by choice up to which all are asked, and plans that are asked at most
 ENUMERATED, MOST_ASKED = 5_000, 40_000
 #: choices whose plans are looked at on the exact closure, and looks at each
-MOST_LOOKED, MOST_LOOKS = 40, 6
+MOST_LOOKED, MOST_LOOKS = 40, 10
+#: by how much shares count more where a plan misses its limits and nothing says by how much
+STEP = 1.1
 #: plans that are asked where sizes by formula are looked for, about
 ASKED = 100
 #: share of the cost that is rounding
@@ -43,6 +47,10 @@ WORTH = 1e-3
 BAND, ROOM = 0.25, 0.003
 #: where exact / first order is compared: shares of a limit that are used
 NEAR = (0.7, 1.5)
+#: share of a limit up to which more specimens may show that a plan holds
+CLOSE = 1.1
+#: share of a limit to first order below which nobody looks before the end
+FAR = 0.75
 
 
 @dataclass
@@ -60,6 +68,7 @@ class SampledSearch(Plans):
     least: float = 1.0
     _specimens: Specimens | None = None
     _ratios: dict[Values, Floats] = field(default_factory=dict)
+    _most: Floats = field(default_factory=lambda: np.ones(0))
 
     def run(self, factors: Floats) -> Outcome:
         """The cheapest plan that was found whose limits hold, each limit times its factor.
@@ -69,9 +78,9 @@ class SampledSearch(Plans):
         KeyboardInterrupt
             After Ctrl-C; `best` is the cheapest plan that was seen to hold.
         """
-        self.look_at_ends()
         if self.look(self.cheapest).holds(factors):
             return self.best(factors, "ok", self.cost(self.cheapest)) or self.none()
+        self.look_at_ends()
         ones = np.ones(len(self.specimens.tails))
         first = _Enumeration(self, ones, factors)
         bound, tried = math.nan, set[Choices]()
@@ -79,7 +88,7 @@ class SampledSearch(Plans):
             tried.add(choices)
             self._settle(choices, ones, factors)
             break
-        rest = _Enumeration(self, self._least_ratio(factors), factors)
+        rest = _Enumeration(self, self._least_ratio(), factors)
         finished = True
         for number, (_, choices) in enumerate(rest):
             if choices in tried:
@@ -90,16 +99,60 @@ class SampledSearch(Plans):
             tried.add(choices)
             self._settle(choices, self._last_ratio(), factors)
         finished = finished and not (first.gave_up or rest.gave_up)
-        return self.best(factors, "ok" if finished else "unfinished", bound) or self.none()
+        self._look_closer(factors)
+        while (best := self.best(factors, "ok" if finished else "unfinished", bound)) is not None:
+            if self._whole(best.values).holds(factors):
+                return replace(best, look=self.looks[best.values])
+        self._whole(self.tightest)
+        return self.none()
+
+    def look(self, values: Values) -> YieldLook:
+        """The look at a plan; where the first order says that little of the limits is used, it is not taken yet."""
+        if values not in self.looks:
+            assert isinstance(self.looking, Scatter)
+            far = None
+            if values != self.cheapest:
+                tails = self.specimens
+                far = np.ones_like(self._whole(self.cheapest).quantile, dtype=bool)
+                quantiles = tails.quantiles(values, tails.ones * self.least) * self._most
+                for tail, quantile in zip(tails.tails, quantiles.tolist(), strict=True):
+                    far[tail.place] = quantile < FAR
+            self._keep(values, self.looking.look(values, far=far))
+        look = self.looks[values]
+        assert isinstance(look, YieldLook)
+        return look
+
+    def _look_closer(self, factors: Floats) -> None:
+        """Look at the sizes in the file with as many specimens as `random` has, where these may show that they hold.
+
+        What it says to hold must not be called too loose here.
+        """
+        best, values = self.best(factors, "ok"), self.before
+        if values is None or (best is not None and best.cost <= self.cost(values)):
+            return
+        look, looking = self._whole(values), self.looking
+        assert isinstance(looking, Scatter)
+        near = 1.0 < float((look.used / factors[:, None]).max()) < CLOSE
+        if near and looking.required.samples < SAMPLES and (closer := looking.with_samples(SAMPLES).look(values)).holds(factors):
+            self._keep(values, closer)
+
+    def _whole(self, values: Values) -> YieldLook:
+        """The look at a plan with all specimens."""
+        look = self.look(values)
+        if not look.is_whole:
+            assert isinstance(self.looking, Scatter)
+            look = self.looking.look(values, known=look)
+            self._keep(values, look)
+        return look
 
     @property
     def specimens(self) -> Specimens:
         """The specimens to first order, drawn when they are first needed."""
         if self._specimens is None:
-            looking, look = self.looking, self.look(self.cheapest)
-            assert isinstance(looking, Scatter)
-            assert isinstance(look, YieldLook)
-            self._specimens = Specimens(looking, look.quantile, self.least)
+            assert isinstance(self.looking, Scatter)
+            self._specimens = Specimens(self.looking, self.look(self.cheapest).quantile, self.least)
+            self._most = np.ones(len(self._specimens.tails))
+            self._ratio(self.cheapest)
         return self._specimens
 
     def saving(self, outcome: Outcome, limits: NDArray[np.bool_], step: float) -> float:
@@ -123,34 +176,56 @@ class SampledSearch(Plans):
         return held.cost - (WORTH if has_sizes else SAME) * abs(held.cost)
 
     def _settle(self, choices: Choices, ratio: Floats, factors: Floats) -> None:
-        """Look at the best plan with some choices, and find its sizes again with exact / first order there."""
+        """Look at the best plan with some choices, and find its sizes again with exact / first order there.
+
+        Where that does not settle it, the ratio is halved between one with which the plan holds and one with which it
+        does not.
+        """
         sizes = Sizes(self.specimens, choices, factors)
-        for number in range(MOST_LOOKS):
-            values = sizes.least(ratio * (1.0 + number * ROOM / MOST_LOOKS))
-            if values is None or (values in self.looks and number):
+        missed: Floats | None = None
+        held: Floats | None = None
+        cost = math.inf
+        for _ in range(MOST_LOOKS):
+            values = sizes.least(ratio)
+            if values is None or (missed is not None and self.cost(values) >= self.ceiling(factors)):
                 return
             look = self.look(values)
-            if not any(item.is_formula for item in self.items) or not np.isfinite(look.used).all():
+            if not any(item.is_formula for item in self.items):
                 return
-            ratio = self._ratio(values)
+            if look.holds(factors):
+                held = ratio
+            else:
+                missed = ratio
+            now = self._ratio(values)
+            if held is None:
+                # A ratio that is known says how much less is needed; else a part of it.
+                ratio = np.where(now > ratio, now, ratio * (1.0 + ROOM)) if (now > ratio).any() else ratio * STEP
+            elif missed is None:
+                if not self.cost(values) < (1.0 - WORTH) * cost:
+                    return
+                cost, ratio = self.cost(values), np.minimum(now, ratio)
+            else:
+                if (held / missed).max() < 1.0 + ROOM:
+                    return
+                ratio = np.sqrt(held * missed)
 
     def _ratio(self, values: Values) -> Floats:
         """Exact over first order at a plan, of every tail; 1 where it is far from its limit."""
         if values not in self._ratios:
             look = self.look(values)
-            assert isinstance(look, YieldLook)
             tails = self.specimens.tails
             first = self.specimens.quantiles(values, np.ones(len(look.used)))
             exact = np.array([look.quantile[tail.place] for tail in tails])
             near = (first > NEAR[0]) & (first < NEAR[1]) & np.isfinite(exact)
             self._ratios[values] = np.where(near, exact / np.where(near, first, 1.0), 1.0)
+            self._most = np.maximum(self._most, self._ratios[values])
         return self._ratios[values]
 
     def _last_ratio(self) -> Floats:
         """Exact over first order at the plan that was looked at last."""
         return self._ratio(next(reversed(self.looks)))
 
-    def _least_ratio(self, factors: Floats) -> Floats:
+    def _least_ratio(self) -> Floats:
         """The least exact / first order that was seen, with room below for plans that nobody has looked at."""
         seen = np.array([self._ratio(values) for values in self.looks])
         least, most = seen.min(axis=0), seen.max(axis=0)

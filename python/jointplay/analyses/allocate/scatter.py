@@ -27,26 +27,32 @@ from .looks import Limit, Look, merged
 from .required import Required
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class YieldLook(Look):
-    """A look at a plan by its specimens.
+    """A look at a plan by its specimens, or by some of them so far.
 
     Attributes
     ----------
     quantile : ndarray
         The share of a limit, of whichever it is, that as many specimens exceed as may: shape (assumption,
-        configuration).
-    decides : ndarray
-        By which assumption most is used, shape (limit, configuration).
-    not_assembled : float
-        The largest share of the specimens of a configuration that cannot be assembled.
+        configuration); nan where nobody has looked.
+    by : ndarray
+        `used` under every assumption, zero where nobody has looked, shape (assumption, limit, configuration).
+    not_assembled : ndarray
+        Share of the specimens that cannot be assembled, shape (assumption, configuration).
     """
 
     quantile: Floats
-    decides: NDArray[np.intp]
-    not_assembled: float
+    by: Floats
+    not_assembled: Floats
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all specimens were looked at."""
+        return not np.isnan(self.quantile).any()
 
 
 class Scatter:
@@ -81,32 +87,44 @@ class Scatter:
         self.assumed = assumptions(m, contacts)
         self.places = places_of([one.part for one in self.assumed])
 
-    def look(self, values: Sequence[float]) -> YieldLook:
-        """What a plan brings."""
+    def look(self, values: Sequence[float], known: YieldLook | None = None, far: Flags | None = None) -> YieldLook:
+        """What a plan brings.
+
+        Parameters
+        ----------
+        values : sequence of float
+        known : YieldLook, optional
+            What was found of the plan before.
+        far : ndarray of bool, optional
+            Assumptions and configurations that are left out, because they use little of the limits.
+        """
         assumed = self.changed(values)
-        count = len(self.places[0])
-        shape = (len(self.limits), count)
-        used, decides = np.zeros(shape), np.zeros(shape, np.intp)
-        quantile, status, lost = np.zeros((len(assumed), count)), np.zeros(count, np.uint8), 0.0
-        for a, (one, at) in enumerate(zip(assumed, self.places, strict=True)):
-            rows = self.rows_of(one)
-            for c in range(count):
-                errors, outcome = self.drawn(one, at, c)[1:]
-                status[c] = max(status[c], outcome)
-                shares = np.stack([share(one.part, errors, self.limits[row]) for row in rows])
-                # A specimen that cannot be assembled keeps to no limit, and is lost once, whichever limits it misses.
-                failed = ~np.isfinite(shares).all(axis=0)
-                shares[:, failed] = np.inf
-                lost = max(lost, float(failed.mean()))
-                quantile[a, c] = self.required.last(shares.max(axis=0), self.labels)
-                own = np.array([self.required.last(row, self.labels) for row in shares])
-                # What is used is known of all limits together, and shared out by what each of them uses alone.
-                most = own.max()
-                part = own / most if 0.0 < most < np.inf else np.ones_like(own)
-                here = quantile[a, c] * part
-                decides[rows, c] = np.where(here > used[rows, c], a, decides[rows, c])
-                used[rows, c] = np.maximum(used[rows, c], here)
-        return YieldLook(used, status, quantile, decides, lost)
+        shape = len(assumed), len(self.places[0])
+        if known is None:
+            by, status = np.zeros((shape[0], len(self.limits), shape[1])), np.zeros(shape[1], np.uint8)
+            quantile, lost = np.full(shape, np.nan), np.zeros(shape)
+        else:
+            by, status, quantile, lost = (a.copy() for a in (known.by, known.status, known.quantile, known.not_assembled))
+        for a, c in np.argwhere(np.isnan(quantile) if far is None else np.isnan(quantile) & ~far).tolist():
+            one, rows = assumed[a], self.rows_of(assumed[a])
+            errors, outcome = self.drawn(one, self.places[a], c)[1:]
+            status[c] = max(status[c], outcome)
+            shares = np.stack([share(one.part, errors, self.limits[row]) for row in rows])
+            # A specimen that cannot be assembled keeps to no limit, and is lost once, whichever limits it misses.
+            failed = ~np.isfinite(shares).all(axis=0)
+            shares[:, failed] = np.inf
+            lost[a, c] = failed.mean()
+            quantile[a, c] = self.required.last(shares.max(axis=0), self.labels)
+            own = np.array([self.required.last(row, self.labels) for row in shares])
+            # What is used is known of all limits together, and shared out by what each of them uses alone.
+            most = own.max()
+            by[a, rows, c] = quantile[a, c] * (own / most if 0.0 < most < np.inf else np.ones_like(own))
+        return YieldLook(by.max(axis=0), status, quantile, by, lost)
+
+    def with_samples(self, samples: int) -> Scatter:
+        """The same with another number of specimens."""
+        required = self.required
+        return Scatter(self.m, self.items, self.limits, samples, self.seed, required.probability, self.contacts)
 
     def changed(self, values: Sequence[float]) -> list[Assumed]:
         """The mechanism with a plan, under each of the assumptions."""

@@ -109,6 +109,7 @@ class Specimens:
             tail for a, c in near for tail in [self._tail(a, c, least, stride)] if tail.rest.shape[1]
         ]
         self.order = list(range(len(self.tails)))
+        self.ones = np.ones(len(scatter.limits))
 
     def quantiles(self, values: Values, factors: Floats) -> Floats:
         """The share that as many specimens exceed as may, of every tail."""
