@@ -77,7 +77,7 @@ def _drawn(rng: np.random.Generator, kind: str, number: int, formulas: int) -> P
         if place < formulas:
             costs[sources[k].name] = {"model": "reciprocal", "b": dear * size, "from": 0.3 * size, "to": 3.0 * size}
             continue
-        factors = np.sort(rng.uniform(0.2, 3.0, int(rng.integers(2, 5))))
+        factors = rng.uniform(0.2, 0.8) * np.cumprod(rng.uniform(1.1, 2.2, int(rng.integers(2, 5))))
         prices = np.round(dear / factors ** rng.uniform(0.5, 1.5), 2)
         pairs = zip(factors.tolist(), prices.tolist(), strict=True)
         costs[sources[k].name] = {"choices": [{"size": float(f"{f * size:.3g}"), "cost": c} for f, c in pairs]}

@@ -195,6 +195,13 @@ Shares = Annotated[
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
 ]
+Assumed = Annotated[
+    Contact | None,
+    typer.Option(
+        "--contact",
+        help="random: clearances scatter, or the load decides where they are. [default: that of the file; with loads, both]",
+    ),
+]
 Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]
 Parts = Annotated[
     int,

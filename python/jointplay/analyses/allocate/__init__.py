@@ -167,11 +167,15 @@ def compute(
         )
         raise InputError(problem, file=m.file, key="costs")
     limits = limits_of(base)
-    attributes: dict[str, str | int | float] = {"asked": asked, "digits": digits}
+    attributes: dict[str, str | int | float] = {"asked": asked}
+    if any(item.is_formula for item in items):
+        attributes["digits"] = digits
     search: Search | SampledSearch
     places: list[Nominal]
     if asked == "random":
-        attributes |= {"probability": share, "samples": samples, "seed": seed, "contact": ", ".join(assumed)}
+        attributes |= {"probability": share, "samples": samples, "seed": seed}
+        if m.has_loads:
+            attributes["contact"] = ", ".join(assumed)
         scatter = Scatter(base, items, limits, samples, seed, share, assumed)
         places = scatter.places
         search = SampledSearch(items, scatter, progress, least=min([1.0, *factors]))

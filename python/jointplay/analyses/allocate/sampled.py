@@ -88,7 +88,7 @@ class SampledSearch(Plans):
             tried.add(choices)
             self._settle(choices, ones, factors)
             break
-        rest = _Enumeration(self, self._least_ratio(), factors)
+        rest = _Enumeration(self, self._least_ratio(), factors, only_cheaper=True)
         finished = True
         for number, (_, choices) in enumerate(rest):
             if choices in tried:
@@ -246,6 +246,8 @@ class _Enumeration:
         On the shares of every tail.
     factors : ndarray
         On the limits.
+    only_cheaper : bool
+        Whether the search ends at the cost of the best plan that holds.
 
     Attributes
     ----------
@@ -253,8 +255,8 @@ class _Enumeration:
         Whether there may be others.
     """
 
-    def __init__(self, search: SampledSearch, ratio: Floats, factors: Floats) -> None:
-        self.search, self.ratio, self.factors = search, ratio, factors
+    def __init__(self, search: SampledSearch, ratio: Floats, factors: Floats, *, only_cheaper: bool = False) -> None:
+        self.search, self.ratio, self.factors, self.only_cheaper = search, ratio, factors, only_cheaper
         self.items, self.specimens = search.items, search.specimens
         self.has_sizes = any(item.is_formula for item in self.items)
         self.discrete = [k for k, item in enumerate(self.items) if not item.is_formula]
@@ -280,7 +282,7 @@ class _Enumeration:
     def __iter__(self) -> Iterator[tuple[float, Choices]]:
         while self._queue:
             bound, _, stage, choices = heapq.heappop(self._queue)
-            if bound >= self.search.ceiling(self.factors):
+            if self.only_cheaper and bound >= self.search.ceiling(self.factors):
                 return
             if self.asked > MOST_ASKED:
                 self.gave_up = True
