@@ -44,7 +44,7 @@ SAME = 1e-9
 #: share of the cost that a cheaper plan has to save to be looked for beside sizes by formula
 WORTH = 1e-3
 #: share of the deviation of exact / first order from 1 by which others may differ in it, and what they may at least
-BAND, ROOM = 0.25, 0.003
+BAND, ROOM = 0.6, 0.003
 #: where exact / first order is compared: shares of a limit that are used
 NEAR = (0.7, 1.5)
 #: share of a limit up to which more specimens may show that a plan holds
@@ -266,7 +266,8 @@ class _Enumeration:
         counts = [range(len(self.items[k].options)) for k in self.discrete]
         self.costs = [[option.cost for option in self.items[k].options] for k in self.discrete]
         self.left = [0.0] * (len(counts) + 1)
-        if math.prod(map(len, counts)) <= ENUMERATED:
+        self.are_few = math.prod(map(len, counts)) <= ENUMERATED
+        if self.are_few:
             for choices in product(*counts):
                 self._put(choices, 0)
         else:
@@ -329,4 +330,6 @@ class _Enumeration:
 
     def _holds(self, values: Values) -> bool:
         self.asked += 1
-        return self.specimens.holds(values, self.ratio, self.factors)
+        # Of few plans all that may hold are looked at.
+        sure = not (self.only_cheaper and self.are_few) or self.has_sizes
+        return self.specimens.holds(values, self.ratio, self.factors, sure=sure)

@@ -115,12 +115,16 @@ class Specimens:
         """The share that as many specimens exceed as may, of every tail."""
         return np.array([tail.last(tail.shares(tail.errors(self.items, values), factors)) for tail in self.tails])
 
-    def holds(self, values: Values, ratio: Floats, factors: Floats) -> bool:
-        """Whether no tail has more specimens outside than may be, with shares times a ratio."""
+    def holds(self, values: Values, ratio: Floats, factors: Floats, *, sure: bool = True) -> bool:
+        """Whether no tail has more specimens outside than may be, with shares times a ratio.
+
+        If it need not be `sure`, their share itself counts, and not how well it is known, which differs by chance.
+        """
         for k in self.order:
             tail = self.tails[k]
-            shares = tail.shares(tail.errors(self.items, values), factors)
-            if not tail.required.holds(shares * ratio[k] > 1.0, tail.labels):
+            outside = tail.shares(tail.errors(self.items, values), factors) * ratio[k] > 1.0
+            few = tail.required.holds(outside, tail.labels) if sure else outside.sum() <= tail.required.most
+            if not few:
                 # What missed last is asked first.
                 self.order.remove(k)
                 self.order.insert(0, k)
