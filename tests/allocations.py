@@ -116,7 +116,9 @@ def _priced(m: jp.Mechanism):
 
 def _quantile(at: Problem, changes: dict[str, object], quantity: str, probability: float) -> float:
     """About the error that as many specimens exceed as may."""
-    found = compute(at.m.with_(changes), SAMPLES, contact=at.contact, probabilities=(1.0 - probability, probability), path=False)
+    found = compute(
+        at.m.with_(changes), SAMPLES, contact=at.contact, probabilities=(1.0 - probability, probability), path=False
+    )
     if not np.isin(found.get("status"), ["ok", "undetermined"]).all():
         return math.nan
     values = found.get("error_quantile", quantity=quantity)

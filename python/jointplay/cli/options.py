@@ -199,7 +199,8 @@ Assumed = Annotated[
     Contact | None,
     typer.Option(
         "--contact",
-        help="random: clearances scatter, or the load decides where they are. [default: that of the file; with loads, both]",
+        help="random: clearances scatter, or the load decides where they are. [default: as the file says; with loads"
+        " both]",
     ),
 ]
 Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]

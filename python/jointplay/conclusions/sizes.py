@@ -37,7 +37,9 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
         yield Sentence(f"The limits are missed{_contacts(result)}: {said}{at}.", is_alarm=True)
     elif without:
         which = f"configuration{'s' * (', ' in without)} {without}"
-        yield Sentence(f"Not shown whether the limits hold{_contacts(result)}: {which} cannot be assembled.", is_alarm=True)
+        yield Sentence(
+            f"Not shown whether the limits hold{_contacts(result)}: {which} cannot be assembled.", is_alarm=True
+        )
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
         yield Sentence(f"The limits hold{_contacts(result)}: {said}, at configuration {place}.")

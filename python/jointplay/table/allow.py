@@ -153,7 +153,11 @@ def _too_small(result: Result) -> Iterator[str]:
     sizes, found = result.get("too_small"), result.get("smallest")
     below = np.flatnonzero(np.isfinite(sizes)).tolist()
     for k in below[:MOST_NAMES]:
-        name, unit, lost = result.labels("source")[k], result.labels("source_unit")[k], result.get("too_small_not_assembled")[k]
+        name, unit, lost = (
+            result.labels("source")[k],
+            result.labels("source_unit")[k],
+            result.get("too_small_not_assembled")[k],
+        )
         if lost > 0.0 and "samples" in result.attrs:
             what = f"{share_of(float(lost), 2)} of the specimens cannot be assembled"
         else:

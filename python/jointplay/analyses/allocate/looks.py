@@ -1,6 +1,6 @@
 """What the exact closure says of a plan.
 
-    used       error / limit at the plan, of every limit in every configuration; it holds where used <= 1
+used       error / limit at the plan, of every limit in every configuration; it holds where used <= 1
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ points.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,7 @@ class Required:
             left = left - taken
         return np.concatenate(found)
 
-    def met(self, counts: Floats) -> bool:
+    def met(self, counts: NDArray[Any]) -> bool:
         """Whether the yield holds with so many specimens outside in every replicate."""
         total = float(counts.sum())
         if total > self.most:

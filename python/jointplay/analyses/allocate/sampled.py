@@ -83,11 +83,11 @@ class SampledSearch(Plans):
         self.look_at_ends()
         ones = np.ones(len(self.specimens.tails))
         first = _Enumeration(self, ones, factors)
-        bound, tried = math.nan, set[Choices]()
-        for bound, choices in first:
-            tried.add(choices)
-            self._settle(choices, ones, factors)
-            break
+        tried = set[Choices]()
+        bound, best_choices = next(iter(first), (math.nan, None))
+        if best_choices is not None:
+            tried.add(best_choices)
+            self._settle(best_choices, ones, factors)
         rest = _Enumeration(self, self._least_ratio(), factors, only_cheaper=True)
         finished = True
         for number, (_, choices) in enumerate(rest):
@@ -133,7 +133,11 @@ class SampledSearch(Plans):
         look, looking = self._whole(values), self.looking
         assert isinstance(looking, Scatter)
         near = 1.0 < float((look.used / factors[:, None]).max()) < CLOSE
-        if near and looking.required.samples < SAMPLES and (closer := looking.with_samples(SAMPLES).look(values)).holds(factors):
+        if (
+            near
+            and looking.required.samples < SAMPLES
+            and (closer := looking.with_samples(SAMPLES).look(values)).holds(factors)
+        ):
             self._keep(values, closer)
 
     def _whole(self, values: Values) -> YieldLook:

@@ -100,11 +100,10 @@ class Scatter:
         """
         assumed = self.changed(values)
         shape = len(assumed), len(self.places[0])
-        if known is None:
-            by, status = np.zeros((shape[0], len(self.limits), shape[1])), np.zeros(shape[1], np.uint8)
-            quantile, lost = np.full(shape, np.nan), np.zeros(shape)
-        else:
-            by, status, quantile, lost = (a.copy() for a in (known.by, known.status, known.quantile, known.not_assembled))
+        by, status = np.zeros((shape[0], len(self.limits), shape[1])), np.zeros(shape[1], np.uint8)
+        quantile, lost = np.full(shape, np.nan), np.zeros(shape)
+        if known is not None:
+            by[:], status[:], quantile[:], lost[:] = known.by, known.status, known.quantile, known.not_assembled
         for a, c in np.argwhere(np.isnan(quantile) if far is None else np.isnan(quantile) & ~far).tolist():
             one, rows = assumed[a], self.rows_of(assumed[a])
             errors, outcome = self.drawn(one, self.places[a], c)[1:]

@@ -94,7 +94,9 @@ class Search(Plans):
         values = self.ordered(min(held, key=self.cost))
         if not self.look(values).holds(factors):
             return
-        gains = [item.price(value) - item.price(_up(item, value)) for item, value in zip(self.items, values, strict=True)]
+        gains = [
+            item.price(value) - item.price(_up(item, value)) for item, value in zip(self.items, values, strict=True)
+        ]
         for k in sorted(self.program.formulas, key=lambda k: -gains[k]):
             larger = (*values[:k], _up(self.items[k], values[k]), *values[k + 1 :])
             if larger != values and self.look(larger).holds(factors):

@@ -82,7 +82,7 @@ class Sizes:
     def anchor(self, ratio: Floats) -> Floats | None:
         """Sizes with which all tails hold: the smallest ones, or where the load decides perhaps larger ones."""
         for share in np.linspace(0.0, 1.0, PLACES if self.items else 1):
-            t = self.low + share * (self.high - self.low)
+            t: Floats = self.low + share * (self.high - self.low)
             if self._holds(t, ratio):
                 return t
         return None
@@ -108,7 +108,7 @@ class Sizes:
         rows = np.maximum(q[:, None] * slope[near] / t, 0.0)
         right = ratio[near] ** -2 - q**2 + rows @ t**2
         found = least([_squared(item) for item in self.items], rows, right)
-        return None if found is None else np.sqrt(found.values)
+        return None if found is None else np.asarray(np.sqrt(found.values))
 
     def _towards(self, t: Floats, aim: Floats, ratio: Floats, *, beyond: bool = False) -> Floats:
         """As far from sizes that hold towards others as all tails hold; or the first place where they do not."""

@@ -105,9 +105,7 @@ class Specimens:
         components = len(scatter.m.components)
         numbers = len(near) * components * (1 + sum(self.widths)) * scatter.required.samples
         stride = -(-numbers // MOST_NUMBERS)
-        self.tails = [
-            tail for a, c in near for tail in [self._tail(a, c, least, stride)] if tail.rest.shape[1]
-        ]
+        self.tails = [tail for a, c in near for tail in [self._tail(a, c, least, stride)] if tail.rest.shape[1]]
         self.order = list(range(len(self.tails)))
         self.ones = np.ones(len(scatter.limits))
 
@@ -156,7 +154,9 @@ class Specimens:
         scatter, at = self.scatter, self.scatter.places[a]
         parts: list[list[Floats]] = [[] for _ in self.items]
         rest = np.empty(0)
-        rows, needed = _rows(scatter.assumed[a].part, [(k, scatter.limits[k]) for k in scatter.rows_of(scatter.assumed[a])])
+        rows, needed = _rows(
+            scatter.assumed[a].part, [(k, scatter.limits[k]) for k in scatter.rows_of(scatter.assumed[a])]
+        )
         for depth in range(max(self.widths)):
             one = scatter.changed([self._value(item, depth) for item in self.items])[a]
             drawn = scatter.drawn(one, at, c)[0][::stride]
@@ -201,7 +201,7 @@ def _at(item: Item, part: Floats, value: float) -> Floats:
 
 
 def _norm(rows: Floats) -> Floats:
-    return np.sqrt(np.einsum("ij,ij->j", rows, rows))
+    return np.asarray(np.sqrt(np.einsum("ij,ij->j", rows, rows)))
 
 
 def _rows(m: Mechanism, limits: Sequence[tuple[int, Limit]]) -> tuple[list[tuple[int, slice | int, float]], list[int]]:

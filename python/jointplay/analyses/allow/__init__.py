@@ -1,6 +1,7 @@
 """`allow`: the largest size of every source with which the limits hold, and which fit one may order.
 
-    allowed = the largest size up to which limits hold at every smaller one, too, all other sources as they are
+    allowed = the largest size up to which limits hold from the size that is there on, all other sources as they are;
+              where they are missed with that, the largest one up to which they hold at every smaller one, too
     slack   = allowed - size
     allowed_factor: the same of the sizes of all sources times one factor
 
@@ -81,14 +82,15 @@ def allow(
         measures it, see `source_measure`), `allowed` (the largest size up to which the limits hold, all other sources
         as they are), `smallest` (the smallest size from which on they do, zero for most), `too_small` (the largest
         size below it that was found to be too small), `too_small_not_assembled` (the share of the specimens that
-        cannot be assembled there), `slack` (allowed - size), `used_without` (what is used of the limits with this source at zero),
-        `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold), `binding_quantity` and
-        `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``; ``unlimited``, where
-        the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that size changes nothing
-        of what is limited; ``not_enough``, where they are missed at size zero as well; ``needs_play``, where they hold
-        with the size as it is and are missed at size zero; ``fixed``, where the size cannot be changed. Of an
-        over-constrained mechanism `needed`: the smallest size with which all specimens within the tolerances can be
-        assembled without strain. With `random` `allowed_standard_error`, from the number of samples.
+        cannot be assembled there), `slack` (allowed - size), `used_without` (what is used of the limits with this
+        source at zero), `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold),
+        `binding_quantity` and `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``;
+        ``unlimited``, where the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that
+        size changes nothing of what is limited; ``not_enough``, where they are missed at size zero as well;
+        ``needs_play``, where they hold with the size as it is and are missed at size zero; ``fixed``, where the size
+        cannot be changed. Of an over-constrained mechanism `needed`: the smallest size with which all specimens within
+        the tolerances can be assembled without strain. With `random` `allowed_standard_error`, from the number of
+        samples.
 
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the

@@ -10,7 +10,7 @@ and does not count; where it is the size of a source that prevents the assembly,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -136,8 +136,10 @@ class Asked:
         return self.use_of(copy, self.every if near is None or self.question == "loaded" else near, near is None)
 
     def use_of(self, m: Mechanism, near: Places, every: bool = True) -> Use:
-        """How much of the limits a mechanism uses at some configurations; with `every` under all assumptions, else until
-        one says that the limits are missed."""
+        """How much of the limits a mechanism uses at some configurations.
+
+        Under `every` assumption, or until one says that the limits are missed.
+        """
         best = Use(-np.inf, "", -1)
         columns: list[Floats] = []
         for one, at, places in zip(self.parts(m), self.at, near, strict=True):
