@@ -53,7 +53,7 @@ def meshing(backlash: float) -> jp.Mechanism:
 
 def test_teeth_that_jam_are_told_as_such_and_not_as_an_error_that_is_too_large():
     """Allowed was zero and the slack negative, beyond y, under the sentence that the limits hold."""
-    result = compute(meshing(0.1), "random", samples=1000)
+    result = compute(meshing(0.1), "random", samples=1000, tolerance=0.01)
     k = result.labels("source").index("mesh")
     own, allowed, smallest, jammed = (result.get(name)[k] for name in ("size", "allowed", "smallest", "too_small"))
     assert smallest <= own <= allowed
@@ -64,11 +64,11 @@ def test_teeth_that_jam_are_told_as_such_and_not_as_an_error_that_is_too_large()
     assert "of the specimens cannot be assembled at" in notes
     assert conclude(result).sentences[0].text.startswith("The limits hold: ")
     # The same where the size in the file is one of those that jam.
-    result = compute(meshing(0.005), "random", samples=1000)
+    result = compute(meshing(0.005), "random", samples=1000, tolerance=0.01)
     sentence = conclude(result).sentences[0]
     assert sentence.is_alarm
     assert "of the specimens cannot be assembled" in sentence.text
-    assert float(result.get("allowed")[k]) == pytest.approx(float(allowed), rel=1e-3)
+    assert float(result.get("allowed")[k]) == pytest.approx(float(allowed), rel=0.03)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -120,9 +120,11 @@ def test_limits_are_not_shown_where_a_configuration_has_no_pose(tmp_path, capsys
     drive = next(iter(m.raw["drives"]))
     values = {f"drives.{drive}.{key}": None for key in ("from", "to", "count")} | {f"drives.{drive}.values": [10, 90]}
     m = m.with_({**values, "joints.wristpin.on.rod": [45, 0], "limits": {"y": 99}})
+    m = m.with_({"dimensions": None, f"drives.{drive}.error": None, "joints.crankpin.clearance": None})
+    m = m.with_({"joints.wristpin.clearance": None, "joints.guide.clearance": None})
     assert jp.solve(m).status.values.tolist() == ["ok", "not_assembled"]
-    for question, options in (("worst", {}), ("random", {"samples": 1000, "contact": "scattered"})):
-        result = compute(m, question, **options)
+    for question, options in (("worst", {}), ("random", {"samples": 400, "contact": "scattered"})):
+        result = compute(m, question, tolerance=0.05, **options)
         first = conclude(result).sentences[0]
         assert first.is_alarm
         assert first.text.startswith("Not shown whether the limits hold")
