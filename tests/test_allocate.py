@@ -391,7 +391,7 @@ def test_a_plan_holds_whether_offsets_scatter_or_the_load_decides(tmp_path, caps
     assert "Cheapest sizes" not in out
     assert run([*command, "--contact", "scattered", "-o", str(tmp_path / "new.toml")]) == 0
     assert "The limits hold with offsets that scatter for a cost of" in " ".join(capsys.readouterr().out.split())
-    assert jp.load(tmp_path / "new.toml").value("joints.wrist.clearance.fit") == "H7/f7"
+    assert jp.load(tmp_path / "new.toml").value("joints.crankpin.clearance.fit") == "H7/g6"
     assert run([*command, "-o", str(tmp_path / "none.toml")]) == 1
     assert not (tmp_path / "none.toml").exists()
 

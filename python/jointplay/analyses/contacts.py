@@ -31,7 +31,7 @@ def contacts(m: Mechanism, given: str | None = None) -> tuple[str, ...]:
         raise InputError(not_known(given, "a contact", CONTACTS), key="contact")
     named = given or getattr(m.limits, "contact", None)
     found = (str(named),) if named in CONTACTS else CONTACTS if m.has_loads else CONTACTS[:1]
-    if given == "loaded":
+    if found == ("loaded",):
         for part in m.every_part:
             require_loads(part)
     return found
@@ -64,5 +64,7 @@ def assumptions(m: Mechanism, found: tuple[str, ...]) -> list[Assumed]:
     every = []
     for contact in found:
         whole = m if contact == "loaded" else m.without_load_cases()
-        every += [Assumed(contact, part.of[1], part) for part in whole.every_part]
+        # Of several load cases one may have no load.
+        parts = [part for part in whole.every_part if contact != "loaded" or part.has_loads or found == ("loaded",)]
+        every += [Assumed(contact, part.of[1], part) for part in parts]
     return every

@@ -16,7 +16,7 @@ import heapq
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import count, product
+from itertools import combinations, count, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 Choices = tuple[int, ...]
 
 #: plans by choice up to which all are asked, and plans that are asked at most
-ENUMERATED, MOST_ASKED = 5_000, 40_000
+ENUMERATED, MOST_ASKED = 5_000, 15_000
 #: choices whose plans are looked at on the exact closure, and looks at each
 MOST_LOOKED, MOST_LOOKS = 40, 10
 #: by how much shares count more where a plan misses its limits and nothing says by how much
@@ -84,6 +84,9 @@ class SampledSearch(Plans):
         ones = np.ones(len(self.specimens.tails))
         first = _Enumeration(self, ones, factors)
         tried = set[Choices]()
+        if not first.are_few and (start := first.exchanged()) is not None:
+            tried.add(start)
+            self._settle(start, ones, factors)
         bound, best_choices = next(iter(first), (math.nan, None))
         if best_choices is not None:
             tried.add(best_choices)
@@ -310,6 +313,32 @@ class _Enumeration:
                     self._put(choices, 2, self.search.cost(values))
             else:
                 yield bound, choices
+
+    def exchanged(self) -> Choices | None:
+        """Choices that hold and that no change of one or two makes cheaper; None where the tightest ones miss."""
+        now = tuple(round(self.search.tightest[k]) for k in self.discrete)
+        if not self._holds(self._completed(now)):
+            return None
+        for width in (1, 2, 1, 2):
+            while (cheaper := self._cheaper(now, width)) is not None:
+                now = cheaper
+        return now
+
+    def _cheaper(self, now: Choices, width: int) -> Choices | None:
+        """The choices that save most, of those that differ in one or two places and hold."""
+        found = []
+        for places in combinations(range(len(now)), width):
+            for options in product(*(range(len(self.costs[j])) for j in places)):
+                saved = sum(self.costs[j][now[j]] - self.costs[j][o] for j, o in zip(places, options, strict=True))
+                if saved > SAME:
+                    found.append((saved, places, options))
+        for _, places, options in sorted(found, reverse=True):
+            new = list(now)
+            for j, option in zip(places, options, strict=True):
+                new[j] = option
+            if self.asked <= MOST_ASKED and self._holds(self._completed(tuple(new))):
+                return tuple(new)
+        return None
 
     def _sizes(self, choices: Choices) -> Sizes:
         self.asked += ASKED
