@@ -127,11 +127,11 @@ def test_limits_are_not_shown_where_a_configuration_has_no_pose(tmp_path, capsys
         result = compute(m, question, tolerance=0.05, **options)
         first = conclude(result).sentences[0]
         assert first.is_alarm
-        assert first.text.startswith("Not shown whether the limits hold")
+        assert first.text.startswith("Not shown: whether the limits hold")
         assert not keeps(result)
     path = tmp_path / "m.toml"
     m.write(path)
     assert run(["allow", str(path)]) == 1
-    assert "Not shown whether the limits hold: configuration 1 cannot be assembled." in " ".join(
+    assert "Not shown: whether the limits hold; configuration 1 cannot be assembled." in " ".join(
         capsys.readouterr().out.split()
     )

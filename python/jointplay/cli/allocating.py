@@ -11,9 +11,11 @@ import typer
 from jointplay.files import require_writable
 
 from . import answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import Allocated, Assumed, File, Point, Samples, Seed, Settings
 from .printing import prints
+from .streams import hold, tell
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
@@ -74,6 +76,8 @@ def allocate(
     """
     from jointplay.analyses.allocate import compute
 
+    refuse_unheard([question.value if question else "random" if probability is not None else "worst"])
+
     m = answer.mechanism(file, settings, output_point)
     factors = [] if curve is None else arguments.several(curve, "--curve", answer.reader(m))
     found: list[Result] = []
@@ -102,7 +106,8 @@ def allocate(
         if "changes" in found[0].attrs:
             _changed(m, str(found[0].attrs["changes"])).write(output)
         else:
-            answer.say([f"{output} is not written: no sizes were found"])
+            hold([f"{output} is not written: no sizes were found"])
+            tell()
     for line in str(found[0].attrs.get("changes", "")).splitlines() if changes and found else ():
         typer.echo(f"--set {shlex.quote(line)}")
     return code

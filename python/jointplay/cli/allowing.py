@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import DONE, NOT_OK, answer
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Allowed,
@@ -67,6 +68,7 @@ def allow(
     """
     from jointplay.analyses.allow import compute, keeps
 
+    refuse_unheard([question.value])
     options: dict[str, Any] = {}
     if question is Allowed.random:
         options = answer.scatter(samples, seed, law, sampling) | ({"contact": contact.value} if contact else {})

@@ -107,8 +107,8 @@ class WorstCase:
                 parts[row], rest[row] = self._row(part, values, shares, slopes, found, limit)
         # Where the machine cannot stand nothing is used of any limit.
         away = ~np.all([place.counts for place in self.places.values()], axis=0)
-        for values in (used, linear, parts, rest, direction):
-            values[:, away] = 0.0
+        for array in (used, linear, parts, rest, direction):
+            array[:, away] = 0.0
         status[away] = 0
         return WorstLook(used, status, linear, parts, rest, direction)
 
