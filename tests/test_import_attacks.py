@@ -186,6 +186,16 @@ def test_numbers_of_pylinkage_that_are_larger_than_any(digits: int, key: str) ->
         jp.read("a.json")
 
 
+def test_numbers_of_options_that_are_larger_than_any() -> None:
+    links = "".join(f'<link name="{name}"/>' for name in "abc")
+    pin = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/></joint>'
+    Path("arm.urdf").write_text(f"<robot>{links}{pin.format('J', 'a', 'b')}{pin.format('K', 'b', 'c')}</robot>")
+    with pytest.raises(jp.InputError, match="drives J: a number or a list of them is needed"):
+        jp.read("arm.urdf", drives={"J": 10**310})
+    with pytest.raises(jp.InputError, match=r"loops L on\.c\.at: three numbers are needed"):
+        jp.read("arm.urdf", loops={"L": {"type": "spherical", "on": {"a": [0, 0, 0], "c": [10**310, 0, 0]}}})
+
+
 def test_rigid_links_are_those_that_every_pair_and_triple_gives() -> None:
     """Every pair and every three links were compared, a minute for 1,000 of them."""
     import random
@@ -233,7 +243,7 @@ def test_a_table_beside_the_file_is_read_once_for_all_its_drives(monkeypatch: py
         on = f"{'ground' if not k else f'a{k - 1}'} = [0, 0], a{k} = [0, 0]"
         text += f'[joints.J{k}]\ntype = "revolute"\non = {{ {on} }}\n'
         text += f'[drives.q{k}]\njoint = "J{k}"\ncsv = "motion.csv"\ncolumn = "{"xy"[k % 2]}"\n'
-    Path("motion.csv").write_text("x,y\n" + "1,2\n" * 3 + ",\n" * 500_000, encoding="utf-8")
+    Path("motion.csv").write_text("x,y\n" + "1,2\n" * 3 + ",\n" * 100_000, encoding="utf-8")
     Path("arm.toml").write_text(text + '[output]\nbody = "a0"\n', encoding="utf-8")
     read = columns._text
     monkeypatch.setattr(columns, "_text", lambda place: names.append(place) or read(place))

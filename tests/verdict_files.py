@@ -289,7 +289,8 @@ def asked(file: File, path: Path, *, report: bool) -> Iterator[Asked]:
     worst, are_ok = found["worst"], good["worst"]
     limit = float(m.raw["limits"]["position"])
     # Twice the limit holds wherever something is known.
-    values = [worst, NOT_SHOWN if worst == NOT_SHOWN or (ok["worst"] != "ok").any() else HELD]
+    is_known = bool(np.isin(ok["worst"], READABLE).all())
+    values = [worst, HELD if is_known else NOT_SHOWN]
     sweep = ("sweep", name, "-s", f"limits.position={limit!r},{2 * limit!r}", "-q", "worst")
     yield Asked("sweep", sweep, whole(values), 0 if are_ok else 1)
     yield Asked("compare", ("compare", name, name, "-q", "worst"), worst, 0 if are_ok else 1)

@@ -23,7 +23,7 @@ from scipy import signal, special, stats
 Floats = NDArray[np.float64]
 
 #: cells of a sum, of what is common to several components, and of one component where another one depends on it
-CELLS, COMMON, ACROSS = 16_000, 1_500, 600
+CELLS, COMMON, ACROSS = 16_000, 1_200, 400
 #: a share that is none
 NOTHING = 1e-13
 #: specimens drawn at a time
@@ -352,6 +352,8 @@ def case(seed: int) -> Case:
         )
         # Nearer to the end of a sum than its cells are wide nothing is known.
         known = all(abs(a - b) <= 4e-3 * b or a == b or max(a, b) < NOTHING for a, b in zip(rough, fine, strict=True))
+        # All together are outside as often as any by itself.
+        known = known and fine[0] >= (1.0 - 4e-3) * max(fine[1:])
         if known and (1e-9 <= fine[0] <= 1e-2 or fine[0] < NOTHING):
             return Case(kind, chain.text(), fine[0], dict(zip(single, fine[1:], strict=True)))
     raise ValueError(f"no case for seed {seed}")

@@ -169,6 +169,7 @@ def rows_of(m: Mechanism) -> tuple[list[int], list[int]]:
 
 
 def size_of(rows: Floats) -> Floats:
+    """Length of every row."""
     # `numpy.linalg.norm` takes many times as long for short rows.
     sizes: Floats = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     return sizes

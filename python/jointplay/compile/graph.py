@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import poses
 from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
 from jointplay.spec import DisplacementSpec
@@ -88,6 +93,8 @@ class Graph:
         self.crosses: dict[int, tuple[Vector, Vector] | None] = {}
         #: centre and pitch radius of every wheel, in metres
         self.wheels: list[tuple[Point, float]] = []
+        #: joints with their bodies between which a link lies although they are at one place
+        self._linked = _linked_in_place(data)
         for name, joint in data.joints.items():
             self._add(name, joint)
         self._check_bodies(data)
@@ -143,7 +150,8 @@ class Graph:
         for body, place in joint.placements.items():
             index = self._body(body)
             # A joint that deviates by itself is not where the others are that are drawn there.
-            put = self.add_point if body in joint.displaced else self._joint_place
+            is_apart = body in joint.displaced or (body, name) in self._linked
+            put = self.add_point if is_apart else self._joint_place
             self.places[body, name] = put(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
@@ -176,6 +184,14 @@ class Graph:
         """The points of other joints at the place of a joint on the same body."""
         there = self.points[point]
         return sorted({k for k in self.places.values() if k != point and self.points[k] == there})
+
+    def linked_with(self, point: int, start: int) -> list[int]:
+        """The same for a link that ends there; of one that begins there, too, without the ends of all such links."""
+        together = self.together_with(point)
+        if start not in together:
+            return together
+        ends = {self.places[end] for end in self._linked}
+        return [k for k in together if k not in ends]
 
     def displacement(self, points: list[int], about: Vector) -> int:
         """Index of a new rigid displacement of points, which turns about a place of their body."""
@@ -288,6 +304,11 @@ class Graph:
         )
         return self.refuse(problem, "joints")
 
+    def placed(self, guess: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where all points are while the bodies are where they are guessed to be, in ground axes."""
+        every = np.vstack([guess, poses.ground(guess.shape[-1])])  # the ground has index -1
+        return np.array([poses.place(every[point.body], point.at) for point in self.points])
+
     def span(self) -> float:
         """The median size of the bodies and the ground, in metres; zero if none has two points apart.
 
@@ -301,6 +322,21 @@ class Graph:
             places[point.body] += [(x + radius, y, z), (x - radius, y, z)]
         sizes: list[float] = [max(max(at) - min(at) for at in zip(*body, strict=True)) for body in places.values()]
         return statistics.median([size for size in sizes if size > 0.0] or [0.0])
+
+
+def _linked_in_place(data: MechanismFile) -> set[tuple[str, str]]:
+    """Bodies and joints that links join to other joints at the very same place."""
+    found: set[tuple[str, str]] = set()
+    for link in data.links.values():
+        ends = [(link.body, name) for name in link.between if link.body in _placements(data, name)]
+        places = [_placements(data, name)[body].at for body, name in ends]
+        if len(ends) == 2 and places[0] == places[1]:
+            found |= {*ends}
+    return found
+
+
+def _placements(data: MechanismFile, joint: str) -> Mapping[str, Any]:
+    return data.joints[joint].placements if joint in data.joints else {}
 
 
 class Outward:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, in_range, listed, not_known, shown
-from jointplay.schema.values import is_number
+from jointplay.schema.values import is_finite, is_number
 from jointplay.toml import read as read_text
 
 from .options import Options
@@ -201,14 +201,9 @@ def _pair(value: object, key: str) -> Vector:
 
 
 def _number(value: Any, key: str) -> float:
-    try:
-        # JSON has whole numbers that are larger than any other one.
-        found = float(value) if is_number(value) else math.nan
-    except OverflowError:
-        found = math.inf
-    if not math.isfinite(found):
+    if not is_finite(value):
         raise InputError(f"a number is needed, not {shown(value)}", key=key)
-    return found
+    return float(value)
 
 
 def _joints(

@@ -15,7 +15,7 @@ from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.mobility import Mobility, examine, misfit_words
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
-from jointplay.schema.values import is_number
+from jointplay.schema.values import is_finite
 from jointplay.typed import typed
 
 from .bounds import require_bounded
@@ -183,7 +183,7 @@ def _drives(skeleton: Skeleton, options: Options) -> dict[str, list[float] | Non
     found: dict[str, list[float] | None] = {}
     for name, given in options.drives.items():
         values: list[Any] = list(given) if isinstance(given, list | tuple) else [given]
-        if given is not None and not all(is_number(value) for value in values):
+        if given is not None and not all(is_finite(value) for value in values):
             raise InputError(f"a number or a list of them is needed, not {shown(given)}", key=f"drives {name}")
         found[joint_called(skeleton, name)] = None if given is None else [float(value) for value in values]
     return found

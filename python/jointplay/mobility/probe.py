@@ -161,7 +161,8 @@ class Probe:
         """Where the joints close near the (moved) guess."""
         rng = np.random.default_rng(int(1000 * perturbation))
         guess = np.array(self.spec["guess"])
-        moved = poses.moved(guess, perturbation * self.unit * rng.uniform(-1.0, 1.0, (len(guess), len(self.unit))))
+        twists = perturbation * self.unit * rng.uniform(-1.0, 1.0, (len(guess), len(self.unit)))
+        moved = poses.moved(guess, twists, self.core.origins)
         sample = self.at(moved)
         if sample.residual <= CLOSED:
             return sample
@@ -194,7 +195,7 @@ class Probe:
             yield from (*some, sample)
 
     def _moved(self, placed: Floats, twists: Floats) -> Floats:
-        return poses.moved(placed, twists.reshape(len(placed), -1) * self.unit)
+        return poses.moved(placed, twists.reshape(len(placed), -1) * self.unit, self.core.origins)
 
     def _closed(self, placed: Floats) -> Iterator[Sample]:
         """The joints closed near poses of all bodies, without the rows that hold little, and with all of them."""

@@ -165,7 +165,7 @@ def _reaction(m: Mechanism, sample: Sample, joint: int, generalised: Floats) -> 
     wrench = sign * generalised[body * size : (body + 1) * size]
     point = m.core_spec["points"][m.core_spec["joints"][joint]["second"]]["at"]
     at = np.array(point) if second < 0 else poses.place(sample.poses[second], point)
-    lever = at - poses.position(sample.poses[body])
+    lever = at - poses.place(sample.poses[body], m.core.origins[body])
     lengths = sum(component in LENGTHS for component in m.components)
     force = np.zeros(3)
     force[:lengths] = wrench[:lengths]

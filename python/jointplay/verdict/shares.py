@@ -47,8 +47,11 @@ class _Contact:
 
     @property
     def at(self) -> int:
-        """The configuration with the largest share."""
-        return int(np.nanargmax(np.where(np.isfinite(self.outside), self.high, -1.0)))
+        """The configuration with the largest share.
+
+        Where nothing was found there may be a wide interval, which says less than a specimen that is outside elsewhere.
+        """
+        return int(np.nanargmax(np.where(np.isfinite(self.outside), self.high + (self.outside > 0.0), -1.0)))
 
     def yields(self, required: float) -> tuple[Array, Array]:
         """Where a required yield is missed, and where the specimens leave it open."""
