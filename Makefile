@@ -83,10 +83,12 @@ verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measu
 	$(BIN)/python tests/verify_certificate.py
 	$(BIN)/python tests/verify_loaded.py
 	$(BIN)/python tests/verify_reports.py
+	$(BIN)/python tests/verify_flanks.py
 	$(BIN)/python tests/verify_branches.py
 	$(BIN)/python tests/verify_verdicts.py
 	$(BIN)/python tests/verify_rare.py
 	$(BIN)/python tests/verify_allocations.py
+	$(BIN)/python tests/verify_freedoms.py
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)

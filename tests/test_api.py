@@ -115,7 +115,8 @@ class TestSolve:
         result = jp.solve(m)
         inside = (result.coordinate.sel(joint="J4") <= 50).values
         assert 0 < inside.sum() < len(inside)
-        assert result.within_limits.values.tolist() == inside.tolist()
+        assert result.status.values.tolist() == np.where(inside, "ok", "outside_limits").tolist()
+        assert result.leaves_range.values.tolist() == np.where(inside, "", "J4").tolist()
 
     def test_drive_values_stand_where_the_links_cannot_follow(self) -> None:
         result = jp.solve(example("four-bar", drives__theta1__values=[22.7, 180.0]))

@@ -227,7 +227,7 @@ def test_a_grid_that_does_not_spread_is_reached_at_its_seeds_only():
     at = nominal(mechanism)
     drives = _dense_path(mechanism, 80)
     seeds = [10, 11, 40]
-    given = [drives, seeds, np.repeat(at.drives[:1], 3, 0), np.repeat(at.poses[:1], 3, 0)]
+    given = [drives, seeds, np.repeat(at.drives[:1], 3, 0), np.repeat(at.poses[:1], 3, 0), [False] * 3]
     found = mechanism.core.trace_grid([80], *given, spread=False)
     assert np.flatnonzero(found["status"] == 0).tolist() == seeds
     everywhere = mechanism.core.trace_grid([80], *given)

@@ -22,7 +22,7 @@ from jointplay.cli import run
     [
         # 42 s, and "76 degrees of freedom"
         ("four-legged-platform", "joints.top1.at", [-2e8, -1.5e8, 3e8], "joints.top1: lies 3.905e+08 mm from"),
-        ("serial-6r", "dimensions.*.tolerance", 5e7, "by up to 5e+07 mm, more than the size of the mechanism, 810 mm"),
+        ("serial-6r", "dimensions.*.tolerance", 5e7, "by up to 5e+07 mm, more than the size of the mechanism, 687."),
         ("serial-6r", "joints.elbow.clearance.radial", 5e7, "joints.elbow.clearance: is off by up to 5e+07 mm"),
         ("five-bar", "drives.left.error", {"sigma": 1e7}, "drives.left.error: is off by up to 3e+07 deg"),
         ("antenna-support", "dimensions.AB.deviation", -1e6, "dimensions.AB: is off by up to 1e+06 mm"),

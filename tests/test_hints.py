@@ -49,3 +49,19 @@ def test_files_of_other_programs_are_read_by_read(name: str, tmp_path: Path) -> 
     if name.endswith(".xacro"):
         with pytest.raises(jp.InputError, match=r"`xacro arm\.xacro > arm\.urdf`"):
             jp.read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("theta1\n22,7\n30\n", "row 2 has 2 values for 1 column; decimals have a point"),
+        ("theta1;other\n22,7;1\n30;2\n", 'a number is needed, not "22,7"; decimals have a point'),
+    ],
+)
+def test_decimal_commas_in_a_table(table: str, said: str, tmp_path: Path) -> None:
+    """`22,7` below one name was read as 22."""
+    (tmp_path / "motion.csv").write_text(table)
+    text = "\n".join('csv = "motion.csv"' if line.startswith("values") else line for line in FOUR_BAR.splitlines())
+    (tmp_path / "four-bar.toml").write_text(text)
+    with pytest.raises(jp.InputError, match=said):
+        jp.load(tmp_path / "four-bar.toml")

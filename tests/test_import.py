@@ -256,8 +256,10 @@ def test_what_an_mjcf_says_beyond_the_mechanism_is_named(tmp_path: Path) -> None
     more = '<weld body1="a" body2="b" active="false" name="off"/><joint joint1="J3" polycoef="0 0 0 0 0" name="stay"/>'
     found = imported(written(tmp_path, MECHANISM.format(more=more), "a.xml"), Options())
     assert "Left out: 3 shapes." in found.notes
-    assert "Equality constraints that are left out: off (not active), stay." in found.notes
-    assert all(f"# {note}" in found.text for note in found.notes)
+    assert "Equality constraints that are left out: off (not active)." in found.notes
+    assert "Equality constraints hold these joints, which are fixed: J3." in found.notes
+    # Comments of the file are broken into lines.
+    assert all(note in found.text.replace("\n# ", " ") for note in found.notes)
 
 
 def test_a_weld_makes_one_body_of_two(tmp_path: Path) -> None:
@@ -325,7 +327,8 @@ def test_cassie_closes_its_loops() -> None:
     """Two legs with two loops each; every link starts where the file has it."""
     m = jp.read(ROBOTS / "cassie.sdf")
     assert len(m.joints) - len(m.bodies) == 4
-    assert set(jp.solve(m).status.values) == {"ok"}
+    # As it is drawn its knees are straight, which their ranges exclude.
+    assert set(jp.solve(m).status.values) <= {"ok", "outside_limits"}
     # `<pose>` of the toe is in the axes of the model; the pelvis is held where it is.
     frame = dict(zip(m.bodies, solved(m)[0], strict=True))
     text = (ROBOTS / "cassie.sdf").read_text(encoding="utf-8")
@@ -550,7 +553,7 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
     ("a.sdf", frames_in_frames("f2", 3), "", [], r"f\d: frames are given in one another in a circle"),
     ("a.sdf", frames_in_frames("no", 3), "", [], "'no' is not a frame; Known: world, "),
     ("a.sdf", "<sdf/>", "", [], "has no <model>"),
-    ("a.sdf", '<sdf version="x"/>', "", [], "version: 'x' is no version of SDF"),
+    ("a.sdf", '<sdf version="x"/>', "", [], 'version: "x" is no version of SDF'),
 ]
 
 

@@ -146,11 +146,12 @@ def test_what_means_nothing_is_refused(text: str, problem: str) -> None:
     assert problem in str(caught.value)
 
 
-def test_an_mjcf_law_without_a_factor_is_left_out_and_named() -> None:
+def test_an_mjcf_law_without_a_factor_holds_its_joint() -> None:
+    """It was left out, and the joint became a drive."""
     law = '<equality><joint name="law" joint1="K" joint2="J" polycoef="0.1 0 0 0 0"/></equality>'
-    found = read("a.xml", mjcf(INNER, more=law))
-    assert "Equality constraints that are left out: law." in found.notes
-    assert found.mechanism.drives == ("J", "K")
+    found = read("a.xml", mjcf(INNER, more=law), Options(output="b"))
+    assert "Equality constraints hold these joints, which are fixed: K." in found.notes
+    assert found.mechanism.drives == ("J",)
 
 
 def test_joints_that_others_follow_are_driven_first_and_lost_laws_are_named() -> None:

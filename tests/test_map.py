@@ -124,7 +124,7 @@ class TestQuestions:
         whole = jp.map(m, grid=grid, exact=exact, chunk=30)
         light = jp.map(m, grid=grid, exact=exact, chunk=30, details=False)
         assert set(light.data_vars) == {
-            *("contact_change", "error", "iterations", "nominal", "status", "undetermined"),
+            *("contact_change", "error", "iterations", "nominal", "singular_crossing", "status", "undetermined"),
             *("limit", "limit_met", "margin"),
         }
         assert not {"parameter", "source", "joint"} & set(light.dims)
@@ -155,13 +155,18 @@ class TestQuestions:
         np.testing.assert_allclose(line.nominal, area.nominal.sel(right=40.0), rtol=0, atol=1e-9)
         assert float(line.right) == pytest.approx(40.0, rel=1e-15)
 
-    def test_limits_say_which_nodes_are_allowed(self) -> None:
+    def test_the_machine_cannot_stand_at_nodes_outside_its_ranges(self) -> None:
         m = example("five-bar", **{"limits.drives": {"left": [125, 140]}, "limits.joints": {"B": [-120, 0]}})
         result = jp.map(m, "solve", {"x": {"from": -60, "to": 60, "count": 9}, "y": [150.0, 190.0]})
-        expected = (result.left >= 125) & (result.left <= 140)
-        expected &= (result.coordinate.sel(joint="B") >= -120) & (result.coordinate.sel(joint="B") <= 0)
-        np.testing.assert_array_equal(result.within_limits, expected)
-        assert 0 < int(result.within_limits.sum()) < result.within_limits.size
+        drive = (result.left >= 125) & (result.left <= 140)
+        joint = (result.coordinate.sel(joint="B") >= -120) & (result.coordinate.sel(joint="B") <= 0)
+        inside = drive & joint
+        assert 0 < int(inside.sum()) < inside.size
+        np.testing.assert_array_equal(result.status, np.where(inside, "ok", "outside_limits"))
+        np.testing.assert_array_equal(result.leaves_range, np.where(drive, np.where(joint, "", "B"), "left"))
+        # The pose is that of the map without ranges.
+        free = jp.map(example("five-bar"), "solve", {"x": {"from": -60, "to": 60, "count": 9}, "y": [150.0, 190.0]})
+        np.testing.assert_array_equal(result.pose, free.pose)
 
 
 class TestContact:

@@ -122,7 +122,7 @@ def test_known_deviations_of_random_mechanisms_are_other_numbers(kind: str, seed
 
 @pytest.mark.parametrize("name", UNCOUPLED)
 def test_a_link_shifts_and_turns_everything_at_its_second_joint(name: str) -> None:
-    """Position and rotation vector of the second joint of every body, and of the joints drawn at its place."""
+    """Position and rotation vector of the second joint of every body, and of the joints drawn at its place but the first."""
     m, rng = example(name), np.random.default_rng(7)
     spatial, size = m.data.space == "spatial", 0.01
     on: dict[str, list[str]] = {}
@@ -134,7 +134,7 @@ def test_a_link_shifts_and_turns_everything_at_its_second_joint(name: str) -> No
     for body, (first, second, *others) in ((body, joints) for body, joints in on.items() if len(joints) > 1):
         # Pins in the plane have no axis in the file; they count their angle from there.
         place = m.data.joints[second].placements[body].at
-        there = [joint for joint in (first, second, *others) if m.data.joints[joint].placements[body].at == place]
+        there = [joint for joint in (second, *others) if m.data.joints[joint].placements[body].at == place]
         turns = all(m.data.joints[j].has_direction(body) or m.data.joints[j].kind == "fixed" for j in there)
         shift = size * m.length * rng.uniform(-1, 1, 3) * (1, 1, spatial)
         turn = size * rng.uniform(-1, 1, 3) * ((1, 1, 1) if spatial else (0, 0, 1)) * turns
@@ -226,11 +226,16 @@ def forward(table: np.ndarray, drives: np.ndarray) -> np.ndarray:
     return np.array(frames)
 
 
-def arm(drives: np.ndarray, errors: np.ndarray | None = None) -> str:
+#: the same with a wrist: the axes of three joints and of the flange meet in one point. The common normal is the vector
+#: product of two of them, about which the twist is positive
+WRIST = np.array([*TABLE[:3], [0.0, 1.6, 0.0, 0.1], [0.0, 1.5, 0.0, -0.2], [0.0, 0.3, 0.0, 0.5]])
+
+
+def arm(drives: np.ndarray, errors: np.ndarray | None = None, table: np.ndarray = TABLE) -> str:
     """The arm as a file: the axes of each body are those of its first joint where its theta is zero."""
     lines = ['format = 1\nspace = "spatial"\nunits = { length = "m", angle = "rad", force = "N" }']
     before = "ground = { at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }"
-    for k, row in enumerate(TABLE):
+    for k, row in enumerate(table):
         own = f"link{k} = {{ at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }}"
         lines.append(f'[joints.J{k}]\ntype = "revolute"\non = {{ {before}, {own} }}')
         lines.append(f'[drives.q{k}]\njoint = "J{k}"\nvalues = [{float(drives[k])!r}]')
@@ -251,14 +256,101 @@ def arm(drives: np.ndarray, errors: np.ndarray | None = None) -> str:
 DRIVES = np.array([0.3, -0.5, 0.4, 0.7, -0.6, 0.2])
 
 
-def test_links_of_an_arm_are_those_of_denavit_and_hartenberg() -> None:
-    """Finite errors of all 24 parameters are the product of the matrices with other numbers."""
+@pytest.mark.parametrize("table", [TABLE, WRIST], ids=["arm", "wrist"])
+def test_links_of_an_arm_are_those_of_denavit_and_hartenberg(table: np.ndarray) -> None:
+    """Finite errors of all 24 parameters are the product of the matrices with other numbers.
+
+    At a wrist both ends of a link shared one point, which its deviations moved as a whole: they changed nothing.
+    """
     errors = np.random.default_rng(1).uniform(-0.02, 0.02, (6, 4))
-    found = jp.given(jp.loads(arm(DRIVES, errors)))
-    there, nominally = forward(TABLE + errors, DRIVES)[-1], forward(TABLE, DRIVES)[-1]
+    found = jp.given(jp.loads(arm(DRIVES, errors, table)))
+    there, nominally = forward(table + errors, DRIVES)[-1], forward(table, DRIVES)[-1]
     expected = there[:3, 3] - nominally[:3, 3]
     turn = Rotation.from_matrix(there[:3, :3] @ nominally[:3, :3].T).as_rotvec()
     np.testing.assert_allclose(found.error[0], [*expected, *turn], rtol=0, atol=1e-12)
+
+
+WAYS = {
+    # second joint and third body: how far apart in millimetres, the axis of the second joint, what is off
+    "meet": ([0.3, 1.0, 0.0], ("a", "alpha", "d", "theta")),
+    "parallel": ([0.0, 0.0, 1.0], ("d", "theta")),
+    "vector": ([0.3, 1.0, 0.0], ("x", "y", "z", "rx", "ry", "rz")),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("third", [False, True])
+def test_a_link_in_one_point_is_the_limit_of_points_that_move_together(way: str, third: bool) -> None:
+    """With the points a ten-thousandth of a millimetre apart the deviations of a wrist counted, at one point not. A third
+    joint there goes with the second end of the link, as everywhere."""
+    axis, off = WAYS[way]
+
+    def machine(apart: float) -> jp.Mechanism:
+        # Where the axes of the ends stay as they are: along the second one, or along both.
+        at = (apart * np.array(axis) / np.linalg.norm(axis)).tolist()
+        joints = {
+            "A": {"bodies": ["ground", "wrist"], "at": [0, 0, 0], "axis": [0, 0, 1]},
+            "B": {"bodies": ["wrist", "hand"], "at": at, "axis": axis},
+        }
+        if third:
+            joints["C"] = {"bodies": ["wrist", "eye"], "at": at, "axis": [1, 0, 1]}
+        body = "eye" if third else "hand"
+        return jp.Mechanism(
+            {
+                "format": 1,
+                "space": "spatial",
+                "units": {"length": "mm", "angle": "deg", "force": "N"},
+                "joints": {name: {"type": "revolute", **joint} for name, joint in joints.items()},
+                "drives": {f"q{name}": {"joint": name, "values": [0.0]} for name in joints},
+                "links": {"w": {"body": "wrist", "between": ["A", "B"], **dict.fromkeys(off, 0.1)}},
+                "output": {"body": body, "at": [30.0, 20.0, 100.0]},
+            }
+        )
+
+    found, expected = (jp.solve(m) and slopes(m) for m in (machine(0.0), machine(1e-4)))
+    assert np.abs(found).max(axis=0).min() > 0.1  # every component does something
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
+
+
+def slopes(m: jp.Mechanism) -> np.ndarray:
+    at = nominal(m)
+    factors = m.component_factors[:, None] / m.parameter_factors[None]
+    return np.asarray(m.core.sensitivity(at.drives, at.poses)["source"][0] / factors)
+
+
+def test_deviations_of_the_flange_of_a_wrist_by_hand() -> None:
+    """A tool of 100 mm behind a flange in the centre of the wrist: alpha of 0.1 deg takes its tip 0.17451 mm aside."""
+    m = jp.loads(
+        """
+format = 1
+space = "spatial"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.J6]
+type = "revolute"
+bodies = ["ground", "hand"]
+at = [0, 0, 0]
+axis = [0, 1, 0]
+[joints.flange]
+type = "fixed"
+bodies = ["hand", "tool"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+[drives.q6]
+joint = "J6"
+values = [0]
+[links.last]
+body = "hand"
+between = ["J6", "flange"]
+alpha = { tolerance = 0.0, deviation = 0.1 }
+[output]
+body = "tool"
+at = [0, 0, 100]
+"""
+    )
+    # The common normal is y x z = x.
+    turn = np.radians(0.1)
+    expected = [0.0, -100 * np.sin(turn), 100 * (np.cos(turn) - 1), 0.1, 0.0, 0.0]
+    np.testing.assert_allclose(jp.given(m).error[0], expected, rtol=0, atol=1e-9)
 
 
 def test_columns_of_an_arm_are_those_of_the_error_model() -> None:

@@ -31,6 +31,13 @@ class Traced(TypedDict):
     status: Codes
 
 
+class TracedGrid(Traced):
+    """Nominal poses of a grid, and where ways to next nodes and from seeds end at a singular pose."""
+
+    crossing: Floats
+    seed_crossing: Floats
+
+
 class Solved(Traced):
     """Nominal configurations with their nearness to a singular one."""
 

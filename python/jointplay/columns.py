@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +25,8 @@ SEPARATORS = ";\t,"
 
 #: what a spreadsheet takes for a formula, also behind apostrophes of the text's own, so that reading undoes writing
 FORMULA = re.compile(r"'*[=+\-@\t\r]")
+#: a number with a decimal comma
+COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 #: what it takes for a number, which stays one
 NUMBER = re.compile(r"[+-]?[\d.,]+(?:[eE][+-]?\d+)?")
 
@@ -63,12 +64,12 @@ class Columns:
     header : list of str
         Names of the columns.
     rows : list
-        Words of the rows below.
+        Number, counted from 1 as a spreadsheet does, and words of the rows below that have any.
     """
 
     name: str
     header: list[str]
-    rows: list[list[str]]
+    rows: list[tuple[int, list[str]]]
 
     def numbers(self, column: str, key: str, *, whole: bool = False) -> list[float]:
         """The numbers below the name of a column.
@@ -93,46 +94,63 @@ class Columns:
                 else (f"the first row has {shown(column)} more than once")
             )
             raise InputError(problem, file=self.name, key=key)
-        values: list[float] = []
-        for number, word in self._words(self.header.index(column), whole):
-            value = _number(word)
+        found = self._words(self.header.index(column), whole)
+        if len(found) > MOST_VALUES:
+            problem = f"column {shown(column)} has more than {MOST_VALUES} values"
+            raise InputError(problem, file=self.name, key=key)
+        values = [_number(word) for _, word in found]
+        for (number, word), value in zip(found, values, strict=True):
             if not math.isfinite(value):
-                problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}"
-                raise InputError(problem, file=self.name, key=key)
-            values.append(value)
-            if len(values) > MOST_VALUES:
-                problem = f"column {shown(column)} has more than {MOST_VALUES} values"
+                hint = "; decimals have a point" if COMMA.fullmatch(word) else ""
+                problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}{hint}"
                 raise InputError(problem, file=self.name, key=key)
         return values
 
-    def _words(self, place: int, whole: bool) -> Iterator[tuple[int, str]]:
-        """The words of a column with their rows, counted from 1 as a spreadsheet does."""
-        for number, row in enumerate(self.rows, 2):
-            word = from_cell(row[place].strip()) if place < len(row) else ""
-            if word or (whole and any(other.strip() for other in row)):
-                yield number, word
+    def _words(self, place: int, whole: bool) -> list[tuple[int, str]]:
+        """The words of a column with their rows."""
+        every = ((number, row[place].strip() if place < len(row) else "") for number, row in self.rows)
+        return [(number, from_cell(word)) for number, word in every if word or whole]
 
 
-def beside(path: str, name: object, file: str, key: str) -> Columns:
-    """The table of a name in the folder of a mechanism file.
+class Tables:
+    """The tables in the folder of a mechanism file, each read once, however many drives or laws name it.
 
     Parameters
     ----------
     path : str
         The mechanism file.
-    name : object
-        What the file says is the name of the table.
     file : str
-        Name of the mechanism file in messages.
-    key : str
-        Where it says so.
-
-    Raises
-    ------
-    InputError
-        When it is not there, or is no table.
+        Its name in messages.
     """
-    place = files.beside(path, name, file, key)
+
+    def __init__(self, path: str, file: str) -> None:
+        self.path, self.file = path, file
+        self._known: dict[str, Columns] = {}
+
+    def beside(self, name: object, key: str) -> Columns:
+        """The table of a name.
+
+        Parameters
+        ----------
+        name : object
+            What the file says is the name of the table.
+        key : str
+            Where it says so.
+
+        Raises
+        ------
+        InputError
+            When it is not there, or is no table.
+        """
+        if isinstance(name, str) and name in self._known:
+            return self._known[name]
+        place = files.beside(self.path, name, self.file, key)
+        self._known[place.name] = _read(place, key)
+        return self._known[place.name]
+
+
+def _read(place: Path, key: str) -> Columns:
+    """A table; the key is for messages."""
     said = one_line(str(place))
     lines = _text(place).splitlines()
     separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
@@ -140,7 +158,15 @@ def beside(path: str, name: object, file: str, key: str) -> Columns:
         rows = [*csv.reader(lines, delimiter=separator)]
     except csv.Error as error:
         raise InputError(f"is no table: {error}", file=said, key=key) from None
-    return Columns(said, [from_cell(word.strip()) for word in rows[0]] if rows else [], rows[1:])
+    header = [from_cell(word.strip()) for word in rows[0]] if rows else []
+    below = [(number, row) for number, row in enumerate(rows[1:], 2) if any(word.strip() for word in row)]
+    for number, row in below:
+        if len(row) > len(header) and any(word.strip() for word in row[len(header) :]):
+            # 22,7 below a single name would be read as 22.
+            columns = f"{len(header)} column{'s' * (len(header) != 1)}"
+            problem = f"row {number} has {len(row)} values for {columns}; decimals have a point"
+            raise InputError(problem, file=said, key=key)
+    return Columns(said, header, below)
 
 
 def _text(place: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from jointplay.columns import beside
+from jointplay.columns import Tables
 from jointplay.errors import InputError, shown
 
 
@@ -27,7 +27,8 @@ def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
         When a file or a column is not there, or a value is no number.
     """
     found = dict(_laws(raw, ""))
-    return _replaced(raw, "", {key: _measured(law, path, file, key) for key, law in found.items()}) if found else raw
+    tables = Tables(path, file)
+    return _replaced(raw, "", {key: _measured(law, tables, file, key) for key, law in found.items()}) if found else raw
 
 
 def _laws(node: Any, key: str) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -49,8 +50,8 @@ def _replaced(node: Any, key: str, laws: dict[str, Any]) -> Any:
     return {name: _replaced(value, f"{key}.{name}" if key else str(name), laws) for name, value in node.items()}
 
 
-def _measured(law: dict[str, Any], path: str, file: str, key: str) -> dict[str, Any]:
-    table = beside(path, law["csv"], file, f"{key}.csv")
+def _measured(law: dict[str, Any], tables: Tables, file: str, key: str) -> dict[str, Any]:
+    table = tables.beside(law["csv"], f"{key}.csv")
     column = law.get("column")
     if not isinstance(column, str):
         problem = "'column' is missing (the name in the first row above the measured values)"

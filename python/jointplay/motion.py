@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from jointplay import units
-from jointplay.columns import Columns, beside
+from jointplay.columns import Columns, Tables
 from jointplay.compile.drives import COMPONENTS, LENGTHS
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.schema import space_of, with_coordinate
@@ -54,13 +54,13 @@ def _refers(table: object) -> TypeGuard[Mapping[str, Any]]:
 
 class _Reader:
     def __init__(self, raw: Mapping[str, Any], path: str, file: str) -> None:
-        self.path, self.file = path, file
+        self.tables = Tables(path, file)
         own = raw.get("units")
         self.units = own if isinstance(own, Mapping) else {}
 
     def targets(self, table: Mapping[str, Any], components: Sequence[str]) -> dict[str, Any]:
         """The path with its values."""
-        columns = beside(self.path, table["csv"], self.file, "path.csv")
+        columns = self.tables.beside(table["csv"], "path.csv")
         names = {_split(word)[0]: word for word in columns.header}
         asked = [component for component in components if component in names]
         if not asked:
@@ -92,7 +92,7 @@ class _Reader:
     def _drive(self, name: str, drive: Any, joints: Any, key: str) -> Any:
         if not _refers(drive) or set(drive) & set(VALUES):
             return drive
-        columns = beside(self.path, drive["csv"], self.file, f"{key}.csv")
+        columns = self.tables.beside(drive["csv"], f"{key}.csv")
         wanted = drive.get("column", name)
         words = {_split(word)[0]: word for word in columns.header}
         word = wanted if wanted in columns.header else words.get(wanted) if isinstance(wanted, str) else None

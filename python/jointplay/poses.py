@@ -162,13 +162,18 @@ def difference(actual: ArrayLike, nominal: ArrayLike) -> Floats:
     return np.concatenate([actual[..., :3] - nominal[..., :3], turn], axis=-1)
 
 
-def moved(poses: ArrayLike, twists: ArrayLike) -> Floats:
-    """Poses after the origins have moved and the bodies have turned by twists in ground axes."""
+def moved(poses: ArrayLike, twists: ArrayLike, about: ArrayLike) -> Floats:
+    """Poses after points of the bodies (body axes) have moved and the bodies have turned by twists in ground axes."""
     poses, twists = np.asarray(poses, dtype=np.float64), np.asarray(twists, dtype=np.float64)
     if poses.shape[-1] != SPATIAL:
-        return np.asarray(poses + twists)
-    turned = product(quaternion(twists[..., 3:]), poses[..., 3:])
-    return np.concatenate([poses[..., :3] + twists[..., :3], turned], axis=-1)
+        found = np.asarray(poses + twists)
+    else:
+        turned = product(quaternion(twists[..., 3:]), poses[..., 3:])
+        found = np.concatenate([poses[..., :3] + twists[..., :3], turned], axis=-1)
+    before, after = (matrix(at) @ np.asarray(about, dtype=np.float64)[..., None] for at in (poses, found))
+    axes = 3 if poses.shape[-1] == SPATIAL else 2
+    found[..., :axes] += (before - after)[..., :axes, 0]
+    return found
 
 
 def joint_axes(axis: ArrayLike, side: ArrayLike) -> Floats:

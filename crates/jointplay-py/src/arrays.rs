@@ -79,7 +79,7 @@ impl<'a> Configurations<'a> {
                 poses.shape()
             )));
         }
-        Ok(Self { n, drives: in_rows(drives), coordinates: in_rows(poses) })
+        Ok(Self { n, drives: in_rows(drives), coordinates: mechanism.inside(in_rows(poses)) })
     }
 
     /// One view per configuration.

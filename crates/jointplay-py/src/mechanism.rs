@@ -1,14 +1,17 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
+use std::borrow::Cow;
+
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
+use jointplay_core::nominal::Seed;
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
-use jointplay_core::{Case, Mechanism as Core, Spec};
-use numpy::ndarray::Array2;
+use jointplay_core::{Answer, Case, Mechanism as Core, Spec};
+use numpy::ndarray::{Array2, Dimension};
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-    PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -44,7 +47,21 @@ impl Mechanism {
         if coordinates.len() != self.core.n_coordinates() {
             return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
         }
-        Ok(coordinates)
+        Ok(self.core.inside(coordinates.into()).into_owned())
+    }
+
+    /// Poses of all bodies and the sizes of the dimensions before.
+    fn placed<'a, D: Dimension>(
+        &self,
+        poses: &'a PyReadonlyArray<'_, f64, D>,
+    ) -> PyResult<(&'a [usize], Cow<'a, [f64]>)> {
+        let (shape, coordinates) = leading(poses, &[self.core.n_bodies(), self.core.n_body_coordinates()], "poses")?;
+        Ok((shape, self.core.inside(coordinates)))
+    }
+
+    /// An answer with poses as they are drawn.
+    fn table<'py>(&self, py: Python<'py>, answer: Answer) -> PyResult<Bound<'py, PyDict>> {
+        Table::of(py, self.core.answer_outside(answer))
     }
 }
 
@@ -59,6 +76,12 @@ impl Mechanism {
     #[getter]
     fn parameters(&self) -> Vec<(usize, &'static str)> {
         self.core.parameters().collect()
+    }
+
+    /// Where twists are taken, in body axes: at the origins of the bodies, or at their first joints where these are far away.
+    #[getter]
+    fn origins<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
+        in_matrix(py, self.core.n_bodies(), 3, self.core.origins().concat())
     }
 
     #[getter]
@@ -89,7 +112,11 @@ impl Mechanism {
         let drives = self.drive_row(&drives)?;
         let assembly = work(py, || self.core.assemble(&drives, true))?;
         Ok(Table::new(py)
-            .array("poses", &[self.core.n_bodies(), self.core.n_body_coordinates()], assembly.coordinates)?
+            .array(
+                "poses",
+                &[self.core.n_bodies(), self.core.n_body_coordinates()],
+                self.core.outside(assembly.coordinates),
+            )?
             .value("residual", assembly.residual)?
             .value("converged", assembly.converged)?
             .finish())
@@ -107,7 +134,7 @@ impl Mechanism {
         py: Python<'py>,
         poses: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (shape, coordinates) = leading(&poses, &[self.core.n_bodies(), self.core.n_body_coordinates()], "poses")?;
+        let (shape, coordinates) = self.placed(&poses)?;
         let found = work(py, || self.core.jacobians(&coordinates))?;
         reshaped(py, &[shape, &[self.core.n_rows(), self.core.n_unknowns()]].concat(), found)
     }
@@ -121,7 +148,7 @@ impl Mechanism {
         poses: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let core = &self.core;
-        let (shape, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
+        let (shape, coordinates) = self.placed(&poses)?;
         let (as_many, values) = leading(&drives, &[core.n_drives()], "drives")?;
         if shape != as_many {
             return Err(PyValueError::new_err("one row of drives per pose is needed"));
@@ -147,15 +174,15 @@ impl Mechanism {
         details: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
-        let (_, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
+        let (_, coordinates) = self.placed(&poses)?;
         let found = work(py, || core.nearness(&coordinates, length, &components, details))?;
         let refused = "as many rows as unknowns and components of the output are needed";
-        Table::of(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
+        self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
-        Table::of(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
+        self.table(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
     }
 
     /// Poses, output and status only: no singular values, for maps of many configurations. From the guess or from other
@@ -169,15 +196,17 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        let Some(start) = start else { return Table::of(py, work(py, || core.traced(core.trace(n, &rows)))?) };
+        let Some(start) = start else { return self.table(py, work(py, || core.traced(core.trace(n, &rows)))?) };
         let start = self.coordinates(&start)?;
-        Table::of(py, work(py, || core.traced(core.guessed_at(&start).trace(n, &rows)))?)
+        self.table(py, work(py, || core.traced(core.guessed_at(&start).trace(n, &rows)))?)
     }
 
-    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it
-    /// does not spread, nodes without a seed are not reached.
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each, which may lie
+    /// beyond singular poses. If it does not spread, nodes without a seed are not reached. The mechanism `real`, with the
+    /// same bodies and drives of its own, must not become singular on the way either. And where ways to the next nodes
+    /// (node, axis), and from seeds, ended at a singular pose.
     #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
-    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, spread = true))]
+    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, beyond, spread = true, real = None))]
     fn trace_grid<'py>(
         &self,
         py: Python<'py>,
@@ -186,18 +215,30 @@ impl Mechanism {
         seed_nodes: Vec<usize>,
         seed_drives: PyReadonlyArray2<'py, f64>,
         seed_poses: PyReadonlyArray3<'py, f64>,
+        beyond: Vec<bool>,
         spread: bool,
+        real: Option<PyRef<'py, Self>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let rows = flat_rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
-        let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
+        let cases = configurations.cases();
         let n = shape.iter().product::<usize>();
-        if drives.shape()[0] != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n)
-        {
+        let fits = [seed_nodes.len(), beyond.len()] == [cases.len(); 2] && seed_nodes.iter().all(|node| *node < n);
+        if drives.shape()[0] != n || !fits {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
-        Table::of(py, work(py, || core.traced(core.trace_grid(&shape, &rows, &seeds, spread)))?)
+        let real = real.as_ref().map(|real| &real.core);
+        if real.is_some_and(|real| real.n_coordinates() != core.n_coordinates()) {
+            return Err(PyValueError::new_err("the real mechanism has other bodies"));
+        }
+        let seed = |((node, beyond), case)| Seed { node, case, beyond };
+        let seeds: Vec<_> = seed_nodes.into_iter().zip(beyond).zip(cases).map(seed).collect();
+        let found = work(py, || core.trace_grid(&shape, &rows, &seeds, spread, real))?;
+        let table = self.table(py, core.traced(found.trace))?;
+        table.set_item("crossing", reshaped(py, &[n, shape.len()], found.crossing)?)?;
+        table.set_item("seed_crossing", found.seed_crossing.into_pyarray(py))?;
+        Ok(table)
     }
 
     /// Drive values of configurations that are solved already, those nearest to given ones over full turns.
@@ -222,8 +263,8 @@ impl Mechanism {
     /// Pose of the output in configurations that are solved already.
     fn output<'py>(&self, py: Python<'py>, poses: PyReadonlyArray3<'py, f64>) -> PyResult<Matrix<'py>> {
         let core = &self.core;
-        let (shape, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
-        let found = work(py, || core.outputs(&coordinates))?;
+        let (shape, coordinates) = self.placed(&poses)?;
+        let found = work(py, || core.outputs_outside(core.outputs(&coordinates)))?;
         let array =
             Array2::from_shape_vec((shape[0], core.size()), found).map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(array.into_pyarray(py))
@@ -238,7 +279,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        Table::of(py, work(py, || self.core.solved(&self.core.measure(&cases)))?)
+        self.table(py, work(py, || self.core.solved(&self.core.measure(&cases)))?)
     }
 
     fn inverse<'py>(
@@ -248,12 +289,13 @@ impl Mechanism {
         weights: PyReadonlyArray1<'py, f64>,
         drives0: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let targets = rows(&targets, "targets", self.core.size())?;
+        let mut targets = rows(&targets, "targets", self.core.size())?;
+        self.core.targets_inside(&mut targets);
         let (weights, start) = (weights.as_array().to_vec(), drives0.as_array().to_vec());
         if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
             return Err(PyValueError::new_err("one weight per component and one start value per drive are needed"));
         }
-        Table::of(py, work(py, || self.core.reached(&self.core.inverse(&targets, &weights, &start)))?)
+        self.table(py, work(py, || self.core.reached(&self.core.inverse(&targets, &weights, &start)))?)
     }
 
     fn given<'py>(
@@ -270,7 +312,7 @@ impl Mechanism {
         if parameters.len() != cases.len() {
             return Err(PyValueError::new_err("one row of u per configuration is needed"));
         }
-        Table::of(py, work(py, || core.given(&cases, &parameters))?)
+        self.table(py, work(py, || core.given(&cases, &parameters))?)
     }
 
     /// The exact errors of specimens of a determinate mechanism, one row of parameters each, at one configuration.
@@ -333,7 +375,7 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        Table::of(py, work(py, || core.sensitivity(&cases))?)
+        self.table(py, work(py, || core.sensitivity(&cases))?)
     }
 
     /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
@@ -353,7 +395,7 @@ impl Mechanism {
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let loaded = || core.loaded(&cases, exact, Keep { offset, details });
-        Table::of(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
+        self.table(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
     }
 
     /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
@@ -371,7 +413,7 @@ impl Mechanism {
         let found = work(py, || core.loaded_along(n, &rows, exact, Keep { offset, details }))?;
         let refused =
             "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first";
-        Table::of(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
+        self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
@@ -388,7 +430,7 @@ impl Mechanism {
         let &[case] = &configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
-        Table::of(py, work(py, || core.loaded_specimens(case, &specimens))?)
+        self.table(py, work(py, || core.loaded_specimens(case, &specimens))?)
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true, partly = false))]
@@ -405,7 +447,7 @@ impl Mechanism {
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let worst = || core.worst(&cases, starts, lanes);
-        Table::of(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
+        self.table(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
     }
 
     /// Upper bounds of the worst errors, from what is attained: largest displacement, largest rotation, lowest and highest
@@ -439,7 +481,7 @@ impl Mechanism {
         };
         let attained: Vec<Attained<'_>> = (0..n).map(attained).collect();
         let certificate = || core.certificate(&cases, &attained, parts);
-        Table::of(py, work_in_part(py, 0, certificate, |found| !partly || found.is_empty())?)
+        self.table(py, work_in_part(py, 0, certificate, |found| !partly || found.is_empty())?)
     }
 
     /// The extremes along unit vectors, a row each.
@@ -459,7 +501,7 @@ impl Mechanism {
             .collect();
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        Table::of(py, work(py, || core.region(&cases, &directions, starts))?)
+        self.table(py, work(py, || core.region(&cases, &directions, starts))?)
     }
 
     /// Parameters of random specimens: those that `random` solves with the same seed, law and sampling.
@@ -545,7 +587,7 @@ impl Mechanism {
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let random = || core.random(&cases, &request);
-        Table::of(py, work_in_part(py, threads, random, |found| !partly || found.is_empty())?)
+        self.table(py, work_in_part(py, threads, random, |found| !partly || found.is_empty())?)
     }
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay import poses
 from jointplay.compile import LENGTHS, described
 from jointplay.gaps import ROUNDED, clearance_of, scattering
-from jointplay.mobility import Misfit, SelfStress, examine, held_spins, spin_words
+from jointplay.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 #: which numbers of a set bound a displacement
 SIZES = ("radius", "axial", "gap")
-#: changes of a length that are reported
-MOST_CURES = 3
 
 
 @typed
@@ -79,7 +77,7 @@ def compute(m: Mechanism) -> Result:
         # With a drive too many or too few only the first configuration says something.
         first = (m.start_drives[None] if m.drive_values is None else m.drive_values)[:1]
         nowhere = np.full((1, len(m.bodies), m.pose_size), np.nan)
-        failed = None if mobility.assembled else failure(part, first, nowhere)
+        failed = None if mobility.assembled or mobility.open else failure(part, first, nowhere)
     builder = Builder(
         m,
         "check",
@@ -96,7 +94,7 @@ def compute(m: Mechanism) -> Result:
     if looks:
         builder.attrs["hints"] = "\n".join(looks)
     if mobility.misfit is not None:
-        builder.attrs["misfit"] = _open(m, mobility.misfit)
+        builder.attrs["misfit"] = misfit_words(m, mobility.misfit)
         inner = {member.joint: member.name for member in m.members}
         gaps = [mobility.misfit.gaps.get(inner.get(k, joint), (0.0, 0.0)) for k, joint in enumerate(m.joints)]
         builder.add("gap", "joint", np.array([gap for gap, _ in gaps]), "how far the joint stays open", "length")
@@ -142,22 +140,6 @@ def _limits(m: Mechanism) -> list[str]:
     if np.isfinite(m.limits.probability):
         found.append(f"{percent(m.limits.probability)} of the specimens have to keep to them at every configuration")
     return found
-
-
-def _open(m: Mechanism, found: Misfit) -> str:
-    """What does not close, and what would close it, in units of the file."""
-    units, gaps = m.units, []
-    for joint, (gap, turn) in found.gaps.items():
-        sizes = [f"{gap / units.length:.4g} {units.length_name}"] if gap > 0.0 else []
-        sizes += [f"{turn / units.angle:.4g} {units.angle_name}"] if turn > 0.0 else []
-        gaps.append(f"'{joint}' by {' and '.join(sizes)}")
-    cures = [
-        f"'{body}' {abs(length) / units.length:.4g} {units.length_name} {'longer' if length > 0 else 'shorter'}"
-        f" from {first} to {second}"
-        for body, first, second, length in found.cures[:MOST_CURES]
-    ]
-    would = f"it closes with {' or '.join(cures)}" if cures else "no single length closes it"
-    return f"as drawn, joints stay open where all others are closed: {', '.join(gaps)}; {would}"
 
 
 def _members(m: Mechanism, builder: Builder) -> None:

@@ -20,7 +20,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Nominal, follow, nominal, report, within_another
+from .nominal import Nominal, bounded, follow, nominal, report, within_another
 from .questions import check_options, computation
 from .recorded import recorded
 
@@ -100,7 +100,7 @@ def compute(
     first = nominal(a)
     # With the same drives it is looked for beside their values: the output may be at a place more than once.
     beside = first.drives if a.drives == b.drives else None
-    second = replace(follow(b, first.output, followed, beside), units=a.units)
+    second = replace(bounded(b, follow(b, first.output, followed, beside), path=True), units=a.units)
     with within_another():
         results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
     aligned = align(_without_clash(a, b, results))

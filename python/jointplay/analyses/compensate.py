@@ -128,7 +128,7 @@ def compute(
     """The light form of `compensate`."""
     if not m.drives:
         raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     of_worst = question == "given" and offsets is None and deviations is None and target is None
     if of_worst:
         offsets = worst.compute(m, at=at).get("worst_offset", extreme="position")

@@ -18,7 +18,7 @@ from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
-from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report
+from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report, without_singular
 from .offsets import Offsets, admissible, parameters
 from .recorded import recorded
 from .several import of_each, of_outputs
@@ -90,11 +90,11 @@ def compute(
     at: Nominal | None = None,
 ) -> Result:
     """The light form of `given`."""
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {}, sizes)
     # Offsets of another result are nan where it has none.
     unknown = np.isnan(u).sum(axis=1) > 0
-    found = m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u))
+    found = without_singular(m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u)))
     for name in ("error", "error_first_order", "poses", "residual"):
         found[name][unknown] = np.nan
     slopes = m.core.sensitivity(at.drives, at.poses)["source"]

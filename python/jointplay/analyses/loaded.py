@@ -24,7 +24,7 @@ from jointplay.result import STATUSES, Builder, Result, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import PLAYS, READABLE, add_play, judge
 
-from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
 
@@ -103,7 +103,7 @@ def compute(
     largest and the smallest play, where sizes scatter and those in the middle are asked for.
     """
     require_loads(m)
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     count, drives, poses = len(at), at.drives, at.poses
     found, done = under_loads(
         m,
@@ -112,7 +112,7 @@ def compute(
             drives[part], poses[part], exact, offset or details, details, partly=True
         ),
     )
-    at = at.first(done)
+    found, at = without_singular(found), at.first(done)
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
     how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER

@@ -14,13 +14,19 @@ from jointplay import poses
 from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import held_spins, require_determinate, spin_bodies
+from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.model import Mechanism
-from jointplay.result import Builder, Result
+from jointplay.result import STATUSES, Builder, Result, counted
 from jointplay.units import Units
+
+from .ranges import leaving
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.uint8]
+Texts = NDArray[np.str_]
+OK, SINGULAR, OUTSIDE = 0, *(STATUSES.tolist().index(name) for name in ("singular", "outside_limits"))
+#: outcomes of configurations that have a pose and no error
+WITHOUT_ERRORS = ("singular", "other_branch", "outside_limits")
 #: share of the mechanism's length within which a target is reached
 REACHED = 1e-9
 #: called with how many steps are done and how many there are
@@ -76,6 +82,10 @@ class Nominal:
         The motion that belongs to it, shape (configuration, body, component).
     units : Units or None
         Units that results are asked in, when not those of the mechanism's file.
+    leaves : ndarray or None
+        With ranges in the file: the drive or joint that leaves its range, by its name, for every configuration.
+    misfit : str
+        What stays open of parts that are not drawn to fit, in a sentence.
     """
 
     drives: Floats
@@ -85,18 +95,39 @@ class Nominal:
     singular_value: Floats
     singular_motion: Floats
     units: Units | None = None
+    leaves: Texts | None = None
+    misfit: str = ""
 
     def __len__(self) -> int:
         return len(self.drives)
 
     def first(self, count: int) -> Nominal:
         """The first configurations only."""
-        return replace(self, **{name: value[:count] for name, value in vars(self).items() if name != "units"})
+        return self.chosen(np.arange(len(self))[:count])
 
     def at(self, configuration: int) -> Nominal:
         """One configuration only."""
-        places = slice(configuration, configuration + 1)
-        return replace(self, **{name: value[places] for name, value in vars(self).items() if name != "units"})
+        return self.chosen(np.array([configuration]))
+
+    def chosen(self, places: NDArray[np.intp]) -> Nominal:
+        """Some configurations only."""
+        return replace(self, **{name: value[places] for name, value in _arrays(self)})
+
+    @property
+    def counts(self) -> NDArray[np.bool_]:
+        """Whether the machine can stand at each configuration."""
+        return counted(STATUSES[self.status])
+
+    @property
+    def with_errors(self) -> Nominal:
+        """The same without poses where no error can be told.
+
+        The machine cannot stand there, or it is singular there: the free motion is then as large as the axes of the
+        bodies make it, and so would be all numbers.
+        """
+        poses = self.poses.copy()
+        poses[np.isin(STATUSES[self.status], WITHOUT_ERRORS)] = np.nan
+        return replace(self, poses=poses)
 
     def worse(self, status: NDArray[Any], places: NDArray[np.intp] | slice = slice(None)) -> Codes:
         """Status of an analysis at some configurations, that of the nominal one where this is not ok already."""
@@ -112,9 +143,19 @@ def nominal(m: Mechanism) -> Nominal:
     InputError
         When the mechanism has too few or too many drives, or only has a grid.
     """
-    require_determinate(m, over_constrained=True)
+    misfit = require_determinate(m, over_constrained=True).misfit
+    if misfit is not None:
+        return replace(_nominal(m), misfit=misfit_words(m, misfit))
+    return _nominal(m)
+
+
+def _nominal(m: Mechanism) -> Nominal:
     if m.targets is not None and m.leader is not m:
-        return carried(nominal(m.leader), m.leader, m)
+        return bounded(m, carried(nominal(m.leader), m.leader, m), path=True)
+    return bounded(m, _given(m), path=True)
+
+
+def _given(m: Mechanism) -> Nominal:
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return at_drives(m, m.drive_values)
@@ -122,6 +163,21 @@ def nominal(m: Mechanism) -> Nominal:
         problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
         raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
+
+
+def bounded(m: Mechanism, at: Nominal, *, path: bool = False) -> Nominal:
+    """The same with the outcome `outside_limits` where a drive or a joint would have to leave its range.
+
+    Parameters
+    ----------
+    path : bool
+        Whether the configurations follow one another.
+    """
+    if not (m.limits.joints or m.limits.drives):
+        return at
+    leaves = leaving(m, at.drives, at.poses, path=path)
+    outside = (at.status == OK) & (leaves != "")
+    return replace(at, status=np.where(outside, OUTSIDE, at.status).astype(np.uint8), leaves=leaves)
 
 
 def at_drives(m: Mechanism, drives: Floats) -> Nominal:
@@ -202,16 +258,34 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     """A result that says at which drive values and nominal poses it was found."""
     builder = Builder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
+    if at.misfit:
+        builder.attrs["misfit"] = at.misfit
     spins = held_spins(m)
     if spins:
         builder.attrs["held_spins"] = ", ".join("-".join(spin_bodies(m, spin)) for spin in spins)
     builder.drives(at.drives)
     builder.add("nominal", ("configuration", "component"), at.output, "nominal pose of the output", "component")
+    if at.leaves is not None:
+        builder.add("leaves_range", "configuration", at.leaves, "drive or joint that leaves its range; empty: none")
     return builder
 
 
 #: arrays by name, the status among them
 Columns = TypeVar("Columns", bound=Mapping[str, Any])
+
+
+def without_singular(found: Columns) -> Columns:
+    """What was found, without the errors of configurations that become singular within their clearances.
+
+    How far an error was followed towards a singular pose depends on the axes of the bodies, and on the steps. What is
+    of first order is told by the nominal pose, which is regular.
+    """
+    singular = found["status"] == SINGULAR
+    for name, values in found.items():
+        is_linear = name.startswith("contribution") or name.endswith(("_first_order", "_bound"))
+        if not is_linear and isinstance(values, np.ndarray) and values.dtype.kind == "f":
+            values[singular] = np.nan
+    return found
 
 
 def batched(

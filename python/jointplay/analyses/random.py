@@ -253,7 +253,7 @@ def _of_contact(
         require_determinate_scatter(m, is_loaded)
     if rare:
         require_rare(m, is_loaded)
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     if not is_loaded:
         _require_room(m, law, at)
     limits = m.limits.bounds(m.quantities)

@@ -19,7 +19,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Floats, Nominal, Progress, batched, finished, nominal, report
+from .nominal import Floats, Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
 
@@ -77,14 +77,14 @@ def compute(
     count = (IN_PLANE if axes == 2 else IN_SPACE) if directions is None else directions
     in_range(count, "directions", "a number of directions", 3, MOST_DIRECTIONS)
     towards = around(axes, count)
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     drives, poses = at.drives, at.poses
 
     def run(part: slice) -> Region:
         return m.core.region(drives[part], poses[part], towards, STARTS)
 
     found, done = batched(len(at), 1, run, progress)
-    at = at.first(done)
+    found, at = without_singular(found), at.first(done)
     builder = report(m, "region", at)
     builder.labels("direction", np.arange(count), "number of the direction, from 0")
     words = "unit vector along which the point is displaced"

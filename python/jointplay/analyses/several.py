@@ -65,6 +65,13 @@ def of_outputs(m: Mechanism, found: Sequence[Result]) -> Result:
     return beside(align(found), "output", m.outputs[: len(found)], "output")
 
 
+def places_of(parts: Sequence[Mechanism]) -> list[Nominal]:
+    """The nominal configurations of every part, which sizes do not change; solved once for all that move alike."""
+    first = parts[0]
+    known = nominal(first)
+    return [known if part is first else carried(known, first, part) for part in parts]
+
+
 class _Each:
     """A question for each output and each load case.
 

@@ -16,7 +16,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .nominal import OK, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
 from .several import of_each
 from .singular_path import Nearest, Path
@@ -151,7 +151,8 @@ def _judged(scaled: Scaled, at: Nominal, part: slice, counted: Sequence[int], li
         "motions": full(measures["motions"]) * scaled.units,
         "twists": full(measures["twists"]) * scaled.units,
         "kind": np.array([kind(row, limit) for row in values], dtype=object),
-        "status": np.where(known, codes, at.status[part]),
+        # A regular pose may still be one where the machine cannot stand.
+        "status": np.where(known & ((codes != OK) | at.counts[part]), codes, at.status[part]),
     }
 
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import poses
-from jointplay.compile import ANGULAR, DRIVABLE, coordinate
 from jointplay.mobility import examine
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, to_dataset
 from jointplay.typed import typed
 
 from .failure import failure
-from .nominal import Floats, Nominal, nominal, report
+from .nominal import Nominal, nominal, report
+from .ranges import coordinates
 from .recorded import recorded
 from .several import of_each
 
@@ -39,9 +38,9 @@ def solve(m: Mechanism) -> xr.Dataset:
         angle or distance along the guide), `singular_value` (smallest singular value of the Jacobian with lengths
         divided by the characteristic one) and `singular_motion` (the motion of the bodies that belongs to it; its
         largest part is one radian or one characteristic length), `status`; with a path `target` and `mismatch`
-        (nominal - target), with ranges of joints or drives `within_limits`. Where configurations cannot be assembled,
-        the attribute `failure` says in sentences which loop stays open, at which joint and by how much, and what would
-        close it.
+        (nominal - target), with ranges of joints or drives `leaves_range` (which of them leaves its range). Where
+        configurations cannot be assembled, the attribute `failure` says in sentences which loop stays open, at which
+        joint and by how much, and what would close it.
 
     Raises
     ------
@@ -74,7 +73,7 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
         "pose of the body's axes",
         "component",
     )
-    values, angular = coordinates(m, at)
+    values, angular = coordinates(m, at.drives, at.poses)
     scale = np.where(angular, m.units.angle, m.units.length)
     builder.add("coordinate", ("configuration", "joint"), values / scale, "coordinate of the joint")
     units = np.where(angular, m.units.angle_name, m.units.length_name)
@@ -93,42 +92,8 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
         builder.add("target", pose, m.targets, "pose asked of the output", "component")
         mismatch = poses.difference(at.output, m.targets)
         builder.add("mismatch", pose, mismatch, "nominal pose - target", "component")
-    if m.limits.joints or m.limits.drives:
-        within = within_limits(m, at, values)
-        builder.add("within_limits", "configuration", within, "whether joints and drives keep to their ranges")
     builder.status(at.status)
     failed = failure(m, at.drives, at.poses) if asked and not on_path else None
     if failed is not None:
         builder.attrs["failure"] = "\n".join(failed.words)
     return builder.result()
-
-
-def coordinates(m: Mechanism, at: Nominal) -> tuple[Floats, NDArray[np.bool_]]:
-    """The coordinate of every joint, SI, (configuration, joint), nan for joints that have none; and which are angles.
-
-    In space an angle is continued from one configuration to the next, and a driven one is that of its drive.
-    """
-    values = np.stack([coordinate(m.core_spec, k, at.poses) for k in range(len(m.joints))], axis=-1)
-    angular = np.array([kind in ANGULAR or kind not in DRIVABLE for kind in m.joint_kinds])
-    if m.pose_size == poses.SPATIAL:
-        for k in np.flatnonzero(angular).tolist():
-            known = np.isfinite(values[:, k])
-            if m.joint_kinds[k] != "screw":
-                # What a screw has gone says how often it has turned.
-                values[known, k] = np.unwrap(values[known, k])
-        for d, k, coefficient in ((d, *move) for d, moves in enumerate(m.drive_moves) for move in moves):
-            if angular[k]:
-                turn = 2.0 * np.pi
-                values[:, k] += turn * np.round((coefficient * at.drives[:, d] - values[:, k]) / turn)
-    return values, angular
-
-
-def within_limits(m: Mechanism, at: Nominal, values: Floats) -> NDArray[np.bool_]:
-    """Whether every joint and drive keeps to its range; a configuration that is not assembled does not."""
-    pairs = [(at.drives[:, m.drives.index(name)], span) for name, span in m.limits.drives.items()]
-    pairs += [(values[:, m.joints.index(name)], span) for name, span in m.limits.joints.items()]
-    within = np.ones(len(at), dtype=bool)
-    for value, (low, high) in pairs:
-        slack = 1e-9 * max(abs(low), abs(high), m.length)
-        within &= (value >= low - slack) & (value <= high + slack)
-    return within

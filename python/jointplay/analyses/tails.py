@@ -1,19 +1,20 @@
-"""Shares of specimens outside the limits where hardly any specimen is outside, by subset simulation.
+"""Shares of specimens outside the limits where hardly any specimen is outside.
 
-A specimen is a function of independent standard normal scores z, its excess the largest of its distances beyond the
-limits, each in standard deviations of its quantity, infinite where it cannot be assembled:
+Each way beyond a limit (`ways`) is searched by itself (`subset`), and a specimen that is outside in N of the ways that
+were found counts in each of them by 1 / N:
 
-    P(g > 0) = P(g > g_1) P(g > g_2 | g > g_1) ... P(g > 0 | g > g_n),    g_1 < ... < g_n < 0
+    P(outside) = sum over ways w of P(f_w > 0) E[1 / N | f_w > 0]
 
-Specimens with g > g_k are moved by z' = sqrt(1 - s^2) z + s xi, xi standard normal, wherever g(z') > g_k, which keeps
-their law (Au and Beck, Probab. Eng. Mech. 16, 2001, 263; the moves are those of Papaioannou, Betz, Zwirglmaier and
-Straub, Probab. Eng. Mech. 41, 2015, 89). Levels g_k and sizes s of moves are chosen by a run of their own. With fixed
-ones the product of the shares is unbiased, and independent replicates give its standard error.
+A way is left out where the worst case excludes it. Where specimens were brought below the least share without reaching
+the limit, the share is below that. Where they do not move on, or bounded laws end before the limit, the search knows
+nothing, and what counting leaves open is added to the interval. Counting has the last word: a search whose interval
+has nothing in common with that of the counted specimens is not believed.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,35 +28,32 @@ from jointplay.result import Builder
 from jointplay.verdict import COUNTED
 
 from .nominal import Floats, Nominal
-from .yields import with_sizes
+from .subset import MOVES, PILOT, PLAIN_PILOT, REPLICATES, SECOND, Climb, Specimens, ascend, climb, going_on
+from .ways import NO_POSE, Reach, Way, ways_apart, ways_out
 
 #: specimens outside below which their share is not counted but searched for
 FEWEST = 1000
-#: specimens solved for one share at most, but for those of the run that chooses the levels
-SAMPLES = 400_000
-#: specimens of the run that chooses the levels
-PILOT = 1_000
-REPLICATES = 10
-#: share of the specimens that go on from one level to the next
-PART = 0.2
-#: moves at every level, and where the levels are chosen
-MOVES, FIRST_MOVES = 3, 4
-#: share of the moves that succeed at a good size
-ACCEPTED = 0.4
-#: a share below it is not searched for
-LEAST = 1e-13
-#: what is said of such a share: it is below
+#: specimens solved for all ways of a configuration together, and at least for each; the choice of levels takes more
+SAMPLES, SAMPLES_EACH = 400_000, 100_000
+#: random specimens that the search begins with
+PLAIN = 2**17
+#: numbers drawn for those that are counted where the search knows nothing, and the most of these specimens
+NUMBERS, COUNTED_MOST = 2**24, 2**20
+#: specimens drawn at a time, which bounds the memory
+CHUNK = 2**15
+#: what is said of a share below the least that is searched for: it is below
 NEGLIGIBLE = 1e-12
+#: level of the interval of logarithms, which have tails heavier than Student's t: it holds 95 % and more
+LEVEL = 0.98
 #: relative standard error above which replicates disagree
 DISAGREE = 0.3
-#: part of a limit, beyond the worst case, from which on the worst case excludes that it is missed
-MARGIN = 0.01
-#: draws of specimens whose normal scores are truncated together
-DRAWS = 10_000
 #: keeps the random numbers apart from those of other analyses with the same seed
 APART = 0x7A11
 SEARCHED, EXCLUDED = "by subset simulation", "excluded by the worst case"
-NEGLECTED, UNCERTAIN = "none found", "by subset simulation whose replicates disagree"
+PARTLY = "by subset simulation, by counting where it did not get to the limit"
+NEGLECTED, NOT_FOUND = "by subset simulation, which found none", "by counting: the search did not get to the limit"
+UNCERTAIN = "by counting: the replicates of subset simulation disagree"
+REFUTED = "by counting, which subset simulation contradicts"
 
 
 @dataclass(frozen=True)
@@ -69,78 +67,28 @@ class Tail:
     method: str
 
 
-class Search:
-    """Specimens of one configuration and how far they are beyond the limits.
-
-    Parameters
-    ----------
-    drives, poses : ndarray
-        Of one configuration, as a row.
-    limits : ndarray
-        Lowest and highest acceptable value of every quantity, infinite where there is none, shape (quantity, 2).
-    """
-
-    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None, limits: Floats) -> None:
-        self.m, self.drives, self.poses, self.law = m, drives, poses, law
-        #: the quantities that have limits, and these
-        self.limited = np.flatnonzero(np.isfinite(limits).any(axis=1))
-        self.limits = limits[self.limited]
-        self.scores = m.core.count_scores(law)
-        self.scale = np.ones(len(self.limits))
-
-    def first(self, count: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """Scores of random specimens, and their parameters."""
-        z = rng.standard_normal((count, self.scores))
-        u = self.m.core.specimens_of_scores(z, self.law)
-        for _ in range(DRAWS):
-            again = np.flatnonzero(np.isnan(u).any(axis=1))
-            if not len(again):
-                break
-            z[again] = rng.standard_normal((len(again), self.scores))
-            u[again] = self.m.core.specimens_of_scores(z[again], self.law)
-        return z, u
-
-    def beyond(self, u: Floats) -> Floats:
-        """How far every limited quantity is beyond its limits; infinite without a pose, shape (specimen, quantity)."""
-        values = self.values(u)
-        excess = np.maximum(values - self.limits[:, 1], self.limits[:, 0] - values) / self.scale
-        excess[np.isnan(excess).any(axis=1)] = np.inf
-        return excess
-
-    def values(self, u: Floats) -> Floats:
-        """The limited quantities of specimens."""
-        return with_sizes(self.m, self.m.core.errors_of(self.drives, self.poses, u))[:, self.limited]
-
-    def moved(
-        self, z: Floats, excess: Floats, level: float, size: float, rng: np.random.Generator
-    ) -> tuple[Floats, Floats, float]:
-        """Specimens beyond a level after a move, and the share of the moves that succeeded."""
-        there = math.sqrt(1.0 - size * size) * z + size * rng.standard_normal(z.shape)
-        u = self.m.core.specimens_of_scores(there, self.law)
-        valid = np.flatnonzero(~np.isnan(u).any(axis=1))
-        found = self.beyond(u[valid])
-        far = found.max(axis=1) > level
-        z, excess = z.copy(), excess.copy()
-        z[valid[far]], excess[valid[far]] = there[valid[far]], found[far]
-        return z, excess, len(valid[far]) / len(z)
-
-
 def tail(m: Mechanism, drives: Floats, poses: Floats, seed: int, law: str | None, limits: Floats) -> Tail:
     """The share of the specimens outside the limits at one configuration of a determinate mechanism."""
-    search = Search(m, drives, poses, law, limits)
-    nothing = np.zeros(1 + len(search.limits))
-    if not search.scores:
+    specimens = Specimens(m, drives, poses, law)
+    limited = np.flatnonzero(np.isfinite(limits).any(axis=1)).tolist()
+    nothing = np.zeros(1 + len(limited))
+    ways = ways_out(m, limits)
+    if not specimens.scores:
         # Nothing scatters.
-        is_out = np.append(search.beyond(m.centre[None])[0].max(), search.beyond(m.centre[None])[0]) > 0.0
-        return Tail(is_out.astype(float), nothing, is_out.astype(float), is_out.astype(float), COUNTED)
-    if is_excluded(m, drives, poses, law, limits):
+        errors = specimens.errors(m.centre[None])
+        apart = bool(np.isnan(errors).any())
+        out = [apart or any(way.is_out(errors)[0] for way in ways if way.quantity == q) for q in limited]
+        is_out = np.array([any(out), *out], dtype=float)
+        return Tail(is_out, nothing, is_out, is_out, COUNTED)
+    reach = Reach(m, drives, poses, law)
+    open_ways = [way for way in (*ways, *ways_apart(m)) if not reach.excludes(way)]
+    if not open_ways:
         return Tail(nothing, nothing, nothing, nothing, EXCLUDED)
-    first, second = np.random.SeedSequence([seed, APART]).spawn(2)
-    levels = _levels(search, _generator(first))
-    if levels is None:
-        return Tail(nothing, np.full_like(nothing, np.nan), nothing, np.full_like(nothing, NEGLIGIBLE), NEGLECTED)
-    count = SAMPLES // (REPLICATES * (1 + MOVES * len(levels)))
-    return _estimate(_shares(search, levels, count, _generator(second)))
+    first, second, third = np.random.SeedSequence([seed, APART]).spawn(3)
+    known = _sorted(specimens, open_ways, reach, first)
+    shares, plain = _shares(specimens, known, limited, second)
+    rest = _counted_rest(specimens, known, limited, third) if known.rest else None
+    return _joined(known, limited, shares, plain, rest)
 
 
 def _tail_at(m: Mechanism, seed: int, law: str | None, limits: Floats, at: Nominal) -> Tail:
@@ -152,103 +100,159 @@ def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
     return np.random.Generator(np.random.SFC64(seed))
 
 
-def is_excluded(m: Mechanism, drives: Floats, poses: Floats, law: str | None, limits: Floats) -> bool:
-    """Whether no specimen can be outside: laws are bounded, and the worst case keeps to the limits with a margin."""
-    specs = m.core_spec["sources"]
-    kinds = zip(specs, m.source_kinds, strict=True)
-    if not all(_is_bounded(law if law is not None and kind == "clearance" else spec["law"]) for spec, kind in kinds):
-        return False
-    worst = m.core.worst(drives, poses)
-    exact = np.vstack([worst["component"][0], _from_zero(worst["position"]), _from_zero(worst["rotation"])])
-    sizes = _from_zero(worst["position_bound"]), _from_zero(worst["rotation_bound"])
-    linear = np.vstack([worst["component_first_order"][0], *sizes])
-    low, high = np.minimum(exact[:, 0], linear[:, 0]), np.maximum(exact[:, 1], linear[:, 1])
-    margin = MARGIN * np.maximum(np.abs(low), np.abs(high))
-    return bool(worst["status"][0] == 0 and ((high + margin <= limits[:, 1]) & (low - margin >= limits[:, 0])).all())
+@dataclass(frozen=True)
+class _Known:
+    """What became of the ways: found, with their levels; left to counting; with a share below the least."""
+
+    found: dict[Way, Climb]
+    rest: list[Way]
+    small: list[Way]
+
+    def parts(self, errors: Floats, limited: Sequence[int]) -> dict[Way, Floats]:
+        """What specimens count in each of the ways that were found, for all quantities and for every limited one."""
+        outs = {way: way.is_out(errors)[:, None] * _touched([way], limited) for way in self.found}
+        often = np.maximum(sum(outs.values(), np.zeros((len(errors), 1 + len(limited)))), 1.0)
+        return {way: (out / often).mean(axis=0) for way, out in outs.items()}
 
 
-def _from_zero(size: Floats) -> Floats:
-    return np.array([[0.0, size[0]]])
+@dataclass(frozen=True)
+class _Counts:
+    """Specimens outside, of all quantities (first) and of every limited one, and how many there were."""
+
+    outside: Floats
+    samples: int
 
 
-def _is_bounded(law: object) -> bool:
-    if isinstance(law, dict):
-        process = law.get("process")
-        return process is None or bool(process["sorted"])
-    return law != "gauss"
+def _sorted(specimens: Specimens, ways: Sequence[Way], reach: Reach, seed: np.random.SeedSequence) -> _Known:
+    """Look for levels along every way."""
+    own, *seeds = seed.spawn(1 + len(ways))
+    z, errors = specimens.drawn(PLAIN_PILOT, _generator(own))
+    found: dict[Way, Climb] = {}
+    rest: list[Way] = []
+    small: list[Way] = []
+    for way, one in zip(ways, seeds, strict=True):
+        rng = _generator(one)
+        got = climb(specimens, way, z, errors, PILOT, rng)
+        if got.is_stalled:
+            got = climb(specimens, way, z, errors, SECOND * PILOT, rng)
+        if got.is_there:
+            found[way] = got
+        else:
+            (rest if got.is_stalled or reach.ends_before(way) else small).append(way)
+    # All ways to have no pose find the same specimens: the one that does so best is enough.
+    best = max((way for way in found if way.quantity == NO_POSE), key=lambda way: found[way].share, default=None)
+    if best is None:
+        return _Known(found, rest, small)
+    found = {way: got for way, got in found.items() if way.quantity != NO_POSE or way == best}
+    return _Known(found, *([way for way in ways if way.quantity != NO_POSE] for ways in (rest, small)))
 
 
-def _levels(search: Search, rng: np.random.Generator) -> list[tuple[float, float]] | None:
-    """Levels and sizes of the moves at each; None where a share is below the least."""
-    z, u = search.first(PILOT, rng)
-    values = search.values(u)
-    spread = np.nanstd(values, axis=0) if np.isfinite(values).any() else np.zeros(values.shape[1])
-    search.scale = np.where(spread > 0.0, spread, 1.0)
-    excess = search.beyond(u)
-    found: list[tuple[float, float]] = []
-    size, share = 0.5, 1.0
-    while True:
-        g = excess.max(axis=1)
-        level = float(np.quantile(g, 1.0 - PART, method="lower"))
-        if level >= 0.0 or np.mean(g > 0.0) >= PART:
-            return found
-        if not (g > level).any():
-            # Many specimens are equally far.
-            below = g[g < level]
-            if not len(below):
-                return None
-            level = float(below.max())
-        alive = g > level
-        share *= float(alive.mean())
-        if share < LEAST:
-            return None
-        chosen = _going_on(alive, rng)
-        z, excess = z[chosen], excess[chosen]
-        for _ in range(FIRST_MOVES):
-            z, excess, accepted = search.moved(z, excess, level, size, rng)
-            size = min(max(size * math.exp(accepted - ACCEPTED), 1e-3), 1.0)
-        found.append((level, size))
+def _touched(ways: Iterable[Way], limited: Sequence[int]) -> NDArray[np.bool_]:
+    """Which shares these ways are a part of: that of all quantities, and those of their own; no pose is beyond all."""
+    touched = np.zeros(1 + len(limited), dtype=bool)
+    for way in ways:
+        touched |= [True, *(way.quantity in (q, NO_POSE) for q in limited)]
+    return touched
 
 
-def _shares(search: Search, levels: list[tuple[float, float]], count: int, rng: np.random.Generator) -> Floats:
-    """The share of the specimens beyond any limit, and beyond those of every quantity, a row for each replicate.
+def _shares(
+    specimens: Specimens, known: _Known, limited: Sequence[int], seed: np.random.SeedSequence
+) -> tuple[Floats, _Counts]:
+    """The shares beyond any limit and those of every quantity, by replicate, and what was counted on the way."""
+    own, *seeds = seed.spawn(1 + len(known.found))
+    rng = _generator(own)
+    shares = np.zeros((REPLICATES, 1 + len(limited)))
+    plain = np.zeros(1 + len(limited))
+    climbing = {way: got.levels for way, got in known.found.items() if got.levels}
+    each = max(SAMPLES // max(len(climbing), 1), SAMPLES_EACH)
+    counts = {way: each // (REPLICATES * MOVES * len(levels)) for way, levels in climbing.items()}
+    starts: dict[Way, list[tuple[float, Floats, Floats]]] = {way: [] for way in climbing}
+    every = (*known.found, *known.rest, *known.small)
 
-    Replicates go side by side. Each has its own specimens, which go on among themselves.
+    for r in range(REPLICATES):
+        z, errors = specimens.drawn(PLAIN // REPLICATES, rng)
+        plain += _outside(every, errors, limited).sum(axis=0)
+        for way, part in known.parts(errors, limited).items():
+            if way not in climbing:
+                shares[r] += part
+                continue
+            alive = way.beyond(errors) > climbing[way][0][0]
+            chosen = going_on(alive, counts[way], rng)
+            starts[way].append((float(alive.mean()), z[chosen], errors[chosen]))
+    for way, one in zip(known.found, seeds, strict=True):
+        if way not in climbing:
+            continue
+        z, errors = (np.concatenate([start[k] for start in starts[way]]) for k in (1, 2))
+        share, errors = ascend(specimens, way, climbing[way], z, errors, _generator(one))
+        for r, last in enumerate(errors.reshape(REPLICATES, counts[way], -1)):
+            shares[r] += starts[way][r][0] * share[r] * known.parts(last, limited)[way]
+    return shares, _Counts(plain, REPLICATES * (PLAIN // REPLICATES))
+
+
+def _outside(ways: Sequence[Way], errors: Floats, limited: Sequence[int]) -> NDArray[np.bool_]:
+    """Which specimens are outside in any of these ways, and in those of every limited quantity."""
+    out = np.zeros((len(errors), 1 + len(limited)), dtype=bool)
+    for way in ways:
+        out |= way.is_out(errors)[:, None] & _touched([way], limited)
+    return out
+
+
+def _counted_rest(specimens: Specimens, known: _Known, limited: Sequence[int], seed: np.random.SeedSequence) -> _Counts:
+    """Specimens that are outside in ways that the search knows nothing of, and in no other one."""
+    rng = _generator(seed)
+    counts, drawn = np.zeros(1 + len(limited)), 0
+    most = min(max(NUMBERS // specimens.scores, PLAIN), COUNTED_MOST)
+    while drawn < most:
+        _, errors = specimens.drawn(CHUNK, rng)
+        drawn += CHUNK
+        counts += (_outside(known.rest, errors, limited) & ~_outside(list(known.found), errors, limited)).sum(axis=0)
+    return _Counts(counts, drawn)
+
+
+def _joined(known: _Known, limited: Sequence[int], shares: Floats, plain: _Counts, rest: _Counts | None) -> Tail:
+    """What was found by search, what was counted and what is negligible, together."""
+    is_found = _touched(known.found, limited)
+    searched, agree = _estimate(shares, plain)
+    share, error, low, high = (np.where(is_found, part, 0.0) for part in searched)
+    error[~is_found & (_touched(known.rest, limited) | _touched(known.small, limited))] = np.nan
+    high += NEGLIGIBLE * _touched(known.small, limited)
+    if rest is not None:
+        left = _touched(known.rest, limited)
+        below, above = confidence.of_counts(rest.outside, np.full(len(high), float(rest.samples)))
+        share += rest.outside / rest.samples
+        low += np.where(left, below, 0.0)
+        high += np.where(left, above, 0.0)
+    method = NEGLECTED if rest is None else NOT_FOUND
+    if is_found[0]:
+        method = (SEARCHED if rest is None else PARTLY) if agree[0] else UNCERTAIN
+    # A quantity is beyond its limits at most as often as all together.
+    high = np.maximum(np.minimum(high, high[0]), share)
+    return Tail(share, error, low, np.minimum(high, 1.0), method)
+
+
+def _estimate(shares: Floats, plain: _Counts) -> tuple[tuple[Floats, Floats, Floats, Floats], NDArray[np.bool_]]:
+    """Of the shares in independent replicates, a row each: mean, standard error, interval, and whether they agree.
+
+    Shares are positive, so the interval is one of logarithms. Where they disagree it is that of the counted specimens.
     """
-    z, u = search.first(REPLICATES * count, rng)
-    excess, share = search.beyond(u), np.ones(REPLICATES)
-    for level, size in levels:
-        alive = (excess.max(axis=1) > level).reshape(REPLICATES, count)
-        share *= alive.mean(axis=1)
-        chosen = np.concatenate([k * count + _going_on(one, rng) for k, one in enumerate(alive)])
-        z, excess = z[chosen], excess[chosen]
-        for _ in range(MOVES):
-            z, excess, _ = search.moved(z, excess, level, size, rng)
-    outside = np.column_stack([excess.max(axis=1), excess]) > 0.0
-    shares: Floats = share[:, None] * outside.reshape(REPLICATES, count, -1).mean(axis=1)
-    return shares
-
-
-def _going_on(alive: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.intp]:
-    """The specimens that go on, each as often as any other, but for a remainder by lot; all where none is alive."""
-    places = np.flatnonzero(alive)
-    return np.resize(rng.permutation(places), len(alive)) if len(places) else np.arange(len(alive))
-
-
-def _estimate(shares: Floats) -> Tail:
-    """Of the shares in independent replicates, a row each. They are positive, so the interval is one of logarithms."""
     mean = shares.mean(axis=0)
     error = shares.std(axis=0, ddof=1) / math.sqrt(len(shares))
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.where(mean > 0.0, error / mean, np.inf)
-        factor = np.exp(np.minimum(confidence.student(len(shares) - 1) * relative, 700.0))
-    known = relative <= DISAGREE
-    low, high = np.where(known, mean / factor, 0.0), np.minimum(mean * np.where(known, factor, 1.0), 1.0)
-    if not known[0]:
-        high[0] = min(max(mean[0] * factor[0], shares[:, 0].max() * len(shares)), 1.0)
-    # A quantity that is hardly ever outside is so at most as often as all together.
-    high = np.where(known, np.minimum(high, high[0]), high[0])
-    return Tail(mean, error, low, high, SEARCHED if known[0] else UNCERTAIN)
+        factor = np.exp(np.minimum(confidence.student(len(shares) - 1, LEVEL) * relative, 700.0))
+    agree = relative <= DISAGREE
+    below, above = confidence.of_counts(plain.outside, np.full(len(mean), float(plain.samples)))
+    low = np.where(agree, mean / factor, np.minimum(below, mean))
+    high = np.where(agree, mean * factor, np.maximum(above, mean))
+    return (mean, error, low, high), agree
+
+
+def _with_counts(found: Tail, counted: Tail) -> Tail:
+    """What was searched for, but where its interval has nothing in common with that of the counted specimens."""
+    apart = (found.low > counted.high) | (found.high < counted.low)
+    parts = ("share", "error", "low", "high")
+    values = {name: np.where(apart, getattr(counted, name), getattr(found, name)) for name in parts}
+    return Tail(**values, method=REFUTED if apart[0] else found.method)
 
 
 def require_rare(m: Mechanism, is_loaded: bool) -> None:
@@ -284,23 +288,22 @@ def search_rare(
         Who searches, configuration by configuration.
     """
     methods = [COUNTED] * len(at)
-    names = {
-        f"outside{of}{end}": (of, attribute)
-        for of in ("", "_quantity")
-        for end, attribute in (("", "share"), ("_standard_error", "error"), ("_low", "low"), ("_high", "high"))
-    }
+    ends = (("", "share"), ("_standard_error", "error"), ("_low", "low"), ("_high", "high"))
+    names = [f"outside{of}{end}" for of in ("", "_quantity") for end, _ in ends]
     values = {name: builder.data[name].values.copy() for name in names}
     limited = np.isfinite(limits).any(axis=1)
     rare = np.flatnonzero((counts < FEWEST) & np.isfinite(at.poses).all(axis=(1, 2))).tolist()
     tails = workers.each(_tail_at, (m, seed, law, limits), (at.at(k) for k in rare))
-    for k, found in zip(rare, tails, strict=True):
+    for k, searched in zip(rare, tails, strict=True):
+        counted = {
+            attribute: np.append(values[f"outside{end}"][k], values[f"outside_quantity{end}"][k, limited])
+            for end, attribute in ends
+        }
+        found = _with_counts(searched, Tail(**counted, method=COUNTED))
         methods[k] = found.method
-        for name, (of, attribute) in names.items():
+        for end, attribute in ends:
             value = getattr(found, attribute)
-            if of:
-                values[name][k, limited] = value[1:]
-            else:
-                values[name][k] = value[0]
+            values[f"outside{end}"][k], values[f"outside_quantity{end}"][k, limited] = value[0], value[1:]
     for name, array in values.items():
         builder.data[name] = replace(builder.data[name], values=array)
     builder.add("outside_method", "configuration", np.array(methods), "how the share outside the limits was found")

@@ -22,7 +22,7 @@ from jointplay.verdict import judge
 
 from .certificate import MOST_PARTS, PARTS, add_bounds, certified
 from .linear_worst import is_linear, linear_worst
-from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
 
@@ -116,7 +116,7 @@ def compute(
         in_range(parts, "parts", "a number of parts", 1, MOST_PARTS)
     if certify and not exact:
         raise InputError("bounds are those of the exact closure: certify needs exact", key="certify")
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     drives, poses = at.drives, at.poses
 
     def run(part: slice) -> Worst:
@@ -125,7 +125,7 @@ def compute(
         found = m.core.worst(drives[part], poses[part], starts, partly=True)
         if certify:
             found = certified(m, drives[part], poses[part], found, parts)
-        return found if exact else _to_first_order(found)
+        return without_singular(found) if exact else _to_first_order(found)
 
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)

@@ -138,7 +138,7 @@ def _spread(places: Floats) -> tuple[float, float]:
     places = places[np.isfinite(places).all(axis=1)]
     if len(places) < 2:
         return np.nan, np.nan
-    distance = _size(places - places.mean(axis=0))
+    distance = size_of(places - places.mean(axis=0))
     mean, std = distance.mean(), distance.std(ddof=1)
     # What every distance adds to the sum of mean and three deviations.
     influence = distance + (1.5 * ((distance - mean) ** 2) / std if std > 0.0 else 0.0)
@@ -157,10 +157,10 @@ def with_sizes(m: Mechanism, errors: Floats) -> Floats:
 def _quantity(m: Mechanism, errors: Floats, k: int) -> Floats:
     """A column of `with_sizes`."""
     components = len(m.components)
-    return errors[:, k] if k < components else _size(errors[:, _rows(m)[k - components]])
+    return errors[:, k] if k < components else size_of(errors[:, rows_of(m)[k - components]])
 
 
-def _rows(m: Mechanism) -> tuple[list[int], list[int]]:
+def rows_of(m: Mechanism) -> tuple[list[int], list[int]]:
     """The components of the position and of the rotation, whose sizes follow the components in this order."""
     lengths, angles = (
         [k for k, name in enumerate(m.components) if (name in LENGTHS) == which] for which in (True, False)
@@ -168,7 +168,8 @@ def _rows(m: Mechanism) -> tuple[list[int], list[int]]:
     return lengths, angles
 
 
-def _size(rows: Floats) -> Floats:
+def size_of(rows: Floats) -> Floats:
+    """Length of every row."""
     # `numpy.linalg.norm` takes many times as long for short rows.
     sizes: Floats = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     return sizes
@@ -191,7 +192,7 @@ def _worst_offsets(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats, l
         for sign, limit in ((1.0, high), (-1.0, low)):
             if np.isfinite(limit):
                 yield m.core.at_supports(drawn, np.broadcast_to(sign * slopes[k], drawn.shape).copy())
-    for rows, limit in zip(_rows(m), limits[len(components) :, 1], strict=True):
+    for rows, limit in zip(rows_of(m), limits[len(components) :, 1], strict=True):
         if np.isfinite(limit):
             yield _farthest(m, drawn, slopes[rows], shift[rows])
 
@@ -202,7 +203,7 @@ def _farthest(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats) -> Flo
     for direction in _fan(len(slopes)):
         u = m.core.at_supports(drawn, np.tile(direction @ slopes, (len(drawn), 1)))
         error = u @ slopes.T + shift
-        reached = _size(error)
+        reached = size_of(error)
         better = reached > size
         best[better], size[better] = error[better], reached[better]
     for _ in range(STEPS):

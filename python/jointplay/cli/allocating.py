@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.files import require_writable
+
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import Allocated, File, Output, Point, Samples, Seed, Settings
+from .options import Allocated, Assumed, File, Point, Samples, Seed, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -46,11 +49,23 @@ def allocate(
     changes: Annotated[
         bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
     ] = False,
-    samples: Samples = 20_000,
+    contact: Assumed = None,
+    digits: Annotated[
+        int, typer.Option("--digits", metavar="N", help="Digits of sizes by formula, which are rounded down.")
+    ] = 3,
+    samples: Samples = 32_768,
     seed: Seed = 0,
     output_point: Point = None,
     settings: Settings = None,
-    output: Output = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Write the file with these sizes: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+        ),
+    ] = None,
     plot: Figure = NO_FIGURE,
 ) -> int:
     """Find the cheapest sizes with which the limits hold.
@@ -70,6 +85,8 @@ def allocate(
                 question.value if question else None,
                 probability=probability,
                 curve=factors,
+                contact=contact.value if contact else None,
+                digits=digits,
                 samples=samples,
                 seed=seed,
                 progress=progress,
@@ -77,7 +94,23 @@ def allocate(
         )
         return found[0]
 
-    code = answer.answer({"allocate": ask}, m, output, plot)
+    to_file = output is not None and output.suffix.lower() == ".toml"
+    if to_file and output is not None:
+        require_writable(output)
+    code = answer.answer({"allocate": ask}, m, None if to_file else output, plot)
+    if to_file and output is not None and found:
+        if "changes" in found[0].attrs:
+            _changed(m, str(found[0].attrs["changes"])).write(output)
+        else:
+            answer.say([f"{output} is not written: no sizes were found"])
     for line in str(found[0].attrs.get("changes", "")).splitlines() if changes and found else ():
         typer.echo(f"--set {shlex.quote(line)}")
     return code
+
+
+def _changed(m: Mechanism, changes: str) -> Mechanism:
+    """The mechanism with changed sizes; its patterns are written out, because copies have sizes of their own."""
+    from jointplay.sizing import sizings
+
+    pairs = arguments.assignments(changes.splitlines(), "--set")
+    return sizings(m)[0].with_({key: arguments.value(text, key) for key, text in pairs.items()})

@@ -10,7 +10,7 @@ from . import DONE, NOT_OK, answer
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Allowed,
-    Contact,
+    Assumed,
     File,
     LoadCase,
     Output,
@@ -23,7 +23,6 @@ from .options import (
     Settings,
     Sized,
     Sizes,
-    Touching,
 )
 from .printing import prints
 
@@ -54,7 +53,7 @@ def allow(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -70,7 +69,7 @@ def allow(
 
     options: dict[str, Any] = {}
     if question is Allowed.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | ({"contact": contact.value} if contact else {})
     if question is Allowed.loaded:
         options = {"sizes": sizes.value}
     found: list[Result] = []

@@ -140,9 +140,11 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
 
 
 def _is_good(result: Result) -> bool:
-    """Whether every configuration is ok, and the limits hold where there are some."""
+    """Whether every configuration is ok, with every joint closed where that is asked, and the limits hold."""
     from jointplay.verdict import is_good
 
+    if result.attrs["question"] == "solve" and "misfit" in result.attrs:
+        return False
     return is_good(result)
 
 

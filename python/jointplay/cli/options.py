@@ -211,8 +211,8 @@ Assumed = Annotated[
     Contact | None,
     typer.Option(
         "--contact",
-        help="random: clearances scatter, or the load decides where they are."
-        " [default: as limits.contact says; else scattered, and the shares outside both ways]",
+        help="random: clearances scatter, or the load decides where they are. [default: as limits.contact says; with"
+        " loads both]",
     ),
 ]
 Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]

@@ -14,7 +14,6 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
 from jointplay.errors import InputError, not_known
 from jointplay.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 from jointplay.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
@@ -375,10 +374,13 @@ def _named(data: MechanismFile, springs: list[SpringSpec]) -> Iterator[tuple[str
 
 
 def _length(graph: Graph, guess: Floats) -> float:
-    """Characteristic length in metres: the median size of the bodies, else their distance, else one file unit."""
+    """Characteristic length in metres: median size of the bodies, else how far points are apart, else a file unit."""
     largest = graph.span()
     if largest < SMALLEST_LENGTH:
-        largest = float(np.linalg.norm(poses.position(guess), axis=1).max(initial=0.0))
+        placed = graph.placed(guess)
+        largest = float(np.linalg.norm(placed - placed[0], axis=1).max())
+        # What rounding leaves far from the origin is no distance.
+        largest = largest if largest > SMALLEST_LENGTH * float(np.abs(placed).max()) else 0.0
     return largest if largest >= SMALLEST_LENGTH else graph.units.length
 
 

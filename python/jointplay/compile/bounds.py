@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
 from jointplay.schema import MechanismFile
 
 from .drives import LENGTHS, Commands
@@ -94,16 +93,17 @@ def _size(graph: Graph, guess: Floats, commands: Commands) -> float:
     """The largest distance in the mechanism along an axis, in metres: of bodies, between them, or of a travel."""
     places: dict[int, list[tuple[float, ...]]] = {}
     for point in graph.points:
-        places.setdefault(point.body, []).append((0.0, 0.0, 0.0))
-        places[point.body].append(point.at)
+        places.setdefault(point.body, []).append(point.at)
     sizes = [max(max(at) - min(at) for at in zip(*body, strict=True)) for body in places.values()]
-    sizes.append(float(np.abs(poses.position(guess)).max(initial=0.0)))
+    # Wherever the mechanism is drawn.
+    sizes.append(float(np.ptp(graph.placed(guess), axis=0).max()))
     if commands.values is not None:
         linear = [k for k, joint in enumerate(commands.joints) if not graph.joints[joint].is_angular]
         sizes.append(float(np.abs(commands.values[:, linear]).max(initial=0.0)))
     if commands.targets is not None:
         lengths = commands.targets[:, : len(LENGTHS)] if commands.targets.shape[1] > 3 else commands.targets[:, :2]
-        sizes.append(float(np.nanmax(np.abs(lengths), initial=0.0)))
+        known = lengths[np.isfinite(lengths).all(axis=1)]
+        sizes.append(float(np.ptp(known, axis=0).max()) if len(known) else 0.0)
     return float(max(sizes))
 
 

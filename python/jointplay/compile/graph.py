@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Container
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import poses
 from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
 from jointplay.spec import DisplacementSpec
@@ -78,6 +83,8 @@ class Graph:
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
         self._joint_points: dict[Point, int] = {}
+        self._body_numbers: dict[str, int] = {}
+        self._joint_numbers: dict[str, int] = {}
         #: rigid displacements of points, for sources
         self.displacements: list[DisplacementSpec] = []
         #: bodies that are described in one assembled reference configuration
@@ -86,6 +93,8 @@ class Graph:
         self.crosses: dict[int, tuple[Vector, Vector] | None] = {}
         #: centre and pitch radius of every wheel, in metres
         self.wheels: list[tuple[Point, float]] = []
+        #: joints with their bodies between which a link lies although they are at one place
+        self._linked = _linked_in_place(data)
         for name, joint in data.joints.items():
             self._add(name, joint)
         self._check_bodies(data)
@@ -99,19 +108,21 @@ class Graph:
         """Index of a body that must exist."""
         if name == GROUND:
             return GROUND_INDEX
-        if name not in self.bodies:
+        number = _numbered(self._body_numbers, self.bodies).get(name)
+        if number is None:
             raise self.refuse(not_known(name, "a body of any joint", [*self.bodies, GROUND]), key)
-        return self.bodies.index(name)
+        return number
 
     def joint_index(self, name: str, key: str) -> int:
         """Index of a joint that must exist."""
-        names = [joint.name for joint in self.joints]
-        if name in names:
-            return names.index(name)
+        if len(self._joint_numbers) < len(self.joints):
+            _numbered(self._joint_numbers, [joint.name for joint in self.joints])
+        if name in self._joint_numbers:
+            return self._joint_numbers[name]
         parts = [joint.name for joint in self.joints if joint.pin == name]
         if parts:
             raise self.refuse(f"'{name}' consists of several joints; name one of {listed(parts)}", key)
-        raise self.refuse(not_known(name, "a joint", names), key)
+        raise self.refuse(not_known(name, "a joint", [*self._joint_numbers]), key)
 
     def add_point(self, body: int, at: tuple[float, ...]) -> int:
         """A new point, given in file units."""
@@ -139,7 +150,8 @@ class Graph:
         for body, place in joint.placements.items():
             index = self._body(body)
             # A joint that deviates by itself is not where the others are that are drawn there.
-            put = self.add_point if body in joint.displaced else self._joint_place
+            is_apart = body in joint.displaced or (body, name) in self._linked
+            put = self.add_point if is_apart else self._joint_place
             self.places[body, name] = put(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
@@ -173,6 +185,14 @@ class Graph:
         there = self.points[point]
         return sorted({k for k in self.places.values() if k != point and self.points[k] == there})
 
+    def linked_with(self, point: int, start: int) -> list[int]:
+        """The same for a link that ends there; of one that begins there, too, without the ends of all such links."""
+        together = self.together_with(point)
+        if start not in together:
+            return together
+        ends = {self.places[end] for end in self._linked}
+        return [k for k in together if k not in ends]
+
     def displacement(self, points: list[int], about: Vector) -> int:
         """Index of a new rigid displacement of points, which turns about a place of their body."""
         self.displacements.append({"points": points, "about": list(about)})
@@ -188,9 +208,9 @@ class Graph:
     def _body(self, name: str) -> int:
         if name == GROUND:
             return GROUND_INDEX
-        if name not in self.bodies:
+        if name not in _numbered(self._body_numbers, self.bodies):
             self.bodies.append(name)
-        return self.bodies.index(name)
+        return _numbered(self._body_numbers, self.bodies)[name]
 
     def _add_universal(self, name: str, joint: Universal, first: Frame, second: Frame) -> None:
         """Two pins on a cross, whose x axis is the first pin and whose y axis is the second one."""
@@ -215,9 +235,17 @@ class Graph:
         )
         self.joints.extend(pins)
 
-    def joints_of(self, body: int) -> list[CompiledJoint]:
-        """The joints on a body."""
-        return [j for j in self.joints if body in (self.points[j.first].body, self.points[j.second].body)]
+    def ends(self, joint: CompiledJoint) -> tuple[int, int]:
+        """The two bodies of a joint."""
+        return self.points[joint.first].body, self.points[joint.second].body
+
+    def joints_on(self) -> dict[int, list[int]]:
+        """The joints on every body, by their numbers."""
+        found: dict[int, list[int]] = {body: [] for body in (GROUND_INDEX, *range(len(self.bodies)))}
+        for number, joint in enumerate(self.joints):
+            for body in set(self.ends(joint)):
+                found[body].append(number)
+        return found
 
     def _check_bodies(self, data: MechanismFile) -> None:
         if not any(body == GROUND for body, _ in self.places):
@@ -244,25 +272,24 @@ class Graph:
         named |= {dimension.body for dimension in data.dimensions.values()}
         named |= {link.body for link in data.links.values()}
         named |= {body for spring in data.springs.values() for body in spring.on or ()}
+        on = self.joints_on()
         for index, body in enumerate(self.bodies):
-            joints = self.joints_of(index)
+            joints = [self.joints[number] for number in on[index]]
             if body in named or len(joints) > 1 or joints[0].name in driven or joints[0].kind not in LOOSE:
                 continue
             near = nearest(body, [name for name in (*self.bodies, GROUND) if name != body], slips_only=True)
             if near:
                 key = f"joints.{joints[0].pin}"
-                both = near != GROUND and len(self.joints_of(self.bodies.index(near))) == 1
+                both = near != GROUND and len(on[self.bodies.index(near)]) == 1
                 also = f" '{near}' is on one joint as well: are they one body?" if both else ""
                 raise self.refuse(f"'{body}' is on no other joint; did you mean '{near}'?{also}", key)
 
     def _check_connected(self) -> None:
-        reached = {GROUND_INDEX}
-        while True:
-            ends = [{self.points[j.first].body, self.points[j.second].body} for j in self.joints]
-            more = {body for pair in ends if pair & reached for body in pair} - reached
-            if not more:
-                break
+        on, reached, waiting = self.joints_on(), {GROUND_INDEX}, [GROUND_INDEX]
+        for body in waiting:
+            more = {end for number in on[body] for end in self.ends(self.joints[number])} - reached
             reached |= more
+            waiting += more
         lost = [body for index, body in enumerate(self.bodies) if index not in reached]
         if lost:
             names = listed(f"'{body}'" for body in lost)
@@ -277,6 +304,11 @@ class Graph:
         )
         return self.refuse(problem, "joints")
 
+    def placed(self, guess: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where all points are while the bodies are where they are guessed to be, in ground axes."""
+        every = np.vstack([guess, poses.ground(guess.shape[-1])])  # the ground has index -1
+        return np.array([poses.place(every[point.body], point.at) for point in self.points])
+
     def span(self) -> float:
         """The median size of the bodies and the ground, in metres; zero if none has two points apart.
 
@@ -290,3 +322,47 @@ class Graph:
             places[point.body] += [(x + radius, y, z), (x - radius, y, z)]
         sizes: list[float] = [max(max(at) - min(at) for at in zip(*body, strict=True)) for body in places.values()]
         return statistics.median([size for size in sizes if size > 0.0] or [0.0])
+
+
+def _linked_in_place(data: MechanismFile) -> set[tuple[str, str]]:
+    """Bodies and joints that links join to other joints at the very same place."""
+    found: set[tuple[str, str]] = set()
+    for link in data.links.values():
+        ends = [(link.body, name) for name in link.between if link.body in _placements(data, name)]
+        places = [_placements(data, name)[body].at for body, name in ends]
+        if len(ends) == 2 and places[0] == places[1]:
+            found |= {*ends}
+    return found
+
+
+def _placements(data: MechanismFile, joint: str) -> Mapping[str, Any]:
+    return data.joints[joint].placements if joint in data.joints else {}
+
+
+class Outward:
+    """Joints that have a placed body, and another one that is not: bodies are placed from the ground outwards."""
+
+    def __init__(self, graph: Graph, placed: Iterable[int]) -> None:
+        self.graph, self.on = graph, graph.joints_on()
+        self.placed: set[int] = set()
+        self.waiting: set[int] = set()
+        self.add(placed)
+
+    def add(self, placed: Iterable[int]) -> None:
+        """Further bodies that are placed."""
+        for body in placed:
+            self.placed.add(body)
+            self.waiting.update(self.on[body])
+        done = {number for number in self.waiting if {*self.graph.ends(self.graph.joints[number])} <= self.placed}
+        self.waiting -= done
+
+    def joints(self) -> list[tuple[int, CompiledJoint]]:
+        """These joints with their numbers, in the order of the file."""
+        return [(number, self.graph.joints[number]) for number in sorted(self.waiting)]
+
+
+def _numbered(known: dict[str, int], names: Sequence[str]) -> dict[str, int]:
+    """The number of every name, kept up with names that have been added behind the others."""
+    for number in range(len(known), len(names)):
+        known.setdefault(names[number], number)
+    return known

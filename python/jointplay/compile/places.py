@@ -192,7 +192,7 @@ def _of_link(
         points = [output]
     else:
         end = graph.joint_point(link.body, second, f"{key}.between.1")
-        points = [end, *graph.together_with(end)]
+        points = [end, *graph.linked_with(end, start)]
         if turning and not _turns(data.joints[second], link.body):
             axes = [axis for axis in BODY_AXES if data.space == "spatial" or axis != "z"]
             problem = f"'{second}' has no direction on '{link.body}' that could deviate; valid here: {', '.join(axes)}"

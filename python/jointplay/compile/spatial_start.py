@@ -18,7 +18,7 @@ from jointplay.schema import SpatialFile, SpatialStart
 
 from .drives import Commands
 from .frames import cross_axes
-from .graph import GROUND_INDEX, CompiledJoint, Graph
+from .graph import GROUND_INDEX, CompiledJoint, Graph, Outward
 
 Floats = NDArray[np.float64]
 
@@ -51,12 +51,13 @@ def spatial_start(data: SpatialFile, graph: Graph, commands: Commands) -> Floats
     places[GROUND_INDEX] = GROUND
     drawn = {body: _drawn(graph, body) for body in graph.drawn_assembled}
     first = commands.first_values(data)
+    outward = Outward(graph, places)
     while len(places) <= len(graph.bodies):
         # Level by level, so that a body is placed from the neighbour that is nearest to the ground.
         level: dict[int, _Place] = {}
         waiting: dict[int, _Place] = {}
-        for index, joint in enumerate(graph.joints):
-            a, b = graph.points[joint.first].body, graph.points[joint.second].body
+        for index, joint in outward.joints():
+            a, b = graph.ends(joint)
             known, new = (a, b) if a in places else (b, a)
             if not joint.places or known not in places or new in places or new in level or new in waiting:
                 continue
@@ -68,6 +69,7 @@ def spatial_start(data: SpatialFile, graph: Graph, commands: Commands) -> Floats
         if not (level or waiting):
             raise graph.nowhere(places, "x, y, z and rotation")
         places |= level or waiting
+        outward.add(level or waiting)
     ordered = (places[body] for body in range(len(graph.bodies)))
     return np.array([[*place.at, *poses.from_axes(place.turn)] for place in ordered]).reshape(-1, poses.SPATIAL)
 

@@ -16,7 +16,7 @@ from jointplay.schema import PlanarFile
 
 from .drives import Commands
 from .frames import Vector
-from .graph import GROUND_INDEX, SLIDING, CompiledJoint, Graph
+from .graph import GROUND_INDEX, SLIDING, CompiledJoint, Graph, Outward
 
 Pose = tuple[float, float, float]
 
@@ -35,11 +35,12 @@ def planar_start(data: PlanarFile, graph: Graph, commands: Commands) -> NDArray[
     }
     poses[GROUND_INDEX] = (0.0, 0.0, 0.0)
     first = commands.first_values(data)
+    outward = Outward(graph, poses)
     while len(poses) <= len(graph.bodies):
         # Level by level, so that a body is placed from the neighbour that is nearest to the ground.
         level: dict[int, Pose] = {}
-        for index, joint in enumerate(graph.joints):
-            a, b = graph.points[joint.first].body, graph.points[joint.second].body
+        for index, joint in outward.joints():
+            a, b = graph.ends(joint)
             known, new = (a, b) if a in poses else (b, a)
             if not joint.places or known not in poses or new in poses or new in level:
                 continue
@@ -47,6 +48,7 @@ def planar_start(data: PlanarFile, graph: Graph, commands: Commands) -> NDArray[
         if not level:
             raise graph.nowhere(poses, "x, y and angle")
         poses |= level
+        outward.add(level)
     return np.array([poses[body] for body in range(len(graph.bodies))])
 
 

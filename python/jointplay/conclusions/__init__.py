@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from jointplay.result import Result, parts
-from jointplay.verdict import READABLE, rounding
+from jointplay.verdict import rounding
 
 from .building import FITS, VERDICTS, of_assemble, of_check
 from .errors import figure, figures, of_errors, quantile
@@ -18,14 +18,13 @@ from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
 from .whole import decide, rests
-from .words import BOUND_DIGITS, Conclusion, Sentence, owners, plural, rounded_up, which
+from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which
 
 __all__ = [
     "BOUND_DIGITS",
     "FITS",
     "KINDS",
     "MOST_NAMES",
-    "READABLE",
     "VERDICTS",
     "Conclusion",
     "Sentence",
@@ -36,6 +35,7 @@ __all__ = [
     "figure",
     "figures",
     "first_missed",
+    "leaving",
     "missed",
     "motion",
     "owners",
@@ -81,6 +81,11 @@ def conclude(result: Result) -> Conclusion:
 
 
 def _of_one(result: Result) -> Conclusion:
+    found = _answer(result)
+    return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
+
+
+def _answer(result: Result) -> Conclusion:
     if "mechanism" in result.sizes:
         return of_compare(result)
     if "sweep_by" in result.attrs:

@@ -31,6 +31,9 @@ def of_solve(result: Result) -> Conclusion:
     """Whether every configuration has a pose, and which one is nearest to a singular one."""
     sentences = [*of_statuses(result)]
     values, count = result.get("singular_value"), result.sizes["configuration"]
+    if "misfit" in result.attrs:
+        misfit = str(result.attrs["misfit"])
+        sentences.append(Sentence(f"{misfit[0].upper()}{misfit[1:]}.", is_alarm=True))
     if not sentences:
         sentences.append(Sentence("It has a pose." if count == 1 else f"All {count} configurations have a pose."))
     nearest = farthest(-values, result.get("status"))

@@ -22,7 +22,7 @@ from jointplay.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, 
 
 from .errors import WORDS, blamed, figure, figures, proved
 from .motion import largest_change
-from .words import Conclusion, Sentence, farthest, plural, say
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -134,8 +134,10 @@ def _of_limits(result: Result) -> tuple[str, str, str]:
 def _bad(result: Result) -> Iterator[Sentence]:
     bad = int((result.get("status") != "ok").sum())
     if bad:
-        total = plural(result.get("status").size, "configuration")
-        yield Sentence(f"Not ok are {bad} of {total} at all values together.", is_alarm=True)
+        status = result.get("status")
+        total, outside = plural(status.size, "configuration"), int((status == OUTSIDE).sum())
+        told = f", {outside} of them outside limits ({leaving(result)})" if outside else ""
+        yield Sentence(f"Not ok are {bad} of {total} at all values together{told}.", True, is_first=outside > 0)
 
 
 def of_compare(result: Result) -> Conclusion:
@@ -177,8 +179,10 @@ def of_compare(result: Result) -> Conclusion:
         bad = part.get("status") != "ok"
         if bad.any():
             words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
+            outside = bool((part.get("status") == OUTSIDE).any())
+            words = f"{words}; {leaving(part)}" if outside else words
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
-            sentences.append(Sentence(text, is_alarm=True))
+            sentences.append(Sentence(text, is_alarm=True, is_first=outside))
     return Conclusion(tuple(sentences), ranked(sentences))
 
 
@@ -217,9 +221,11 @@ def _not_ok_nodes(result: Result) -> Iterator[Sentence]:
     if (status == "ok").all():
         return
     names, counts = np.unique(status[status != "ok"], return_counts=True)
-    words = [str(name).replace("_", " ") or "not computed" for name in names]
-    told = ", ".join(f"{count} {word}" for word, count in zip(words, counts, strict=True))
-    yield Sentence(f"Not ok of {status.size} nodes: {told}.", is_alarm=True)
+    words = {name: str(name).replace("_", " ") or "not computed" for name in names.tolist()}
+    if OUTSIDE in words:
+        words[OUTSIDE] = f"outside limits ({leaving(result)})"
+    told = ", ".join(f"{count} {word}" for word, count in zip(words.values(), counts, strict=True))
+    yield Sentence(f"Not ok of {status.size} nodes: {told}.", is_alarm=True, is_first=OUTSIDE in words)
 
 
 def _beyond_nodes(result: Result) -> Iterator[Sentence]:

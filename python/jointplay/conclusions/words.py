@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.errors import listed
 from jointplay.result import Array, Result, first_largest
 from jointplay.verdict import READABLE
 
+OUTSIDE = "outside_limits"
 #: as many configurations are named one by one
 FEW = 8
 #: digits of an upper bound
@@ -32,6 +34,8 @@ class Sentence:
         Whether it holds whatever is asked, so that it is said once for all questions.
     state : str
         Of a verdict: ``held``, ``missed`` or ``not shown``.
+    is_first : bool
+        Whether it says that the machine cannot stand somewhere, so that it comes before what is said of the rest.
     """
 
     text: str
@@ -39,6 +43,7 @@ class Sentence:
     is_answer: bool = False
     is_common: bool = False
     state: str = ""
+    is_first: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,11 +98,20 @@ def of_statuses(result: Result) -> Iterator[Sentence]:
     total, found = status.size, []
     for outcome in dict.fromkeys(status[status != "ok"].reshape(-1).tolist()):
         places = np.flatnonzero(status == outcome).tolist()
-        named = f" ({', '.join(map(str, places))})" if len(places) <= FEW and 1 < total != len(places) else ""
+        told = [", ".join(map(str, places))] if len(places) <= FEW and 1 < total != len(places) else []
+        told += [leaving(result)] if outcome == OUTSIDE else []
+        named = f" ({'; '.join(told)})" if told else ""
         found.append(f"{len(places) if len(places) < total else 'all'} {outcome.replace('_', ' ')}{named}")
     of = plural(total, "configuration")
     text = f"Status of the configuration: {found[0][4:]}." if total == 1 else f"Not ok of {of}: {', '.join(found)}."
-    yield Sentence(text, is_alarm=True, is_common=True)
+    yield Sentence(text, is_alarm=True, is_common=True, is_first=OUTSIDE in status)
+
+
+def leaving(result: Result) -> str:
+    """``l1 and l2 leave their ranges``: what keeps the machine from standing at some configurations."""
+    names = sorted({*result.get("leaves_range").reshape(-1).tolist()} - {""})
+    named = listed(names) if len(names) <= FEW else f"{len(names)} drives and joints"
+    return f"{named} {'leaves its range' if len(names) == 1 else 'leave their ranges'}"
 
 
 def owners(result: Result) -> list[str]:

@@ -1,57 +1,30 @@
 """Which joints are driven: as many as the mechanism has free motions, independent of one another.
 
-To first order in the drawing. The joints of a spanning tree move freely, and the unknowns are their rates. Every other
-joint closes a loop: for each direction that it locks, a row of the unknowns says that its bodies do not move there
-against each other. Couplings and screws are rows as well. What is left, the null space N, are the free motions. Joints
-are taken in turn while the rates of their coordinates, rows c of the unknowns, are independent in c N.
+The motions N of the mechanism without drives are those that `check` counts, in a pose beside the drawing, which may be
+a special one. Joints are taken in turn while the rates of their coordinates, rows c, are independent in c N. In a tree
+they always are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from jointplay.errors import InputError, listed, not_known
+from jointplay.mobility import Probe, Sample, generic, motors
+from jointplay.model import Mechanism
 
-from .rotations import across
 from .skeleton import GROUND, Joint, Matrix, Skeleton, Vector
 
 #: kinds with one coordinate
 ANGULAR, LINEAR = ("revolute", "screw"), ("prismatic", "cylindrical", "pin_in_slot")
-#: directions that a kind leaves free, of shifts and of turns: along the axis (a) and the two across it (s, n)
-FREE: Mapping[str, tuple[str, str]] = {
-    "revolute": ("", "a"),
-    "prismatic": ("a", ""),
-    "cylindrical": ("a", "a"),
-    "spherical": ("", "asn"),
-    "planar": ("sn", "a"),
-    "pin_in_slot": ("a", "s"),
-    # Both are tied by its lead.
-    "screw": ("a", "a"),
-}
 #: largest part of a motion, of length 1, that counts as none
-SMALL = 1e-6
+SMALL = 1e-3
 
 
-@dataclass(frozen=True)
-class Driven:
-    """What drives the mechanism.
-
-    Attributes
-    ----------
-    joints : tuple of str
-        One for each drive.
-    free : int
-        How many free motions are left.
-    """
-
-    joints: tuple[str, ...]
-    free: int
-
-
-def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
+def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[], Mechanism]) -> tuple[str, ...]:
     """The driven joints.
 
     Parameters
@@ -60,6 +33,8 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
     wanted : iterable of str or None
         Names that were asked for; None for a choice of ours: joints with a motor first, then those that are nearest
         to the ground.
+    draft : callable
+        The mechanism with drives for joints that others follow only, as far as there are loops.
 
     Raises
     ------
@@ -78,19 +53,65 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
         order = list(wanted)
         for name in order:
             _check(name, joints, can)
-    rates = _Rates(skeleton)
-    motions = _null(np.array(list(rates.rows())).reshape(-1, rates.count))
+    if not has_loops(skeleton):
+        return tuple(name for name in can if name in order)
+    beside, drawn = _spaces(draft())
     taken: list[str] = []
+    if wanted is None:
+        # At a dead centre of the drawing another joint is the better one.
+        taken += [name for name in order if _take(name, beside, drawn)]
     for name in order:
-        rate = rates.coordinate(joints[name]) @ motions
-        length = float(np.linalg.norm(rate))
-        if length > SMALL:
+        if name not in taken and _take(name, beside):
             taken.append(name)
-            motions = motions @ _across(rate / length)
-        elif wanted is not None:
+        elif name not in taken and wanted is not None:
             others = f"what {listed(taken)} already move" if taken else "nothing: the joint cannot move"
             raise InputError(f"the drive of '{name}' is redundant: it would move {others}", key="drives")
-    return Driven(tuple(name for name in can if name in taken), motions.shape[1])
+    return tuple(name for name in can if name in taken)
+
+
+def has_loops(skeleton: Skeleton) -> bool:
+    """Whether there are more joints than a tree has."""
+    return len(skeleton.joints) > len(skeleton.bodies) - 1
+
+
+@dataclass
+class _Space:
+    """Motions, and how they move every coordinate.
+
+    Attributes
+    ----------
+    rates : mapping
+        Of every joint with a coordinate.
+    left : ndarray
+        A basis of the motions that no joint has been taken for, by column.
+    """
+
+    rates: Mapping[str, Vector]
+    left: Matrix = field(repr=False)
+
+
+def _spaces(m: Mechanism) -> tuple[_Space, _Space]:
+    """The free motions beside the drawing, and in it to first order."""
+    probe = Probe(m)
+
+    def space(sample: Sample) -> _Space:
+        ties, _ = motors(m, sample.rates[probe.driven], m.length)
+        rates = sample.rates @ sample.motions(ties)
+        names = [m.joints[joint] for joint in probe.drivable]
+        return _Space(dict(zip(names, rates, strict=True)), np.eye(rates.shape[1]))
+
+    return space(generic(probe, away=True).sample), space(next(probe.samples()))
+
+
+def _take(name: str, *spaces: _Space) -> bool:
+    """Take a joint where it moves something that none of those before moves, in every space; say whether it does."""
+    rates = [space.rates[name] @ space.left for space in spaces]
+    lengths = [float(np.linalg.norm(rate)) for rate in rates]
+    if min(lengths) <= SMALL:
+        return False
+    for space, rate, length in zip(spaces, rates, lengths, strict=True):
+        space.left = space.left @ _across(rate / length)
+    return True
 
 
 def _check(name: str, joints: Mapping[str, Joint], can: list[str]) -> None:
@@ -100,12 +121,6 @@ def _check(name: str, joints: Mapping[str, Joint], can: list[str]) -> None:
         if follows:
             raise InputError(f"'{name}' follows '{follows[0]}', which can be driven", key="drives")
         raise InputError(not_known(name, "a joint that can be driven", can), key="drives")
-
-
-def _null(rows: Matrix) -> Matrix:
-    """An orthonormal basis of what all rows leave, as columns."""
-    _, singular, right = np.linalg.svd(rows)
-    return np.asarray(right[int(np.sum(singular > SMALL * singular.max(initial=1.0))) :].T)
 
 
 def _across(unit: Vector) -> Matrix:
@@ -145,69 +160,3 @@ def spanning(skeleton: Skeleton) -> Iterator[tuple[Joint, str, str, float]]:
                 reached.add(step[2])
                 waiting.append(step[2])
                 yield step
-
-
-class _Rates:
-    """Rates of the joints of the spanning tree: the unknowns. Lengths are in units of the mechanism."""
-
-    def __init__(self, skeleton: Skeleton) -> None:
-        self.joints = skeleton.joints
-        points = np.array([joint.place.at for joint in self.joints]).reshape(-1, 3)
-        self.size = float(np.ptp(points, axis=0).max()) or 1.0 if len(points) else 1.0
-        #: of every body the twists (v at the origin, w) of the rates that move it, by the number of the rate
-        self.twists: dict[str, dict[int, Vector]] = {GROUND: {}}
-        self.tree: dict[str, int] = {}
-        self.count = 0
-        for joint, one, other, sign in spanning(skeleton):
-            self.tree[joint.name] = self.count
-            own = dict(self.twists[one])
-            for twist in self._free(joint):
-                own[self.count] = sign * twist
-                self.count += 1
-            self.twists[other] = own
-
-    def _directions(self, joint: Joint) -> dict[str, Vector]:
-        a = joint.place.axis if joint.place.axis is not None else np.array([0.0, 0.0, 1.0])
-        # A pin turns in its slot about the normal of the plane.
-        s = np.array([0.0, 0.0, 1.0]) if joint.kind == "pin_in_slot" else across(a)
-        return {"a": a, "s": s, "n": np.cross(a, s)}
-
-    def _free(self, joint: Joint) -> list[Vector]:
-        """Twists of the second body against the first."""
-        directions, (shifts, turns) = self._directions(joint), FREE[joint.kind]
-        at = joint.place.at / self.size
-        along = [np.concatenate([directions[d], np.zeros(3)]) for d in shifts]
-        return along + [np.concatenate([np.cross(at, directions[d]), directions[d]]) for d in turns]
-
-    def _moves(self, joint: Joint, shift: Vector, turn: Vector) -> Vector:
-        """The row of a motion of the second body against the first: along a direction at the joint, and about one."""
-        measure = np.concatenate([shift, np.cross(joint.place.at / self.size, shift) + turn])
-        row = np.zeros(self.count)
-        for body, sign in zip(joint.bodies, (-1.0, 1.0), strict=True):
-            for number, twist in self.twists.get(body, {}).items():
-                row[number] += sign * (measure @ twist)
-        return row
-
-    def coordinate(self, joint: Joint, *, travel: bool = False) -> Vector:
-        """The row of the rate of a joint's coordinate, of a screw its angle or its travel."""
-        axis, zero = self._directions(joint)["a"], np.zeros(3)
-        return self._moves(joint, axis, zero) if travel or joint.kind in LINEAR else self._moves(joint, zero, axis)
-
-    def rows(self) -> Iterator[Vector]:
-        """What has to be zero."""
-        named = {joint.name: joint for joint in self.joints}
-        zero = np.zeros(3)
-        for joint in self.joints:
-            if joint.name not in self.tree:
-                shifts, turns = FREE[joint.kind]
-                for name, direction in self._directions(joint).items():
-                    if name not in shifts:
-                        yield self._moves(joint, direction, zero)
-                    if name not in turns:
-                        yield self._moves(joint, zero, direction)
-            if joint.kind == "screw":
-                lead = joint.lead / (2 * np.pi) / self.size
-                yield self.coordinate(joint, travel=True) - lead * self.coordinate(joint)
-            if joint.follows:
-                leader, factor, _ = joint.follows
-                yield self.coordinate(joint) - factor * self.coordinate(named[leader])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, not_known, shown
-from jointplay.schema.values import is_number
+from jointplay.schema.values import is_finite
 
 from .shaping import legal, link_called
 from .skeleton import Frame, Joint, Place, Skeleton
@@ -83,6 +83,6 @@ def _place(key: str, value: Any, frame: Frame) -> Place:
 
 
 def _triple(key: str, value: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(number) for number in value):
+    if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_finite(number) for number in value):
         raise InputError(f"three numbers are needed, [x, y, z], not {shown(value)}", key=key)
     return np.array([float(number) for number in value])

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from itertools import combinations
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.schema.values import is_number
+from jointplay.errors import InputError, in_range, listed, not_known, shown
+from jointplay.schema.values import is_finite, is_number
 from jointplay.toml import read as read_text
 
 from .options import Options
@@ -24,6 +25,8 @@ from .pins import connected, pins
 from .skeleton import Body, Frame, Joint, Place, Skeleton, Vector
 
 MILLIMETRE = 1e-3
+#: joints and links that are read; the time to find rigid ones grows faster than their number
+MOST_PARTS = 1000
 #: types of joints and links, as the format writes them
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 LINKS = ("ground", "driver", "arc_driver", "link")
@@ -96,10 +99,11 @@ def _list(data: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
     value = data[key]
     if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
         raise InputError(f"a list of tables is needed, not {shown(value)}", key=key)
-    names = [entry.get("id") for entry in value]
-    twice = [str(name) for name in names if names.count(name) > 1]
+    in_range(len(value), key, "a number of them that is read", 0, MOST_PARTS)
+    counts = Counter(str(entry.get("id")) for entry in value)
+    twice = [name for name, count in counts.items() if count > 1]
     if twice:
-        raise InputError(f"are there more than once: {listed(dict.fromkeys(twice))}", key=key)
+        raise InputError(f"are there more than once: {listed(twice)}", key=key)
     return value
 
 
@@ -133,29 +137,39 @@ def _rigid(held: dict[str, set[str]], ground: str) -> tuple[dict[str, str], list
     body_of = {name: name for name in held}
     groups = {name: set(joints) for name, joints in held.items()}
 
-    def join(names: tuple[str, ...]) -> None:
-        first = ground if ground in names else names[0]
-        for other in names:
-            if other != first:
+    order = {name: k for k, name in enumerate(held)}
+    while ties := dict.fromkeys(_rigidly_tied(groups)):
+        for names in ties:
+            first, *others = sorted({body_of[name] for name in names}, key=lambda name: (name != ground, order[name]))
+            for other in others:
                 groups[first] |= groups.pop(other)
                 body_of.update({link: first for link, body in body_of.items() if body == other})
-
-    while (names := _rigidly_tied(groups)) is not None:
-        join(names)
     made = [[link for link, body in body_of.items() if body == own] for own in groups]
     notes = [f"These links hold one another and are one body: {listed(links)}." for links in made if len(links) > 1]
     return body_of, notes
 
 
-def _rigidly_tied(groups: Mapping[str, set[str]]) -> tuple[str, ...] | None:
-    for one, other in combinations(groups, 2):
-        if len(groups[one] & groups[other]) > 1:
-            return one, other
-    for three in combinations(groups, 3):
-        shared = [groups[one] & groups[other] for one, other in combinations(three, 2)]
-        if all(shared) and len(set.union(*shared)) == 3:
-            return three
-    return None
+def _rigidly_tied(groups: Mapping[str, set[str]]) -> Iterator[tuple[str, ...]]:
+    """Links that share two pins; where there are none, three that form a triangle of pins."""
+    holding: dict[str, list[str]] = {}
+    between: dict[tuple[str, str], str] = {}
+    is_found = False
+    for name, joints in groups.items():
+        for joint in joints:
+            holding.setdefault(joint, []).append(name)
+        for pair in permutations(sorted(joints), 2):
+            if between.setdefault(pair, name) != name:
+                is_found = True
+                yield between[pair], name
+    if is_found:
+        return
+    # One link has the pins p and r, the second p and q, the third q and r.
+    for (p, r), one in between.items():
+        for other in holding[p]:
+            for q in groups[other] - {p} if other != one else ():
+                third = between.get((q, r))
+                if third is not None and third not in (one, other):
+                    yield one, other, third
 
 
 def _position(name: str, joint: Mapping[str, Any], joints: Mapping[str, Any]) -> Vector:
@@ -187,7 +201,7 @@ def _pair(value: object, key: str) -> Vector:
 
 
 def _number(value: Any, key: str) -> float:
-    if not is_number(value) or not math.isfinite(value):
+    if not is_finite(value):
         raise InputError(f"a number is needed, not {shown(value)}", key=key)
     return float(value)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +12,21 @@ import numpy as np
 
 from jointplay.analyses.check import compute
 from jointplay.errors import InputError, in_range, listed, not_known, shown
+from jointplay.mobility import Mobility, examine, misfit_words
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
-from jointplay.schema.values import is_number
+from jointplay.schema.values import is_finite
 from jointplay.typed import typed
 
 from .bounds import require_bounded
-from .driving import choose, distances
+from .driving import choose, distances, has_loops
 from .looping import with_loops
 from .options import Options
 from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
-from .skeleton import GROUND, Skeleton, Vector
-from .writing import has_loops, text
+from .skeleton import GROUND, Skeleton, Vector, noted
+from .writing import text
 
 #: the point that is the output where none is asked for
 OUTPUT = "output"
@@ -146,24 +147,33 @@ def _imported(path: Path, options: Options) -> Imported:
     drives = _drives(skeleton, options)
     if options.planar:
         skeleton = projected(skeleton, drives or ())
-    chosen = choose(skeleton, drives)
-    if chosen.free:
-        free = f"{chosen.free} free motion{'s' * (chosen.free > 1)}"
-        note = f"{free} without a drive: `jointplay check` says which, and which of them are spins that do not matter."
-        skeleton = replace(skeleton, notes=(*skeleton.notes, note))
-    loose = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in chosen.joints]
+    output = _output(skeleton, options.output)
+    leaders = {joint.follows[0]: None for joint in skeleton.joints if joint.follows}
+
+    def draft() -> Mechanism:
+        return loads(text(skeleton, path.name, leaders, output, {}), path.name)
+
+    chosen = choose(skeleton, drives, draft)
+    loose = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in chosen]
     if loose:
-        note = f"These joints follow joints without a drive, which is left out: {listed(loose)}."
-        skeleton = replace(skeleton, notes=(*skeleton.notes, note))
-    values = {name: drives[name] if drives else None for name in chosen.joints}
+        skeleton = noted(skeleton, f"These joints follow joints without a drive, which is left out: {listed(loose)}.")
+    values = {name: drives[name] if drives else None for name in chosen}
     clearance, options_of = _clearances(skeleton, options.clearance)
-    written = text(skeleton, path.name, values, _output(skeleton, options.output), clearance)
+    written = text(skeleton, path.name, values, output, clearance)
     try:
         m = loads(written, path.name)
     except InputError as error:
         raise _as_asked(error, options_of) from None
+    mobility = examine(m)
     if has_loops(skeleton):
-        _check_closed(m)
+        _check_closed(m, mobility)
+    remarks = (*mobility.problems, *mobility.remarks)
+    if mobility.misfit is not None:
+        remarks = (*remarks, misfit_words(m, mobility.misfit))
+    if remarks:
+        skeleton = noted(skeleton, *(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+        written = text(skeleton, path.name, values, output, clearance)
+        m = loads(written, path.name)
     return Imported(written, m, skeleton.notes)
 
 
@@ -173,7 +183,7 @@ def _drives(skeleton: Skeleton, options: Options) -> dict[str, list[float] | Non
     found: dict[str, list[float] | None] = {}
     for name, given in options.drives.items():
         values: list[Any] = list(given) if isinstance(given, list | tuple) else [given]
-        if given is not None and not all(is_number(value) for value in values):
+        if given is not None and not all(is_finite(value) for value in values):
             raise InputError(f"a number or a list of them is needed, not {shown(given)}", key=f"drives {name}")
         found[joint_called(skeleton, name)] = None if given is None else [float(value) for value in values]
     return found
@@ -233,9 +243,14 @@ def _as_asked(error: InputError, options_of: Mapping[str, str]) -> InputError:
     return error
 
 
-def _check_closed(m: Mechanism) -> None:
+def _check_closed(m: Mechanism, mobility: Mobility) -> None:
     """Refuse loops that cannot be closed with the first values of the drives."""
+    if mobility.assembled and (mobility.motions or not m.drives):
+        # Drives are missing, and joints are closed without them.
+        return
     assert m.drive_values is not None
-    if not np.isfinite(m.core.solve(np.ascontiguousarray(m.drive_values[:1]))["poses"]).all():
+    first = np.ascontiguousarray(m.drive_values[:1])
+    # A special pose is closed, too, but nothing is solved there.
+    if not np.isfinite(m.core.solve(first)["poses"]).all() and not m.core.assemble(first[0])["converged"]:
         reason = str(compute(m).attrs.get("failure", "")).replace("\n", " ")
         raise InputError(f"its loops cannot be closed. {reason}".rstrip())

@@ -11,6 +11,7 @@ It is read here and not by a library: the bindings of libsdformat are no wheels,
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from jointplay.errors import listed, not_known
+from jointplay.errors import listed, not_known, shown
 from jointplay.poses import matrix
 
 from .options import Options
@@ -26,6 +27,8 @@ from .rotations import from_rpy
 from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, free
 from .xml import DEEPEST, Reading, counts, parse
 
+#: int() takes other digits, too, and refuses very many
+VERSION = re.compile(r"[0-9]{1,4}(\.[0-9]{1,4}){0,3}")
 WORLD = "world"
 MODEL = "__model__"
 SEPARATOR = "::"
@@ -91,10 +94,10 @@ class _File:
 
     def __init__(self, reading: Reading, root: Element) -> None:
         self.reading, self.root = reading, root
-        version = (root.get("version") or "1.7").split(".")
-        if not all(word.isdigit() for word in version):
-            raise reading.refuse(f"'{root.get('version')}' is no version of SDF, such as 1.7", "version")
-        self.version = tuple(map(int, version))
+        version = (root.get("version") or "1.7").strip()
+        if VERSION.fullmatch(version) is None:
+            raise reading.refuse(f"{shown(version)} is no version of SDF, such as 1.7", "version")
+        self.version = tuple(map(int, version.split(".")))
         #: links, joints, frames and models by their whole names
         self.named: dict[str, _Named] = {}
         self.links: list[str] = []

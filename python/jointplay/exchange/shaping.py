@@ -240,6 +240,10 @@ def leading(skeleton: Skeleton) -> Skeleton:
         if offset:
             shifted.append(joint.name)
     notes = skeleton.notes
+    following = [joint.name for joint in made if joint.follows]
+    if following:
+        exactly = "A linkage, gears or a belt that this stands for have play, which is in no result."
+        notes = (*notes, f"These joints follow others exactly: {listed(following)}. {exactly}")
     if gone:
         notes = (*notes, f"These joints follow joints that are no more, and are free: {listed(gone)}.")
     if shifted:

@@ -8,7 +8,7 @@ z is zero, and axes of revolute joints are (0, 0, 1).
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,3 +182,8 @@ class Skeleton:
     other_links: Mapping[str, str] = field(default_factory=dict)
     other_joints: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+
+def noted(skeleton: Skeleton, *notes: str) -> Skeleton:
+    """With further notes."""
+    return replace(skeleton, notes=(*skeleton.notes, *notes))

@@ -15,6 +15,7 @@ from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.toml import number, numbers
 from jointplay.units import Units
 
+from .driving import has_loops
 from .rotations import across, aligning
 from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
 
@@ -199,11 +200,6 @@ def _placement(skeleton: Skeleton, joint: Joint, place: Place, body: Body, side:
 # --- what moves -----------------------------------------------------------------------------------------------------
 
 
-def has_loops(skeleton: Skeleton) -> bool:
-    """Whether there are more joints than a tree has."""
-    return len(skeleton.joints) > len(skeleton.bodies) - 1
-
-
 def _start(skeleton: Skeleton) -> Iterator[str]:
     """Poses of the bodies in the drawing, where it decides on which branch loops are closed."""
     moving = {name: body for name, body in skeleton.bodies.items() if name != GROUND}
@@ -232,8 +228,12 @@ def _drives(skeleton: Skeleton, drives: Mapping[str, Sequence[float] | None]) ->
     joints = {joint.name: joint for joint in skeleton.joints}
     # Drives run together: a proposal has as many values as those that were given.
     count = max((len(values) for values in drives.values() if values is not None and len(values) > 1), default=COUNT)
+    following: dict[str, list[Joint]] = {}
+    for joint in skeleton.joints:
+        if joint.follows:
+            following.setdefault(joint.follows[0], []).append(joint)
     for name, values in drives.items():
-        followers = [joint for joint in skeleton.joints if joint.follows and joint.follows[0] == name]
+        followers = following.get(name, ())
         moved = f"joint = {_string(name)}"
         if followers:
             # The motor has the unit of the first joint.

@@ -74,7 +74,7 @@ class Closing:
             for _ in range(12):
                 step = -np.linalg.solve(normal + damping * np.diag(1e-9 + np.diag(normal)), slope)
                 step *= min(1.0, LARGEST_STEP / max(float(np.abs(step).max()), 1e-300))
-                trial = poses.moved(at, (step * self.unknowns).reshape(len(at), -1))
+                trial = poses.moved(at, (step * self.unknowns).reshape(len(at), -1), self.core.origins)
                 found = self.gaps(drives, trial)
                 next_value = float(np.square(weight * found).sum())
                 if next_value < value:
@@ -123,7 +123,7 @@ def starts(m: Mechanism, start: Floats, count: int, size: float = 1.0) -> Iterat
     for _ in range(count):
         turned = np.where(lengths, m.length * rng.uniform(-1.0, 1.0, (len(start), len(lengths))), 0.0)
         angles = np.where(lengths, 0.0, np.pi * rng.uniform(-1.0, 1.0, (len(start), len(lengths))))
-        yield poses.moved(start, size * (turned + angles))
+        yield poses.moved(start, size * (turned + angles), m.core.origins)
 
 
 def in_order(edges: Sequence[tuple[int, int]], names: Sequence[int]) -> list[int] | None:

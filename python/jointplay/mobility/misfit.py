@@ -26,6 +26,8 @@ CLOSED = 1e-9
 SECOND_ORDER = 1e-3
 #: step of a length for a derivative, as a share of the characteristic one
 STEP = 1e-6
+#: changes of a length that are named
+MOST_CURES = 3
 #: share of the misfit that a single length may leave open and still count as closing it: the second order
 LEFT = 0.02
 
@@ -130,3 +132,24 @@ def _lengths(m: Mechanism, placed: Floats) -> Iterator[tuple[str, str, str, dict
             there = [k for k in joints if np.linalg.norm(places[k] - places[point]) <= CLOSED * m.length]
             turned = {k: poses.matrix(placed[points[k]["body"]]).T @ direction for k in there}
             yield owner, first, name, turned
+
+
+def misfit_words(m: Mechanism, found: Misfit) -> str:
+    """What does not close, and what would close it, in units of the file."""
+    cures = [
+        f"'{body}' {abs(length) / m.units.length:.4g} {m.units.length_name} {'longer' if length > 0 else 'shorter'}"
+        f" from {first} to {second}"
+        for body, first, second, length in found.cures[:MOST_CURES]
+    ]
+    would = f"it closes with {' or '.join(cures)}" if cures else "no single length closes it"
+    return f"as drawn, joints stay open where all others are closed: {gaps_words(m, found)}; {would}"
+
+
+def gaps_words(m: Mechanism, found: Misfit) -> str:
+    """By how much every joint is open."""
+    units, gaps = m.units, []
+    for joint, (gap, turn) in found.gaps.items():
+        sizes = [f"{gap / units.length:.4g} {units.length_name}"] if gap > 0.0 else []
+        sizes += [f"{turn / units.angle:.4g} {units.angle_name}"] if turn > 0.0 else []
+        gaps.append(f"'{joint}' by {' and '.join(sizes)}")
+    return ", ".join(gaps)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from .probe import TAKES_PART, Floats, Probe, Sample
 from .spins import spin_words
 from .words import joined
 
+#: bodies that are named of those that move together
+MOST_NAMES = 8
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -26,27 +30,34 @@ class Motion:
         The bodies that move.
     joints : tuple of str
         The joints whose coordinate changes; driving one of them takes the motion away.
-    words : str
-        The same as a phrase.
+    told : callable
+        Makes a phrase of it. That takes long where hundreds of motions are free, of which few are told.
     """
 
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
-    words: str
+    told: Callable[[], str] = field(repr=False, compare=False)
+
+    @property
+    def words(self) -> str:
+        """The same as a phrase."""
+        return self.told()
 
 
-def free_motions(probe: Probe, sample: Sample, null: Floats) -> list[Motion]:
-    """The null space as motions of one joint each, as far as joints distinguish them, and of few bodies each."""
-    rates = sample.coordinates @ null
+def free_motions(probe: Probe, sample: Sample, motions: Floats) -> list[Motion]:
+    """Motions over the relative coordinates as those of one joint each, and of few bodies each, as far as that goes."""
+    null, rates = sample.relative.twists @ motions, sample.rates @ motions
     left = list(range(null.shape[1]))
 
     def part(own: Floats, row: int, pivot: int) -> None:
         """Let one motion alone have what a row of a table says."""
         scale = 1.0 / own[row, pivot]
-        others = [k for k in range(null.shape[1]) if k != pivot]
+        others = np.flatnonzero(own[row])
+        others = others[others != pivot]
         shares = own[row, others] * scale
         for table in (null, rates):
-            table[:, others] -= np.outer(table[:, pivot], shares)
+            if len(others):
+                table[:, others] -= np.outer(table[:, pivot], shares)
             table[:, pivot] *= scale
         left.remove(pivot)
 
@@ -68,16 +79,19 @@ def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
     bodies = tuple(dict.fromkeys(owner for owner, moves in zip(m.owners, moving, strict=True) if moves))
     turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
+    return Motion(bodies, joints, lambda: f"{_words(m, bodies, parts[moving])}{_namesake(m, bodies)}")
+
+
+def _words(m: Mechanism, bodies: tuple[str, ...], parts: Floats) -> str:
     turned = next((s for s in m.spins if s.load is not None and {m.owners[b] for b in s.bodies} == set(bodies)), None)
     if turned is not None and turned.load is not None:
-        words = f"{spin_words(m, turned)}, {turned.load} turns it"
-    elif len(bodies) == 1:
-        angles = ~np.isin(m.components, LENGTHS)
-        turns = parts[int(moving.argmax()), angles].max() > TAKES_PART
-        words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"
-    else:
-        words = f"{joined([repr(body) for body in bodies])} move together"
-    return Motion(bodies, joints, f"{words}{_namesake(m, bodies)}")
+        return f"{spin_words(m, turned)}, {turned.load} turns it"
+    if len(bodies) == 1:
+        turns = parts[0, ~np.isin(m.components, LENGTHS)].max() > TAKES_PART
+        return f"'{bodies[0]}' {'turns' if turns else 'slides'}"
+    named = [repr(body) for body in bodies[:MOST_NAMES]]
+    more = len(bodies) - len(named)
+    return f"{joined([*named, f'{more} more'] if more else named)} move together"
 
 
 def _namesake(m: Mechanism, bodies: tuple[str, ...]) -> str:

@@ -18,7 +18,8 @@ from jointplay import poses
 from jointplay.compile import LENGTHS, TURNS
 from jointplay.model import Mechanism
 
-from .probe import RANK, TAKES_PART, Floats, Probe, Sample, null
+from .probe import RANK, TAKES_PART, Floats, Probe, Sample
+from .relative import null
 from .words import joined
 
 #: how many orders of joints are tried for every self-stress
@@ -57,7 +58,7 @@ class SelfStress:
 
 def self_stresses(probe: Probe, sample: Sample) -> list[SelfStress]:
     """A readable basis of the self-stresses, the one through the fewest joints first."""
-    basis = null(sample.joints.T, sample.tolerance)
+    basis = np.linalg.qr(sample.dependences([]))[0]
     joints = np.array([joint for joint, _ in probe.rows[: len(sample.joints)]])
     sparse = sparse_basis(basis, joints)
     return sorted((_told(probe, sample, stress) for stress in sparse.T), key=lambda stress: len(stress.joints))
@@ -164,7 +165,7 @@ def _reaction(m: Mechanism, sample: Sample, joint: int, generalised: Floats) -> 
     wrench = sign * generalised[body * size : (body + 1) * size]
     point = m.core_spec["points"][m.core_spec["joints"][joint]["second"]]["at"]
     at = np.array(point) if second < 0 else poses.place(sample.poses[second], point)
-    lever = at - poses.position(sample.poses[body])
+    lever = at - poses.place(sample.poses[body], m.core.origins[body])
     lengths = sum(component in LENGTHS for component in m.components)
     force = np.zeros(3)
     force[:lengths] = wrench[:lengths]

@@ -141,7 +141,7 @@ class _Drawing:
         self.m, self.result, self.spec = m, result, m.core_spec
         self.size = 3 if m.pose_size == poses.SPATIAL else 2
         at, number = nominal(m), int(result.attrs["at_configuration"])
-        self.at = replace(at, **{key: value[[number]] for key, value in vars(at).items() if key != "units"})
+        self.at = at.at(number)
         self.view = OBLIQUE if self.size == 3 else PLAN
         self.places = places(m, np.vstack([at.poses[number], poses.ground(m.pose_size)]))
         self.extent = float(np.ptp(self.places, axis=0).max()) or 1.0

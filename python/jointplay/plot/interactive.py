@@ -18,7 +18,7 @@ import numpy as np
 from jointplay import pages
 from jointplay.errors import JointplayError, one_line
 
-from .cells import boundaries, cell_edges
+from .cells import boundaries, cell_edges, crossings
 from .isosurface import isosurface
 from .layers import Layers
 from .style import mixed, theme
@@ -32,10 +32,22 @@ Texts = np.ndarray[Any, np.dtype[np.str_]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 COLOUR_SCALE = "Cividis"
 #: nodes without a trusted number: how much of the grey their colour has, the rest is paper
-UNTRUSTED = {"not_assembled": 0.35, "singular": 0.6, "underconstrained": 0.8, "not_assemblable": 1.0}
+UNTRUSTED = {
+    "not_assembled": 0.35,
+    "other_branch": 0.2,
+    "outside_limits": 0.5,
+    "singular": 0.6,
+    "underconstrained": 0.8,
+    "not_assemblable": 1.0,
+}
+#: nodes that the machine cannot reach are strewn with strokes, so that no shade of grey has to tell them
+STROKES = {"other_branch": "line-ne-open", "outside_limits": "line-nw-open"}
+#: along an axis so many of these nodes have a stroke, at most
+MOST_STROKES = 40
 #: nodes that are in order and have no value all the same, such as those without a bound
 VALUELESS = "no value"
 CONTACT = "a contact changes sides"
+SINGULAR = "singular pose"
 #: quantiles of the nodes through which iso-surfaces are drawn
 LEVELS = (0.25, 0.5, 0.75)
 #: slices that a slider goes through
@@ -67,7 +79,8 @@ def figure_of(layers: Layers, span: tuple[float, float]) -> Any:
     """The plotly figure of a page."""
     if find_spec("plotly") is None:
         raise JointplayError("an interactive page needs plotly: pip install 'jointplay[plot]'")
-    shown = Shown(_escaped(layers.value), layers.status, layers.contact_change, span, layers.bounds)
+    between = (layers.contact_change, layers.singular)
+    shown = Shown(_escaped(layers.value), layers.status, *between, span, layers.bounds)
     title, value = escape(one_line(layers.title)), shown.value
     figure = (_line, _heat, _slices)[value.ndim - 1](shown, title)
     look = theme()
@@ -84,6 +97,7 @@ class Shown:
     value: xr.DataArray
     status: Texts
     contact_change: Flags
+    singular: Floats
     span: tuple[float, float]
     #: limits of the quantity
     bounds: tuple[float, ...]
@@ -97,9 +111,8 @@ class Shown:
 
     def slice(self, k: int) -> Shown:
         """A slice across the last axis."""
-        return Shown(
-            self.value[:, :, k], self.status[:, :, k], self.contact_change[:, :, k, :2], self.span, self.bounds
-        )
+        between = (self.contact_change[:, :, k, :2], self.singular[:, :, k, :2])
+        return Shown(self.value[:, :, k], self.status[:, :, k], *between, self.span, self.bounds)
 
 
 def valueless(value: xr.DataArray, status: Texts) -> Flags:
@@ -156,6 +169,11 @@ def _line(shown: Shown, title: str) -> Any:
         figure.add_trace(
             go.Scatter(x=[None], y=[None], mode="lines", name=CONTACT, line={"color": theme().ink, "dash": "dot"})
         )
+    places = singular_places(along.values, shown.singular)
+    for place in places:
+        figure.add_vline(place, line=_dots())
+    if places:
+        figure.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name=SINGULAR, line=_dots()))
     for bound in shown.bounds:
         figure.add_hline(bound, line=_dashes(), annotation_text=_limit(value, bound))
     return figure
@@ -164,6 +182,17 @@ def _line(shown: Shown, title: str) -> Any:
 def _dashes() -> dict[str, Any]:
     """How a limit is drawn."""
     return {"color": theme().ink, "width": 2, "dash": "dash"}
+
+
+def _dots() -> dict[str, Any]:
+    """How a line of singular poses is drawn."""
+    return {"color": theme().alarm, "width": 2.5, "dash": "dashdot"}
+
+
+def singular_places(x: Floats, parts: Floats) -> list[float]:
+    """Where a map along one axis becomes singular between nodes."""
+    known = np.flatnonzero(np.isfinite(parts[:-1, 0]))
+    return [float(x[k] + parts[k, 0] * (x[k + 1] - x[k])) for k in known.tolist()]
 
 
 def _limit(value: xr.DataArray, bound: float) -> str:
@@ -175,7 +204,26 @@ def _key(name: str, colour: str) -> Any:
     import plotly.graph_objects as go
 
     marker = {"color": colour, "symbol": "square", "size": 12, "line": {"color": theme().grey, "width": 0.5}}
+    if symbol := STROKES.get(name.replace(" ", "_")):
+        marker = _stroke(symbol)
     return go.Scatter(x=[None], y=[None], mode="markers", name=name, marker=marker, showlegend=True)
+
+
+def _stroke(symbol: str) -> dict[str, Any]:
+    return {"symbol": symbol, "size": 9, "line": {"color": theme().ink, "width": 1.2}}
+
+
+def _strewn(x: Floats, y: Floats, there: Flags, name: str) -> Any:
+    """Strokes on the nodes of a status."""
+    import plotly.graph_objects as go
+
+    every = tuple(-(-size // MOST_STROKES) for size in there.shape)
+    i, j = (np.flatnonzero(np.arange(size) % step == 0) for size, step in zip(there.shape, every, strict=True))
+    some = there[np.ix_(i, j)]
+    # Of a status on few nodes all have one.
+    places = np.argwhere(some) * every if some.sum() * every[0] * every[1] > there.sum() / 2 else np.argwhere(there)
+    look = {"mode": "markers", "name": name, "marker": _stroke(STROKES[name.replace(" ", "_")])}
+    return go.Scatter(x=x[places[:, 0]], y=y[places[:, 1]], **look, showlegend=False, hoverinfo="skip")
 
 
 def _statuses(shown: Shown) -> Iterator[tuple[str, str, Flags]]:
@@ -227,11 +275,17 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
                 hovertemplate=f"{hover}<br>{name}<extra></extra>",
             )
         )  # fmt: skip
+        if name.replace(" ", "_") in STROKES:
+            traces.append(_strewn(across.values, up.values, there, name))
     if shown.contact_change.any():
         lines = boundaries(across.values, up.values, shown.contact_change)
         x, y = (np.array([[*(point[axis] for point in line), np.nan] for line in lines]).ravel() for axis in (0, 1))
         look = {"color": theme().ink, "width": 1.5}
         traces.append(go.Scatter(x=x, y=y, mode="lines", name=CONTACT, line=look, hoverinfo="skip", showlegend=True))
+    if lines := crossings(across.values, up.values, shown.singular):
+        x, y = (np.array([[*(point[axis] for point in line), np.nan] for line in lines]).ravel() for axis in (0, 1))
+        line = {"x": x, "y": y, "mode": "lines", "name": SINGULAR, "line": _dots()}
+        traces.append(go.Scatter(**line, hoverinfo="skip", showlegend=True))
     for bound in shown.bounds:
         only = {"start": bound, "end": bound, "size": 1.0, "coloring": "none"}
         traces.append(

@@ -22,6 +22,8 @@ class Layers:
     status : ndarray of str
     contact_change : ndarray of bool
         Over nodes and axes: between a node and the next one.
+    singular : ndarray
+        Over nodes and axes: the part of the way to the next node at which the mechanism becomes singular.
     title : str
     bounds : tuple of float
         The limits of the quantity.
@@ -30,6 +32,7 @@ class Layers:
     value: xr.DataArray
     status: np.ndarray[Any, np.dtype[np.str_]]
     contact_change: np.ndarray[Any, np.dtype[np.bool_]]
+    singular: np.ndarray[Any, np.dtype[np.float64]]
     title: str
     bounds: tuple[float, ...] = ()
 

@@ -20,13 +20,13 @@ from jointplay.errors import InputError
 from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity
 from jointplay.typed import typed
 
-from .cells import boundaries, cell_edges
-from .interactive import VALUELESS, page, valueless
+from .cells import boundaries, cell_edges, crossings
+from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless
 from .layers import Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
-from .style import Style, limit_line, series, theme, using
+from .style import Style, limit_line, series, singular_line, theme, using
 from .words import beside, headline, is_plan, labelled, legend, title
 
 if TYPE_CHECKING:
@@ -36,7 +36,15 @@ Floats = np.ndarray[Any, np.dtype[np.float64]]
 #: even steps of lightness: it survives colour blindness and a black-and-white printer
 COLOUR_MAP = "cividis"
 #: how nodes are hatched that have no trusted number
-HATCHED = {"not_assembled": "", "singular": "xxxx", "underconstrained": "----", "not_assemblable": "++++"}
+HATCHED = {
+    "not_assembled": "",
+    "other_branch": "////",
+    "outside_limits": "\\\\\\\\",
+    "singular": "xxxx",
+    "underconstrained": "----",
+    "not_assemblable": "++++",
+}
+CROSSING = "singular_crossing"
 #: slices of a map with three axes
 SLICES = 4
 #: height and largest width of a plan, width of a slice, height of a line of letters, inches
@@ -110,14 +118,18 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     found = quantity(result, variable)
     status = _values(result, "status").astype(str)
     dims = str(result.attrs["grid"]).split(", ")
-    changes = np.zeros((*status.shape, status.ndim), dtype=bool)
-    if "contact_change" in (result.data if isinstance(result, Result) else result.data_vars):
+    between = (*status.shape, status.ndim)
+    variables = result.data if isinstance(result, Result) else result.data_vars
+    changes, singular = np.zeros(between, bool), np.full(between, np.nan)
+    if "contact_change" in variables:
         changes = _values(result, "contact_change").astype(bool)
+    if CROSSING in variables:
+        singular = _values(result, CROSSING)
     trusted = np.isin(status, [*HATCHED, ""], invert=True)
     coords = {dim: _coordinate(result, dim) for dim in dims}
     attrs = {"long_name": found.long_name, "units": found.units}
     value = xr.DataArray(np.where(trusted, found.values, np.nan), coords, dims, attrs=attrs)
-    return Layers(value, status, changes, title, bounds(result, variable))
+    return Layers(value, status, changes, singular, title, bounds(result, variable))
 
 
 def _values(result: Result | xr.Dataset, name: str) -> np.ndarray[Any, np.dtype[Any]]:
@@ -187,6 +199,11 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     if shown.contact_change.any():
         axes.add_collection(LineCollection(boundaries(x, y, shown.contact_change), colors=theme().ink, linewidths=1.4))
         handles.append(Line2D([], [], color=theme().ink, label="a contact changes sides"))
+    if lines := crossings(x, y, shown.singular):
+        look, behind = singular_line(), _behind()
+        style = {"colors": look["color"], "linewidths": look["linewidth"], "linestyles": [look["linestyle"]]}
+        axes.add_collection(LineCollection(lines, path_effects=behind, **style))
+        handles.append(Line2D([], [], **look, path_effects=behind, label=SINGULAR))
     handles += _limits(shown, axes)
     if is_plan(value):
         axes.set_aspect("equal")
@@ -233,6 +250,9 @@ def _line(shown: Layers, axes: Axes) -> None:
         )
     for k in np.flatnonzero(shown.contact_change[:-1, 0]):
         axes.axvline(edges[k + 1], color=theme().ink, linestyle=":", linewidth=1.0)
+    places = singular_places(x, shown.singular)
+    for place in places:
+        axes.axvline(place, **singular_line())
     handles: list[Any] = [
         Patch(facecolor=theme().unreached, edgecolor=theme().grey, hatch=hatch, label=status.replace("_", " "))
         for status, hatch in HATCHED.items()
@@ -240,6 +260,8 @@ def _line(shown: Layers, axes: Axes) -> None:
     ]
     if shown.contact_change.any():
         handles.append(Line2D([], [], color=theme().ink, linestyle=":", label="a contact changes sides"))
+    if places:
+        handles.append(Line2D([], [], **singular_line(), label=SINGULAR))
     for bound in shown.bounds:
         axes.axhline(bound, **limit_line())
     if shown.bounds:
@@ -258,7 +280,8 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
     rows = -(-len(picks) // columns)
     every = [figure.add_subplot(rows, columns, k + 1) for k in range(len(picks))]
     for axes, k in zip(every, picks.tolist(), strict=True):
-        cut = Layers(value[:, :, k], shown.status[:, :, k], shown.contact_change[:, :, k], "", shown.bounds)
+        between = (shown.contact_change[:, :, k], shown.singular[:, :, k])
+        cut = Layers(value[:, :, k], shown.status[:, :, k], *between, "", shown.bounds)
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())

@@ -328,6 +328,11 @@ def limit_line() -> dict[str, Any]:
     return {"color": theme().ink, "linewidth": 1.2, "linestyle": (0, (6, 2))}
 
 
+def singular_line() -> dict[str, Any]:
+    """How a line of singular poses is drawn."""
+    return {"color": theme().alarm, "linewidth": 1.8, "linestyle": (0, (5, 1.5, 1, 1.5))}
+
+
 def series(number: int) -> dict[str, Any]:
     """Colour, marker and dash of a series."""
     colours = theme().colours

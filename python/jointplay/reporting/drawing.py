@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +32,7 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
     m, at = chapter.m.first, chapter.at
     kept = shown(len(at))
     states = [Displaced(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
-    own = replace(at, **{key: value[kept] for key, value in vars(at).items() if key != "units"})
+    own = at.chosen(kept)
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
     limit = float(bounds["position"][1]) / m.units.length
     region = chapter.results["region"].get("region")[kept] if "region" in chapter.results else None

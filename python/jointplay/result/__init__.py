@@ -7,8 +7,8 @@ from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
 from .origin import Origin, attributes, today
 from .origin import label as origin_label
+from .outcomes import UNREACHABLE, counted
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
-from .reachable import counted
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
 
@@ -18,6 +18,7 @@ __all__ = [
     "SIDES",
     "STATUSES",
     "TYPICAL",
+    "UNREACHABLE",
     "Array",
     "Attribute",
     "Blame",

@@ -52,8 +52,14 @@ class Origin:
         found: dict[str, str] = {}
         for m, suffix in zip(self.mechanisms, ("", "_other"), strict=False):
             found |= {f"{TEXT}{suffix}": m.complete_text, f"{TEXT}_hash{suffix}": m.hash}
-        options = json.dumps(plain(self.options), ensure_ascii=False, default=str)
+        known = {name: _numbers(value) for name, value in self.options.items()}
+        options = json.dumps(plain(known), ensure_ascii=False, default=str)
         return {**found, "options": options, "created": self.created}
+
+
+def _numbers(value: Any) -> Any:
+    """An option as it is; of the result of `loaded`, which may be handed on, its offsets."""
+    return value["offset"] if hasattr(value, "data_vars") else value
 
 
 def attributes(result: Result) -> dict[str, Attribute]:

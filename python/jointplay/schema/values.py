@@ -49,6 +49,14 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def is_finite(value: object) -> bool:
+    """Whether a value is a number, and not a whole one that is larger than any other kind has."""
+    try:
+        return is_number(value) and math.isfinite(float(value))  # type: ignore[arg-type]
+    except OverflowError:
+        return False
+
+
 def one_or_two(value: object) -> object:
     """One number for two that are equal."""
     return (value, value) if is_number(value) else value

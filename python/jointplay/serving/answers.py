@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analyses import given, loaded, random, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.linear_worst import is_linear, linear_region
-from jointplay.analyses.nominal import Floats, Nominal
+from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
 from jointplay.compile import ANGULAR, LENGTHS
 from jointplay.conclusions import Sentence, conclude, rests, rounding
@@ -25,7 +25,7 @@ from jointplay.conclusions.errors import value_of
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.reporting.answers import reproduces, specimens
-from jointplay.result import Result, blame, in_words
+from jointplay.result import STATUSES, Result, blame, in_words
 from jointplay.verdict import cause, verdict
 from jointplay.viewer import Displaced, scene
 
@@ -81,12 +81,10 @@ def now(session: Session, asked: Asked, check: Check) -> Json:
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
     m_here = m.under_loads_of(nearest)
-    told: Json = {"serial": asked.serial, "exact": False, "samples": FEW}
-    if np.isfinite(at.poses).all():
+    told: Json = {"serial": asked.serial, "exact": False, "samples": FEW} | _standing(m, at, asked)
+    if "problem" not in told:
         here = _here(m_here, at, asked)
         told |= _drawing(here, asked) | _numbers(here.answers)
-    else:
-        told["problem"] = f"cannot be assembled at {_drives(m, asked.drives)}"
     check(0, 0)
     if len(path) <= MOST_LIVE:
         key = ("path", m.of, tuple(sorted(asked.values.items())))
@@ -108,7 +106,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
     m_here = m.under_loads_of(nearest)
-    told: Json = {"serial": asked.serial, "exact": True, "samples": samples}
+    told: Json = {"serial": asked.serial, "exact": True, "samples": samples} | _standing(m, at, asked)
     key = ("settled", m.of, samples, tuple(sorted(asked.values.items())))
 
     def ask(own: Mechanism, where: Nominal) -> dict[str, Result]:
@@ -116,7 +114,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
             return _random(own, where, samples, path=len(where) > 1, check=check)
         return _loaded(own, where) | {"worst": worst.compute(own, at=where, progress=check)}
 
-    if np.isfinite(at.poses).all():
+    if "problem" not in told:
         answers = ask(m_here, at)
         check(0, 0)
         if samples:
@@ -134,6 +132,17 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     told["next"] = following[0] if soon and told["path"] else 0
     told["milliseconds"] = 1e3 * seconds
     return told
+
+
+def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
+    """What keeps the machine from standing at a position, where something does, and where it would be."""
+    if not np.isfinite(at.poses).all():
+        return {"problem": f"cannot be assembled at {_drives(m, asked.drives)}"}
+    status = str(STATUSES[at.status[0]])
+    if status not in WITHOUT_ERRORS:
+        return {}
+    leaves = "" if at.leaves is None or not at.leaves[0] else f": {at.leaves[0]} leaves its range"
+    return {"problem": f"{status.replace('_', ' ')} at {_drives(m, asked.drives)}{leaves}", "scene": scene(m, at)}
 
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:

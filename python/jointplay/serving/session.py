@@ -9,12 +9,12 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 
-from jointplay.analyses.nominal import Floats, Nominal, at_drives, nominal
+from jointplay.analyses.nominal import Floats, Nominal, at_drives, bounded, nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 
@@ -186,18 +186,13 @@ def placed(m: Mechanism, path: Nominal, drives: tuple[float, ...]) -> tuple[Nomi
         return path.first(1), 0
     wanted = np.array([drives]) * m.drive_factors
     if not len(known):
-        return at_drives(m, wanted), 0
+        return bounded(m, at_drives(m, wanted)), 0
     spread = np.ptp(path.drives[known], axis=0)
     scale = np.where(spread > 0.0, spread, 1.0)
     nearest = int(known[np.linalg.norm((path.drives[known] - wanted) / scale, axis=1).argmin()])
     if np.allclose(path.drives[nearest], wanted, rtol=0.0, atol=1e-12 * np.abs(scale)):
-        return _rows(path, nearest), nearest
-    found = _traced(m, path.drives[nearest], path.poses[nearest], wanted)
-    return found, nearest
-
-
-def _rows(at: Nominal, k: int) -> Nominal:
-    return replace(at, **{name: value[k : k + 1] for name, value in vars(at).items() if name != "units"})
+        return path.at(nearest), nearest
+    return bounded(m, _traced(m, path.drives[nearest], path.poses[nearest], wanted)), nearest
 
 
 def _traced(m: Mechanism, start: Floats, poses: Floats, drives: Floats) -> Nominal:

@@ -11,15 +11,22 @@ from jointplay.result import Result, first_largest
 
 from .layout import Column, Table, numbers, words
 
-TITLES = {
-    "worst": "Cheapest sizes with which the limits hold in the worst case",
-    "random": "Cheapest sizes with which the limits hold for {:.6g} % of the specimens",
-}
+QUESTIONS = {"worst": "in the worst case", "random": "for {:.6g} % of the specimens"}
+#: outcomes with sizes whose limits hold
+FOUND = ("ok", "unfinished")
+#: differences of costs that are none
+SAME = 5e-4
 
 
 def overview(result: Result) -> list[Table]:
     """The tables of `allocate`."""
-    title = TITLES[str(result.attrs["asked"])].format(100.0 * float(result.attrs.get("probability", 1.0)))
+    asked = QUESTIONS[str(result.attrs["asked"])].format(100.0 * float(result.attrs.get("probability", 1.0)))
+    if "size" not in result.data:
+        title = "Sources with a cost; nothing was looked for"
+    elif str(result.get("status")) in FOUND:
+        title = f"Cheapest sizes with which the limits hold {asked}"
+    else:
+        title = f"The tightest sizes, which do not hold the limits {asked}"
     if "size" not in result.data:
         return [Table(title, tuple(_columns(result)))]
     found = [Table(title, tuple(_columns(result)), tuple(_notes(result)))]
@@ -81,12 +88,13 @@ def _notes(result: Result) -> Iterator[str]:
         yield f"{str(result.attrs['incomplete']).capitalize()}."
     bound, cost = float(result.get("first_order_bound")), float(result.get("total_cost"))
     if np.isfinite(bound):
-        over = f"{100.0 * (cost - bound) / abs(bound):.2g} % below" if cost > bound and bound else "the same"
-        if str(result.attrs["asked"]) == "worst":
-            yield f"To first order the least cost is {bound:.5g}, {over}; on the exact closure it is no bound."
-        else:
-            yield f"With quantiles in proportion to the first-order deviations the least cost is {bound:.5g}, {over}."
+        off = (cost - bound) / (abs(cost) or 1.0)
+        side = "below" if off > 0.0 else "above"
+        over = "the same" if abs(off) < SAME else f"{100.0 * abs(off):.2g} % {side}"
+        yield f"To first order the least cost is {bound:.5g}, {over}; on the exact closure it is no bound."
     if "samples" in result.attrs:
         yield f"The yield is that of {int(result.attrs['samples']):,} random specimens of each configuration."
+    if "digits" in result.attrs and str(result.get("status")) in FOUND:
+        yield f"Sizes by formula are rounded down to {int(result.attrs['digits'])} digits, and hold as they stand here."
     if "without_cost" in result.attrs:
         yield f"Without a cost, and left as they are: {listed(str(result.attrs['without_cost']).split(', '))}."

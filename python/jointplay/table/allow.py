@@ -125,6 +125,7 @@ def _notes(result: Result) -> Iterator[str]:
     for outcome, meaning in MEANINGS.items():
         if (status == outcome).any():
             yield f"{outcome.replace('_', ' ')}: {meaning} ({_some(names[status == outcome].tolist())})."
+    yield from _too_small(result)
     if _has_needed(result):
         yield "needed: the smallest size with which all specimens can be assembled without strain."
     elif "needed" in result.data:
@@ -145,6 +146,31 @@ def _notes(result: Result) -> Iterator[str]:
     if "samples" in result.attrs:
         return
     yield f"Sizes are exact to a relative tolerance of {float(result.attrs['tolerance']):g}."
+
+
+def _too_small(result: Result) -> Iterator[str]:
+    """Sizes below the one that is there with which limits are missed, or that cannot be assembled."""
+    sizes, found = result.get("too_small"), result.get("smallest")
+    below = np.flatnonzero(np.isfinite(sizes)).tolist()
+    for k in below[:MOST_NAMES]:
+        name, unit, lost = (
+            result.labels("source")[k],
+            result.labels("source_unit")[k],
+            result.get("too_small_not_assembled")[k],
+        )
+        if lost > 0.0 and "samples" in result.attrs:
+            what = f"{share_of(float(lost), 2)} of the specimens cannot be assembled"
+        else:
+            what = "the mechanism cannot be assembled" if lost > 0.0 else "the limits are missed"
+        yield f"{name}: {what} at {sizes[k]:.3g} {unit}; the limits hold from {_up(float(found[k]))} {unit} on."
+    if len(below) > MOST_NAMES:
+        yield f"So it is with {_some([result.labels('source')[k] for k in below[MOST_NAMES:]])}."
+
+
+def _up(value: float) -> str:
+    """Three digits of a number, rounded up."""
+    places = 2 - math.floor(math.log10(value))
+    return f"{math.ceil(value * 10.0**places * (1.0 - NOISE)) / 10.0**places:.3g}"
 
 
 def _some(names: Sequence[str]) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.conclusions import READABLE, shares_over_nodes
-from jointplay.result import Result, quantities, quantity
+from jointplay.conclusions import shares_over_nodes
+from jointplay.result import UNREACHABLE, Result, quantities, quantity
+from jointplay.verdict import READABLE
 
 from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
-from .notes import sizes_taken
+from .notes import OUTCOMES, sizes_taken
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -44,9 +45,7 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
     notes = [sentence(str(result.attrs["incomplete"]))] if "incomplete" in result.attrs else []
     if "contact_change" in result.data and (changes := int(result.get("contact_change").any(axis=-1).sum())):
         notes.append(f"At {changes} nodes a contact changes sides on the way to a next node: the error may jump there.")
-    if "within_limits" in result.data:
-        outside = int((~result.get("within_limits") & (status != "not_assembled")).sum())
-        notes.append(f"{outside} nodes that can be reached are outside the ranges of [limits].")
+    notes += [f"{name.replace('_', ' ').capitalize()}: {OUTCOMES[name]}." for name in UNREACHABLE if name in found]
     if "limit_met" in result.data:
         beyond = ~result.get("limit_met").astype(bool) & np.isin(status, READABLE)[..., None]
         for name, count in zip(

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.compile import LENGTHS
-from jointplay.conclusions import owners, rounding, which
+from jointplay.conclusions import leaving, owners, rounding, which
 from jointplay.result import Result, size, unit_of
 
 from .indices import notes as of_indices
@@ -16,7 +16,7 @@ from .singularities import remarks
 
 OUTCOMES = {
     "not_assembled": "the links cannot reach the commanded pose",
-    "singular": "near a singularity: bodies can move although the drives are held, and the error is not reliable",
+    "singular": "near a singularity: bodies can move although the drives are held, and there is no error",
     "underconstrained": "something can move although the drives are held",
     "undetermined": "no force pushes some joint to one side; `jointplay error -q loaded` names it",
     "strained": "it can only be assembled with strained members",
@@ -42,6 +42,8 @@ def _notes(result: Result) -> Iterable[str]:
         yield sentence(str(result.attrs["incomplete"]))
     if "held_spins" in result.attrs:
         yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
+    if "misfit" in result.attrs and result.attrs["question"] != "solve":
+        yield sentence(str(result.attrs["misfit"]))
     status = result.get("status")
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
@@ -50,6 +52,9 @@ def _notes(result: Result) -> Iterable[str]:
         where = (
             which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
+        meaning = leaving(result) if outcome == "outside_limits" else meaning
+        if outcome == "not_assemblable" and "misfit" in result.attrs:
+            meaning = "the clearances cannot absorb what stays open as drawn, with the deviations"
         words = _unpressed(result, bad) or f"{meaning}{_motion(result, outcome, bad)}"
         yield f"{where}: {outcome.replace('_', ' ')}: {words}."
     yield from str(result.attrs.get("failure", "")).splitlines()
@@ -89,8 +94,6 @@ def _notes(result: Result) -> Iterable[str]:
         yield "`jointplay singularities` says of which kind, and how far the path is from it."
     if question == "singularities":
         yield from remarks(result)
-    if "within_limits" in result.data and not result.get("within_limits").all():
-        yield f"{which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
         yield from _mismatch(result)
 

@@ -47,8 +47,11 @@ class _Contact:
 
     @property
     def at(self) -> int:
-        """The configuration with the largest share."""
-        return int(np.nanargmax(np.where(np.isfinite(self.outside), self.high, -1.0)))
+        """The configuration with the largest share.
+
+        Where nothing was found there may be a wide interval, which says less than a specimen that is outside elsewhere.
+        """
+        return int(np.nanargmax(np.where(np.isfinite(self.outside), self.high + (self.outside > 0.0), -1.0)))
 
     def yields(self, required: float) -> tuple[Array, Array]:
         """Where a required yield is missed, and where the specimens leave it open."""
@@ -151,7 +154,7 @@ def _outside(result: Result, one: _Contact) -> str:
         return f"{head}: {percent(share)} of the specimens{place} ({interval}){_most(result, one)}."
     if high <= 0.0:
         return f"{head}: none of the specimens; the worst case keeps to the limits."
-    return f"{head}: none of the specimens; less than {percent(high)} with 95 % confidence."
+    return f"{head}: none of the specimens; less than {percent(high)} with 95 % confidence{how}."
 
 
 def _most(result: Result, one: _Contact) -> str:

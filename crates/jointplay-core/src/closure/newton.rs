@@ -43,8 +43,12 @@ const ENCLOSED: f64 = 1e-5;
 const INVERSE_ITERATIONS: usize = 300;
 /// Continuation gives up after this many steps, or after this many for every turn of a drive, ...
 const MOST_STEPS: usize = 600;
-/// ... up to this many turns.
+/// ... up to this many turns. ...
 const MOST_TURNS: f64 = 2000.0;
+/// ... A step in which something moves by this part of the largest move gets on: what a gear drives may make many turns
+/// for one of the drive, and a screw go far. Of them there may be so many times as many.
+const STRIDE: f64 = 0.2;
+const STRIDES: usize = 100;
 
 /// The Newton steps that a search may still take; it ends when they are spent.
 #[derive(Clone, Debug)]
@@ -85,6 +89,17 @@ pub struct State {
     pub inputs: Inputs<f64>,
     /// Sign of the determinant of the closure Jacobian: it tells assembly branches apart.
     pub negative: bool,
+}
+
+/// What becomes of a step on a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// It is a part of the way.
+    Taken,
+    /// It is too long.
+    Shorter,
+    /// The way ends here.
+    End,
 }
 
 /// What a converged Newton solve did.
@@ -284,6 +299,11 @@ impl<'m> Solver<'m> {
     }
 
     fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: Option<&mut Budget>) -> Option<State> {
+        self.stride_within(from, inputs, budget).map(|(state, _)| state)
+    }
+
+    /// The same with the first move.
+    fn stride_within(&self, from: &State, inputs: &Inputs<f64>, budget: Option<&mut Budget>) -> Option<(State, f64)> {
         let mut coordinates = from.coordinates.clone();
         let is_calm = |first_move: f64, later_moves: f64| later_moves <= 0.5 * first_move + LAST_STEP;
         // The sum of the moves only grows: what is not calm on the way is not at the end, and nothing is lost by giving
@@ -294,7 +314,8 @@ impl<'m> Solver<'m> {
         let converged = self.newton(&mut coordinates, inputs, budget, is_in_vain)?;
         let calm = is_calm(converged.first_move, converged.later_moves) && converged.is_clear();
         let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
-        (calm && (state.negative == from.negative || self.goes_straight_on(from, &converged, inputs))).then_some(state)
+        let is_kept = calm && (state.negative == from.negative || self.goes_straight_on(from, &converged, inputs));
+        is_kept.then_some((state, converged.first_move))
     }
 
     /// Whether a step that has changed the sign of the determinant leads across a singular state where the branch goes
@@ -347,7 +368,17 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, None)
+        self.follow_in_parts(from, to, None, &mut |_, _| Step::Taken)
+    }
+
+    /// As [`Self::follow_part`], by steps from one state to another that are accepted.
+    pub(crate) fn follow_accepted(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
+    ) -> Result<State, (State, Status)> {
+        self.follow_in_parts(from, to, None, accept)
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -357,7 +388,7 @@ impl<'m> Solver<'m> {
         to: &Inputs<f64>,
         budget: &mut Budget,
     ) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, Some(budget))
+        self.follow_in_parts(from, to, Some(budget), &mut |_, _| Step::Taken)
     }
 
     fn follow_in_parts(
@@ -365,6 +396,7 @@ impl<'m> Solver<'m> {
         from: &State,
         to: &Inputs<f64>,
         mut budget: Option<&mut Budget>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
     ) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
@@ -372,13 +404,26 @@ impl<'m> Solver<'m> {
         }
         let most = self.mechanism.largest_part(&from.inputs, to);
         let (mut done, mut part) = (0.0_f64, most);
-        for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
+        let enough = self.mechanism.most_steps(&from.inputs, to);
+        let (mut steps, mut strides) = (0_usize, 0);
+        while steps < enough && strides < STRIDES * enough {
+            steps += 1;
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
-            if let Some(next) = self.close_within(&state, &inputs, budget.as_deref_mut()) {
+            let next = self.stride_within(&state, &inputs, budget.as_deref_mut());
+            let step = next.as_ref().map_or(Step::Shorter, |(next, _)| accept(&state, next));
+            if step == Step::End {
+                break;
+            }
+            if let Some((next, moved)) = next.filter(|_| step == Step::Taken) {
                 state = next;
                 if last {
                     return Ok(state);
+                }
+                if moved > STRIDE * LARGEST_MOVE {
+                    // Neither it nor the longer one counts that was tried before it and failed.
+                    strides += 1;
+                    steps = steps.saturating_sub(2);
                 }
                 done += part;
                 part = (2.0 * part).min(most);

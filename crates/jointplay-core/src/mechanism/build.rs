@@ -8,6 +8,7 @@ use crate::math::space::{Component, Space};
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::copula::{groups, quantile};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
+use crate::mechanism::frames::Frames;
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
 use crate::mechanism::point::{Displacement, Point};
@@ -43,7 +44,8 @@ impl Mechanism {
         if !positive(spec.length) || !positive(spec.singular_value) {
             return fail("length and singular_value must be positive");
         }
-        let mut points = points(spec)?;
+        let frames = Frames::new(spec);
+        let mut points = points(spec, &frames)?;
         if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
             return fail("the output or a load refers to a point that does not exist");
         }
@@ -78,13 +80,14 @@ impl Mechanism {
                 rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
             }
         }
-        displace(spec, &mut points)?;
+        displace(spec, &frames, &mut points)?;
         let (sources, centre) = sources(spec, &mut points, &joints, &mut rows, &driven_rows)?;
         let scores = groups(&spec.correlations, &sources).map_err(SpecError)?;
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
         let mut built = Self {
             space: spec.space,
-            guess: spec.guess.clone(),
+            guess: frames.guess(spec),
+            frames,
             length: spec.length,
             singular_value: spec.singular_value,
             points,
@@ -131,20 +134,20 @@ impl Mechanism {
     }
 }
 
-fn points(spec: &Spec) -> Result<Vec<Point>, SpecError> {
+fn points(spec: &Spec, frames: &Frames) -> Result<Vec<Point>, SpecError> {
     let place = |(i, p): (usize, &crate::mechanism::spec::PointSpec)| {
         let body = match usize::try_from(p.body) {
             Err(_) => None,
             Ok(b) if b < spec.n_bodies => Some(b),
             Ok(b) => return fail(format!("point {i} is on body {b}, which does not exist")),
         };
-        Ok(Point { body, at: p.at, displaced_by: Vec::new() })
+        Ok(Point { body, at: sub(p.at, frames.of(body)), displaced_by: Vec::new() })
     };
     spec.points.iter().enumerate().map(place).collect()
 }
 
 /// Gives every point its displacements, which do nothing yet.
-fn displace(spec: &Spec, points: &mut [Point]) -> Result<(), SpecError> {
+fn displace(spec: &Spec, frames: &Frames, points: &mut [Point]) -> Result<(), SpecError> {
     for (i, displacement) in spec.displacements.iter().enumerate() {
         let mut bodies = displacement.points.iter().map(|&p| points.get(p).map(|point| point.body));
         let first = bodies.next().flatten();
@@ -152,7 +155,8 @@ fn displace(spec: &Spec, points: &mut [Point]) -> Result<(), SpecError> {
             return fail(format!("displacement {i} needs points of one body"));
         }
         for &p in &displacement.points {
-            points[p].displaced_by.push(Displacement { number: Some(i), centre: displacement.about, ways: Vec::new() });
+            let centre = sub(displacement.about, frames.of(points[p].body));
+            points[p].displaced_by.push(Displacement { number: Some(i), centre, ways: Vec::new() });
         }
     }
     Ok(())

@@ -8,6 +8,8 @@ pub(crate) mod columns;
 mod copula;
 pub(crate) mod coupling;
 pub(crate) mod dim;
+mod drawing;
+pub(crate) mod frames;
 pub(crate) mod gap;
 pub(crate) mod joint;
 mod kind;
@@ -36,6 +38,7 @@ use crate::math::real::Real;
 use crate::math::space::{Component, Space};
 use crate::math::vector::norm;
 use crate::mechanism::coupling::Play;
+use crate::mechanism::frames::Frames;
 use crate::mechanism::gap::Gap;
 use crate::mechanism::joint::Joint;
 use crate::mechanism::point::Point;
@@ -148,6 +151,8 @@ impl Elastic {
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     pub(crate) space: Space,
+    /// Where the origins of its bodies and of the ground are in the drawing.
+    pub(crate) frames: Frames,
     pub(crate) guess: Vec<Vec<f64>>,
     pub(crate) length: f64,
     pub(crate) singular_value: f64,

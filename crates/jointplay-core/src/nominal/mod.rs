@@ -7,7 +7,9 @@ mod nearness;
 mod on_lanes;
 mod over_constrained;
 mod path;
+mod side;
 pub(crate) mod trace;
 
+pub use grid::{Reached, Seed};
 pub use path::Configuration;
 pub use trace::Trace;

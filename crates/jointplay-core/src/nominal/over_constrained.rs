@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
 use crate::mechanism::Mechanism;
-use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
+use crate::nominal::grid::{Reached, Seed};
 use crate::nominal::path::Configuration;
 use crate::nominal::trace::Trace;
 use crate::redundancy::basis::Basis;
@@ -86,27 +86,27 @@ impl Mechanism {
         Configuration { mismatch: found.mismatch, ..self.judge(State { coordinates, inputs, negative }) }
     }
 
-    /// The grid of the basis, judged by all rows.
+    /// The grid of the basis, judged by all rows: that of the basis alone may become singular where they do not.
     pub(crate) fn trace_grid_on_basis(
         &self,
         shape: &[usize],
         drives: &[f64],
-        seeds: &[(usize, Case<'_>)],
+        seeds: &[Seed<'_>],
         spread: bool,
-    ) -> Trace {
+        real: Option<&Self>,
+    ) -> Reached {
         let basis = match self.basis() {
             Ok(basis) => basis,
-            Err(status) => {
-                let n = shape.iter().product();
-                return Trace { coordinates: vec![f64::NAN; n * self.n_coordinates()], status: vec![status; n] };
-            }
+            Err(status) => return Reached::none(self, shape, seeds.len(), status),
         };
-        let mut trace = basis.kept.trace_grid(shape, drives, seeds, spread);
+        let watched: Vec<&Self> = std::iter::once(self).chain(real).collect();
+        let mut found = basis.kept.trace_grid_watched(shape, drives, seeds, spread, &watched);
+        let trace = &mut found.trace;
         for (k, status) in trace.status.iter_mut().enumerate().filter(|(_, s)| **s == Status::Singular) {
             let coordinates = trace.coordinates[k * self.n_coordinates()..(k + 1) * self.n_coordinates()].to_vec();
             let inputs = Inputs::nominal(self, &drives[k * self.n_drives()..(k + 1) * self.n_drives()]);
             *status = self.nominal_status(&State { coordinates, inputs, negative: false });
         }
-        trace
+        found
     }
 }

@@ -24,9 +24,8 @@ use crate::mechanism::coupling::Play;
 use crate::redundancy::compatibility::Ties;
 use crate::redundancy::system::{Element, System};
 
-/// Times that the displacements of flanks which open one another are computed: what is left shrinks by the part of
-/// the play that the smaller of two plays opens the other.
-const PASSES: usize = 8;
+/// What a clearance changes of a gap at most is rounding where it is a smaller part of it.
+const OPENS: f64 = 1e-12;
 
 /// A flank whose play opens.
 #[derive(Clone, Debug)]
@@ -108,17 +107,22 @@ impl Openings {
     /// The displacements that offsets are, beside those of the state.
     fn moved(&self, offsets: &[f64]) -> DVector<f64> {
         let mut moved = DVector::from_column_slice(offsets) - &self.at;
-        let mut gaps: Vec<f64> = self.flanks.iter().map(|own| own.gap).collect();
-        for _ in 0..PASSES {
-            for (own, gap) in self.flanks.iter().zip(&gaps) {
-                moved[own.row] = own.displacement(offsets[own.row], *gap) - self.at[own.row];
-            }
-            let opened = self.gaps_at(&moved);
-            if opened == gaps {
-                break;
-            }
-            gaps = opened;
+        for own in &self.flanks {
+            moved[own.row] = 0.0;
         }
+        // Flanks may open themselves and one another: their displacements solve (1 - X B) w = what they are for the gaps
+        // that all else leaves. Some correction of the offsets depends on the last digits of it.
+        let n = self.flanks.len();
+        let gaps = self.gaps_at(&moved);
+        let right =
+            |f: usize| self.flanks[f].displacement(offsets[self.flanks[f].row], gaps[f]) - self.at[self.flanks[f].row];
+        let entry = |f: usize, k: usize| {
+            let Opening { row, play, .. } = self.flanks[f];
+            f64::from(u8::from(f == k)) - (offsets[row] - play.centre) * self.rates[(f, self.flanks[k].row)]
+        };
+        let right = DVector::from_fn(n, |f, _| right(f));
+        let solved = DMatrix::from_fn(n, n, entry).lu().solve(&right).unwrap_or(right);
+        self.flanks.iter().zip(solved.iter()).for_each(|(own, w)| moved[own.row] = *w);
         moved
     }
 
@@ -131,6 +135,27 @@ impl Openings {
             change[own.row] = own.offset(displacement, gap) - offsets[own.row];
         }
         change
+    }
+}
+
+impl System<'_> {
+    /// The clearances that scatter together at a state, by the numbers of their elements: those that the equations tie,
+    /// and those that do nothing but open the flanks among these. With what opens them.
+    pub fn scattering(&self, c: &Ties, solver: &Solver<'_>, state: &State) -> (Vec<usize>, Option<Openings>) {
+        let clearances = || (0..self.elements.len()).filter(|&g| self.elements[g].source.is_some());
+        let tied: Vec<usize> = clearances().filter(|&g| Self::is_tied(&self.elements[g], c)).collect();
+        let Some(openings) = Openings::at(self, solver, state, &tied) else { return (tied, None) };
+        let opens = |g: &usize| openings.are_opened_by(&self.elements[*g]);
+        (clearances().filter(|g| tied.contains(g) || opens(g)).collect(), Some(openings))
+    }
+}
+
+impl Openings {
+    /// Whether any flank is opened by a clearance.
+    fn are_opened_by(&self, element: &Element) -> bool {
+        let Some(set) = element.kind.set() else { return false };
+        let by_row = |rates: Vec<f64>| set.support(&rates) > OPENS;
+        self.rates.row_iter().any(|row| by_row(element.columns.iter().map(|&column| row[column]).collect()))
     }
 }
 

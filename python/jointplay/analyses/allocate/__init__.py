@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.analyses.nominal import Interrupted, Nominal, Progress, nominal
+from jointplay.analyses.contacts import contacts
+from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
 from jointplay.errors import InputError, in_range, not_known, shown
@@ -23,10 +24,12 @@ from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Result, to_dataset
 from jointplay.typed import typed
 
-from .items import items_of
-from .looks import Looking, limits_of
-from .report import STEP, Answer, report, unassembled
-from .scatter import Scatter, most_outside
+from .items import DIGITS, items_of
+from .looks import limits_of
+from .report import FOUND, STEP, Answer, report, unassembled
+from .required import Required
+from .sampled import SampledSearch
+from .scatter import Scatter
 from .search import Search
 from .worst_case import WorstCase
 
@@ -37,10 +40,12 @@ __all__ = ["QUESTIONS", "SAMPLES", "allocate", "compute"]
 
 QUESTIONS = ("worst", "random")
 #: specimens of each configuration that decide on a yield
-SAMPLES = 20_000
+SAMPLES = 32_768
 MOST_SAMPLES = 1_000_000
 #: points of a curve, and by how much a limit can be multiplied there
 MOST_POINTS, MOST_TIMES = 200, 1e6
+#: a double has no more
+MOST_DIGITS = 15
 
 
 @typed
@@ -50,11 +55,13 @@ def allocate(
     *,
     probability: float | None = None,
     curve: Sequence[float] = (),
+    contact: str | None = None,
+    digits: int = DIGITS,
     starts: int = 24,
     samples: int = SAMPLES,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Find the cheapest sizes with which the limits hold.
+    """Find the cheapest sizes with which the limits hold, and which can be ordered.
 
     Parameters
     ----------
@@ -68,6 +75,11 @@ def allocate(
         of 97.5 %; that of the file if left out.
     curve : sequence of float
         Factors on all limits, for each of which the least cost is found, too.
+    contact : {"scattered", "loaded"}, optional
+        random: whether clearances scatter by their laws, or the load decides where they are. Left out, the one that the
+        file names; where it has loads and names none, the yield is reached both ways.
+    digits : int
+        Significant digits of sizes by formula, which are rounded down.
     starts : int
         worst: as of `worst`.
     samples, seed : int
@@ -84,13 +96,16 @@ def allocate(
         Over `limited`, every limit by its name: `limit_value`, `shadow_price` (what it saves, per unit of the limit, to
         loosen it by `shadow_step`, both sides of a component together), and over `configuration` `used` (error / limit)
         and `binding` (where as much of a limit is used as anywhere). `binding_direction`: of the largest position error
-        where it uses most.
+        where it uses most. Of `random` `decided_by`: with which contact, and in which load case, most of the limit is
+        used.
 
         Over `limit`, the factors of `curve`: `curve_cost`, `curve_status`.
 
-        `status` is ``ok``; ``infeasible``: even the tightest sizes miss a limit, and these are given; ``unfinished``:
-        the sizes hold, but there may be cheaper ones; or the status of a configuration that cannot be assembled, and
-        nothing was looked for. The attribute `changes` has the changed values, one `KEY=VALUE` a line.
+        `status` is ``ok``; ``infeasible``: no sizes were found with which the limits hold, and the tightest ones are
+        given, which miss them; ``unfinished``: the sizes hold, but there may be cheaper ones; or the status of a
+        configuration that cannot be assembled, and nothing was looked for. Where sizes were found, the attribute
+        `changes` has the changed values, one `KEY=VALUE` a line. The sizes in the file are looked at as well: where
+        their limits hold, nothing dearer is given.
 
     Raises
     ------
@@ -108,7 +123,17 @@ def allocate(
     array([0.2, 0.2, 0.2, 0.4])
     """
     return to_dataset(
-        compute(m, question, probability=probability, curve=curve, starts=starts, samples=samples, seed=seed)
+        compute(
+            m,
+            question,
+            probability=probability,
+            curve=curve,
+            contact=contact,
+            digits=digits,
+            starts=starts,
+            samples=samples,
+            seed=seed,
+        )
     )
 
 
@@ -119,6 +144,8 @@ def compute(
     *,
     probability: float | None = None,
     curve: Sequence[float] = (),
+    contact: str | None = None,
+    digits: int = DIGITS,
     starts: int = 24,
     samples: int = SAMPLES,
     seed: int = 0,
@@ -126,12 +153,15 @@ def compute(
 ) -> Result:
     """The light form of `allocate`."""
     asked, share = _asked(m, question, probability)
-    factors = _checked(curve, starts, samples, seed)
-    if asked == "random" and most_outside(samples, share) < 0:
+    if asked == "worst" and contact is not None:
+        raise InputError("goes with the question random; in the worst case offsets are anywhere", key="contact")
+    factors = _checked(curve, starts, samples, seed, digits)
+    if asked == "random" and not Required(samples, share).is_possible:
         problem = f"{samples} are too few to know that a share of {share:g} keeps to the limits; more are needed"
         raise InputError(problem, key="samples")
-    m = m.without_load_cases()
-    base, items, without = items_of(m)
+    assumed = contacts(m, contact) if asked == "random" else ()
+    m = m if "loaded" in assumed else m.without_load_cases()
+    base, items, without = items_of(m, digits)
     if not base.core.isostatic or base.core.deformations:
         problem = (
             "least-cost sizes are found where the first-order error is a sum over the sources; here compatibility or"
@@ -139,37 +169,45 @@ def compute(
         )
         raise InputError(problem, file=m.file, key="costs")
     limits = limits_of(base)
-    places: dict[str | None, Nominal] = {output: nominal(base.only(output)) for output in base.outputs or (None,)}
     attributes: dict[str, str | int | float] = {"asked": asked}
-    looking: Looking
+    if any(item.is_formula for item in items):
+        attributes["digits"] = digits
+    search: Search | SampledSearch
+    places: list[Nominal]
     if asked == "random":
         attributes |= {"probability": share, "samples": samples, "seed": seed}
-        looking = Scatter(base, items, limits, places, samples, seed, share)
+        if m.has_loads:
+            attributes["contact"] = ", ".join(assumed)
+        scatter = Scatter(base, items, limits, samples, seed, share, assumed)
+        places = scatter.places
+        search = SampledSearch(items, scatter, progress, least=min([1.0, *factors]))
     else:
-        looking = WorstCase(base, items, limits, places, starts)
-    at = next(iter(places.values()))
-    answer = Answer(m, base, items, without, limits, at, attributes)
-    bad = np.max([place.status for place in places.values()], axis=0)
+        at = {output: nominal(base.only(output)) for output in base.outputs or (None,)}
+        places = list(at.values())
+        search = Search(items, WorstCase(base, items, limits, at, starts), progress)
+    answer = Answer(m, base, items, without, limits, places[0], search, attributes)
+    bad = np.max([np.where(place.counts, place.status, OK) for place in places], axis=0)
+    if not any(place.counts.any() for place in places):
+        raise InputError(
+            "the machine can stand at no configuration; `jointplay solve` says why", file=m.file, key="drives"
+        )
     if bad.any():
         return unassembled(answer, str(STATUSES[bad.max()]), np.flatnonzero(bad).tolist())
-    search = Search(items, looking, progress)
     ones = np.ones(len(limits))
     try:
-        outcome = search.run(ones)
-        answer.outcome, answer.is_cheapest = outcome, outcome.values == search.cheapest
-        if outcome.status in ("ok", "unfinished"):
+        outcome = answer.outcome = search.run(ones)
+        if outcome.status in FOUND:
             # Both sides of a limit are loosened together.
-            same = [
-                [(other.output, other.quantity) == (one.output, one.quantity) for other in limits] for one in limits
-            ]
-            answer.prices = [search.saving(outcome, np.array(row), STEP) for row in same]
+            alike = [(one.output, one.quantity) for one in limits]
+            prices = {one: search.saving(outcome, np.array([other == one for other in alike]), STEP) for one in alike}
+            answer.prices = [prices[one] for one in alike]
         for factor in factors:
             answer.curve.append((factor, search.run(ones * factor)))
     except KeyboardInterrupt:
         if answer.outcome is None:
-            if search.best is None:
-                raise
-            answer.outcome = search.best
+            answer.outcome = search.best(ones, "unfinished", whole=True)
+            if answer.outcome is None:
+                raise KeyboardInterrupt from None
         answer.attributes["incomplete"] = "interrupted; the sizes hold, but there may be cheaper ones"
         if answer.outcome.status == "ok":
             answer.attributes["incomplete"] = f"interrupted after {len(answer.curve)} of {len(factors)} points"
@@ -195,10 +233,11 @@ def _asked(m: Mechanism, question: str | None, probability: float | None) -> tup
     return asked, share
 
 
-def _checked(curve: Sequence[float], starts: int, samples: int, seed: int) -> list[float]:
+def _checked(curve: Sequence[float], starts: int, samples: int, seed: int, digits: int) -> list[float]:
     in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     in_range(seed, "seed", "a seed", 0, 2**64 - 1)
+    in_range(digits, "digits", "a number of digits", 1, MOST_DIGITS)
     factors = [float(factor) for factor in curve]
     if len(factors) > MOST_POINTS:
         raise InputError(f"up to {MOST_POINTS} factors are possible, not {len(factors)}", key="curve")

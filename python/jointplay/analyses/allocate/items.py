@@ -10,7 +10,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,12 @@ Floats = NDArray[np.float64]
 
 #: share of its largest size that stands for a choice of size zero where directions are looked for
 TINY = 1e-6
+#: significant digits of a size that can be ordered, and how many further decimals what follows from it has
+DIGITS, MORE = 3, 1
+#: digits of a double
+ALL = 17
+#: relative rounding of a number
+NOISE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -40,12 +48,15 @@ class Item:
     cost : Cost
     options : tuple of Option
         Its choices as the file has them; of a formula both ends of its range.
+    digits : int
+        Significant digits of a size by formula that can be ordered.
     """
 
     sizing: Sizing
     key: str
     cost: Cost
     options: tuple[Option, ...]
+    digits: int = DIGITS
 
     @property
     def name(self) -> str:
@@ -58,14 +69,36 @@ class Item:
         return self.cost.model is not None
 
     def changes(self, value: float) -> dict[str, object]:
-        """What gives it a size, or one of its choices by number, in the file."""
-        return self.sizing.resized(value) if self.is_formula else dict(self.options[round(value)].changes)
+        """What gives it a size, or one of its choices by number, in the file; nothing where the file has that."""
+        if value == self.before:
+            return {}
+        if not self.is_formula:
+            return dict(self.options[round(value)].changes)
+        made = self.sizing.resized(value)
+        return tidy(made, value, self.digits) if self.ordered(value) == value else made
 
     def probe(self, value: float) -> dict[str, object]:
         """The same, with a tiny size in place of zero."""
         if self.is_formula or self.options[round(value)].size > 0.0:
             return self.changes(value)
         return self.sizing.resized(TINY * max(option.size for option in self.options))
+
+    def ordered(self, value: float) -> float:
+        """The largest size that can be ordered and is not larger: rounded down, at least the smallest of the range.
+
+        Choices can be ordered as they are, and so can the size that the file has.
+        """
+        if not self.is_formula or value == self.before:
+            return value
+        low, high = (option.size for option in self.options)
+        if value >= high * (1.0 - NOISE):
+            return high
+        return max(low, down(value, self.digits))
+
+    def next_ordered(self, value: float) -> float:
+        """The next larger size that can be ordered, up to the largest of the range."""
+        step = 10.0 ** (math.floor(math.log10(value) + NOISE) - self.digits + 1)
+        return self.ordered(min(value + step * (1.0 + 1e-6), self.options[-1].size))
 
     def size(self, value: float) -> float:
         """Its size in units of the file."""
@@ -88,7 +121,8 @@ class Item:
         ends = zip((low.play.scale, low.play.axial), (high.play.scale, high.play.axial), strict=True)
         return Play(*(a + part * (b - a) for a, b in ends))
 
-    def now(self) -> float | None:
+    @cached_property
+    def before(self) -> float | None:
         """The value that the file has now; None where it is not among those with a cost."""
         size = self.sizing.size
         if self.is_formula:
@@ -96,6 +130,49 @@ class Item:
             return size if ends[0] <= size <= ends[1] else None
         near = (k for k, option in enumerate(self.options) if math.isclose(option.size, size, rel_tol=1e-9))
         return next(map(float, near), None)
+
+
+def down(value: float, digits: int) -> float:
+    """A positive number rounded down to some significant digits.
+
+    Examples
+    --------
+    >>> down(0.0480685221, 3)
+    0.048
+    """
+    places = digits - 1 - math.floor(math.log10(value) + NOISE)
+    return _decimal(math.floor(value * 10.0**places * (1.0 + NOISE)) / 10.0**places, places)
+
+
+def tidy(changes: Mapping[str, object], size: float, digits: int) -> dict[str, object]:
+    """Changes of the file with as many decimals as a size of so many digits needs, and one more.
+
+    Examples
+    --------
+    >>> tidy({"dimensions.l2": {"tolerance": {"plus": 0.006666666666666666, "minus": -0.01}}}, 0.01, 3)
+    {'dimensions.l2': {'tolerance': {'plus': 0.00667, 'minus': -0.01}}}
+    """
+    if not size > 0.0:
+        return dict(changes)
+    places = digits - 1 - math.floor(math.log10(size) + NOISE) + MORE
+    return {key: _short(value, places) for key, value in changes.items()}
+
+
+def _digits(value: float) -> int:
+    """How many significant digits a number has as it is written."""
+    return next((n for n in range(1, ALL) if float(f"{value:.{n - 1}e}") == value), ALL)
+
+
+def _short(value: Any, places: int) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _short(one, places) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_short(one, places) for one in value]
+    return _decimal(value, places) if isinstance(value, float) else value
+
+
+def _decimal(value: float, places: int) -> float:
+    return float(f"{value:.{places}f}") if places > 0 else float(round(value, places))
 
 
 @dataclass(frozen=True)
@@ -129,8 +206,14 @@ class Option:
     play: Play
 
 
-def items_of(m: Mechanism) -> tuple[Mechanism, list[Item], list[str]]:
+def items_of(m: Mechanism, digits: int = DIGITS) -> tuple[Mechanism, list[Item], list[str]]:
     """The mechanism with its patterns written out, what is decided, and the sources that have no cost.
+
+    Parameters
+    ----------
+    m : Mechanism
+    digits : int
+        Significant digits of sizes by formula.
 
     Raises
     ------
@@ -156,21 +239,21 @@ def items_of(m: Mechanism) -> tuple[Mechanism, list[Item], list[str]]:
             elif "*" in found[hit][0]:
                 raise InputError(f"'{hit}' is matched by {found[hit][0]} already", file=m.file, key=key)
     chosen = [sizing for sizing in sources if sizing.name in found]
-    items = [_item(base, sizing, *found[sizing.name]) for sizing in chosen]
+    items = [_item(base, sizing, *found[sizing.name], digits) for sizing in chosen]
     return base, items, [sizing.name for sizing in sources if sizing.name not in found]
 
 
-def _item(m: Mechanism, sizing: Sizing, key: str, cost: Cost) -> Item:
+def _item(m: Mechanism, sizing: Sizing, key: str, cost: Cost, digits: int) -> Item:
     if cost.choices is None:
-        return Item(sizing, key, cost, _ends(m, sizing, key, cost))
-    options = [_option(m, sizing, f"{key}.choices.{k}", choice) for k, choice in enumerate(cost.choices)]
+        return Item(sizing, key, cost, _ends(m, sizing, key, cost), digits)
+    options = [_option(m, sizing, f"{key}.choices.{k}", choice, digits) for k, choice in enumerate(cost.choices)]
     by_size = sorted(options, key=lambda option: (option.size, -option.cost))
     for tighter, looser in pairwise(by_size):
         if looser.cost > tighter.cost:
             pair = [f"{option.word or f'size {option.size:g}'} ({option.cost:g})" for option in (tighter, looser)]
             problem = f"the cost would rise with the size, from {pair[0]} to {pair[1]}; what is looser costs no more"
             raise InputError(problem, file=m.file, key=f"{key}.choices")
-    return Item(sizing, key, cost, tuple(options))
+    return Item(sizing, key, cost, tuple(options), digits)
 
 
 def _ends(m: Mechanism, sizing: Sizing, key: str, cost: Cost) -> tuple[Option, ...]:
@@ -182,12 +265,12 @@ def _ends(m: Mechanism, sizing: Sizing, key: str, cost: Cost) -> tuple[Option, .
     return tuple(Option("", size, cost.at(size), made, _play(m, sizing, made, key)[1]) for size, made in changes)
 
 
-def _option(m: Mechanism, sizing: Sizing, key: str, choice: Choice) -> Option:
+def _option(m: Mechanism, sizing: Sizing, key: str, choice: Choice, digits: int) -> Option:
     value = choice.value
     if isinstance(value, float):
         if sizing.fixed:
             raise InputError(f"'{sizing.name}': {sizing.fixed}", file=m.file, key=key)
-        made = sizing.resized(value)
+        made = tidy(sizing.resized(value), value, max(digits, _digits(value)))
     elif choice.way == "bearing":
         if not sizing.bearing:
             problem = (

@@ -1,10 +1,6 @@
-"""What the exact closure says of a plan, and the rows that its first order gives.
+"""What the exact closure says of a plan.
 
-    used       error / limit at the plan, of every limit in every configuration; it holds where used <= 1
-    first      the same to first order
-    rows       parts @ x + rest = first^power at the plan; at every other plan a bound from below (worst case)
-
-A look is taken at a plan; the rows hold for all plans.
+used       error / limit at the plan, of every limit in every configuration; it holds where used <= 1
 """
 
 from __future__ import annotations
@@ -20,8 +16,10 @@ from numpy.typing import NDArray
 
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
+from jointplay.result import STATUSES
+from jointplay.verdict import READABLE
 
-from .items import TINY, Item, Play
+from .items import Item
 
 Floats = NDArray[np.float64]
 #: share of the mechanism's size, or radians, that stands for a limit of zero
@@ -87,29 +85,29 @@ class Look:
 
     Attributes
     ----------
-    used, first : ndarray
-        Shape (limit, configuration).
-    parts : ndarray
-        Shape (limit, configuration, column).
-    rest : ndarray
+    used : ndarray
         Shape (limit, configuration).
     status : ndarray
         Outcome of every configuration, by the core's codes; the worst over the outputs.
-    direction : ndarray
-        Of the largest position error, shape (limit, configuration, axis).
     """
 
     used: Floats
-    first: Floats
-    parts: Floats
-    rest: Floats
     status: NDArray[np.uint8]
-    direction: Floats
 
     @property
-    def holds(self) -> bool:
-        """Whether every limit holds."""
-        return bool((self.used <= 1.0 + ROUNDING).all())
+    def is_whole(self) -> bool:
+        """Whether all that can be looked at was."""
+        return True
+
+    @property
+    def failed(self) -> str:
+        """The worst outcome of a configuration that has no error; empty where all have one."""
+        bad = self.status[~np.isin(STATUSES[self.status], READABLE)]
+        return str(STATUSES[bad.max()]) if len(bad) else ""
+
+    def holds(self, factors: Floats) -> bool:
+        """Whether every limit holds, each times its factor, in every configuration."""
+        return not self.failed and bool((self.used <= (1.0 + ROUNDING) * factors[:, None]).all())
 
 
 #: what of a limit is rounding
@@ -118,9 +116,6 @@ ROUNDING = 1e-9
 
 class Looking(Protocol):
     """The question that decides: the worst case, or the scatter."""
-
-    #: of the size that a formula's variable is, and of the right side of the rows
-    power: int
 
     def look(self, values: Sequence[float]) -> Look:
         """What a plan brings; values as `Item` takes them: sizes, or numbers of choices."""
@@ -141,35 +136,3 @@ def sources_of(m: Mechanism, item: Item) -> list[int]:
         for k, (name, kind) in enumerate(zip(m.sources, m.source_kinds, strict=True))
         if name in names or (sized and kind == "size" and name.partition("/")[0].partition(".")[0] == joint)
     ]
-
-
-def columns_of(item: Item) -> list[float]:
-    """The values of an item's columns: of a formula both ends of its range."""
-    return [option.size for option in item.options] if item.is_formula else [float(k) for k in range(len(item.options))]
-
-
-def scaled(item: Item, value: float, part: Floats, axial: Floats) -> list[Floats]:
-    """What an item adds to the error with each of the values of its columns.
-
-    Parameters
-    ----------
-    item : Item
-    value : float
-        The value at which it adds `part`.
-    part : ndarray
-        What it adds.
-    axial : ndarray
-        What a unit of axial play adds, where that is part of it.
-    """
-    now = probed(item, value)
-    radial = part - now.axial * axial
-    plays = [item.play(column) for column in columns_of(item)]
-    return [radial * (play.scale / now.scale if now.scale else 0.0) + play.axial * axial for play in plays]
-
-
-def probed(item: Item, value: float) -> Play:
-    """How large its set is where directions are looked for; not zero."""
-    if item.is_formula or item.options[round(value)].size > 0.0:
-        return item.play(value)
-    largest = max(item.options, key=lambda option: option.size)
-    return Play(largest.play.scale * TINY, largest.play.axial * TINY)

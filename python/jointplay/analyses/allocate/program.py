@@ -4,8 +4,8 @@
     subject to sum over columns of part * x <= right,  for every row a limit in one direction at one configuration
                one choice of each decision
 
-A decision by a formula has one column, its variable z between its ends: the size (worst case) or the square of the
-size (scatter); its cost is convex in z. A decision by choices has a column for each, 0 or 1.
+A decision by a formula has one column, its variable z between its ends, the size; its cost is convex in z. A decision
+by choices has a column for each, 0 or 1.
 
 Formulas alone are a convex program, which `convex` solves. Choices alone are a mixed-integer one, which HiGHS solves
 to proven optimality; it comes with scipy. With both, choices are found with tangents in place of the formulas, then

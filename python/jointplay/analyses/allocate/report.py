@@ -18,14 +18,16 @@ from jointplay.result import Attribute, Builder, Result, Variable, first_largest
 
 from .items import Item
 from .looks import Limit, merged
-from .search import Outcome
+from .plans import Outcome, Plans
+from .scatter import Scatter, YieldLook
+from .worst_case import WorstLook
 
 #: by how much a limit is loosened for its shadow price, as a share of it
 STEP = 0.01
 #: share of the largest used part from which a limit binds
 BINDS = 0.999
-#: digits to which sizes by formula are rounded down in the changes of the file
-DIGITS = 6
+#: outcomes with sizes whose limits hold
+FOUND = ("ok", "unfinished")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -42,14 +44,14 @@ class Answer:
         Sources that have no cost.
     limits : sequence of Limit
     at : Nominal
+    search : Plans
+        Who looks at plans.
     attributes : dict
     outcome : Outcome or None
         What was found.
     prices : list of float
         What it saves to loosen each limit.
     curve : list of (factor, Outcome)
-    is_cheapest : bool
-        Whether all sources have the cheapest of their sizes.
     """
 
     m: Mechanism
@@ -58,11 +60,11 @@ class Answer:
     without: Sequence[str]
     limits: Sequence[Limit]
     at: Nominal
+    search: Plans
     attributes: dict[str, Attribute]
     outcome: Outcome | None = None
     prices: list[float] = field(default_factory=list)
     curve: list[tuple[float, Outcome]] = field(default_factory=list)
-    is_cheapest: bool = False
 
 
 def report(answer: Answer) -> Result:
@@ -83,14 +85,19 @@ def report(answer: Answer) -> Result:
     if answer.curve:
         factors = np.array([factor for factor, _ in answer.curve])
         builder.labels("limit", factors, "factor on all limits")
-        costs = [o.cost if o.status in ("ok", "unfinished") else math.nan for _, o in answer.curve]
+        costs = [o.cost if o.status in FOUND else math.nan for _, o in answer.curve]
         builder.data["curve_cost"] = Variable(("limit",), np.array(costs), "", "least total cost")
         statuses = np.array([o.status for _, o in answer.curve], dtype=str)
         builder.data["curve_status"] = Variable(("limit",), statuses, "", "what the cost is")
     builder.data["status"] = Variable((), np.array(outcome.status), "", "outcome")
-    if answer.is_cheapest:
-        builder.attrs["cheapest"] = 1
-    builder.attrs["changes"] = "\n".join(lines(items, outcome.values))
+    if outcome.status in FOUND:
+        if outcome.values == answer.search.cheapest:
+            builder.attrs["cheapest"] = 1
+        builder.attrs["changes"] = "\n".join(lines(items, outcome.values))
+    before = answer.search.before
+    if before is not None and before in answer.search.looks:
+        holds = answer.search.looks[before].holds(np.ones(len(answer.limits)))
+        builder.attrs["before"] = "holds" if holds else "missed"
     return builder.result()
 
 
@@ -116,7 +123,7 @@ def _begun(answer: Answer) -> Builder:
         ("source_key", [item.sizing.key for item in items], "where the file has its size"),
     ):
         builder.coords[name] = Variable(("source",), np.array(values, dtype=str), "", words)
-    before = [item.now() for item in items]
+    before = [item.before for item in items]
     costs = [math.nan if value is None else item.price(value) for item, value in zip(items, before, strict=True)]
     _add(builder, "size_before", [item.sizing.size for item in items], "size in the file", sized=True)
     _add(builder, "cost_before", costs, "what the size in the file costs; unknown where it has no cost")
@@ -152,7 +159,9 @@ def _limits(builder: Builder, answer: Answer, outcome: Outcome) -> None:
     builder.data["used"] = Variable(per, used, "", "error / limit; of a yield the share that it needs of the limit")
     builder.data["binding"] = Variable(per, used >= BINDS * used.max(), "", "whether it uses as much as any limit does")
     most = np.unravel_index(int(first_largest(used.reshape(-1))), used.shape)
-    if answer.limits[int(most[0])].quantity == "position" and answer.attributes["asked"] == "worst":
+    if isinstance(outcome.look, YieldLook):
+        _by_yield(builder, answer, outcome.look)
+    elif isinstance(outcome.look, WorstLook) and answer.limits[int(most[0])].quantity == "position":
         words = "direction of the largest position error where it uses most of its limit"
         builder.add("binding_direction", "axis", outcome.look.direction[most], words)
     if answer.prices:
@@ -163,27 +172,19 @@ def _limits(builder: Builder, answer: Answer, outcome: Outcome) -> None:
         builder.data["shadow_step"] = Variable(("limited",), steps, unit, "by how much the limit is loosened")
 
 
+def _by_yield(builder: Builder, answer: Answer, look: YieldLook) -> None:
+    """What a yield has beside what is used."""
+    assert isinstance(answer.search.looking, Scatter)
+    names = np.array([" ".join(filter(None, (one.contact, one.load_case))) for one in answer.search.looking.assumed])
+    words = "contact, and load case, with which most of the limit is used"
+    builder.data["decided_by"] = Variable(("limited", "configuration"), names[look.by.argmax(axis=0)], "", words)
+    words = "share of the specimens of a configuration that cannot be assembled, the largest"
+    _total(builder, "not_assembled", float(look.not_assembled.max()), words)
+
+
 def lines(items: Sequence[Item], values: Sequence[float]) -> list[str]:
-    """The changes of the file, ``KEY=VALUE``, as `--set` takes them; sizes by formula are rounded down."""
-    rounded = [down(value) if item.is_formula else value for item, value in zip(items, values, strict=True)]
-    changes: dict[str, object] = {}
-    for item, value in zip(items, rounded, strict=True):
-        if item.now() != value:
-            changes |= merged([item], [value])
-    return [f"{key}={written(value)}" for key, value in changes.items()]
-
-
-def down(value: float) -> float:
-    """A number rounded down to some digits.
-
-    Examples
-    --------
-    >>> down(0.0480685221)
-    0.0480685
-    """
-    places = DIGITS - 1 - math.floor(math.log10(value))
-    scale = 10.0**places
-    return float(f"{math.floor(value * scale * (1.0 + 1e-12)) / scale:.{max(places, 0)}f}")
+    """The changes of the file, ``KEY=VALUE``, as `--set` takes them."""
+    return [f"{key}={written(value)}" for key, value in merged(items, values).items()]
 
 
 def written(value: Any) -> str:

@@ -2,52 +2,57 @@
 
 At a plan specimens are drawn, closed exactly, and each gets the largest share of a limit that its error uses:
 
-    used    the share that so many specimens exceed as may, for the required yield to hold with `CONFIDENCE`
-    first   standard deviation / limit, to first order;  its square is linear in the squares of the sizes
+    used    the share that as many specimens exceed as may, for the required yield to hold
 
-The quantile of the samples over the standard deviation corrects the right side of the rows: no law is assumed. The
-same random numbers are drawn for all plans, so that plans differ by their sizes alone.
+No law is assumed. The same random numbers are drawn for all plans, so that plans differ by their sizes alone. Where
+offsets may scatter or be decided by the load, the yield has to hold both ways.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.contacts import Assumed, assumptions
 from jointplay.analyses.nominal import Nominal
+from jointplay.analyses.several import places_of
 from jointplay.model import Mechanism
 from jointplay.result import split
 
 from .items import Item
-from .looks import Limit, Look, merged, sources_of
+from .looks import Limit, Look, merged
+from .required import Required
 
 Floats = NDArray[np.float64]
-#: how sure it is that the yield is reached, from the samples that were drawn
-CONFIDENCE = 0.975
+Flags = NDArray[np.bool_]
 
 
-def most_outside(samples: int, probability: float) -> int:
-    """How many of the samples may be outside; -1 where there are too few samples to know.
+@dataclass(frozen=True)
+class YieldLook(Look):
+    """A look at a plan by its specimens, or by some of them so far.
 
-    The share that is outside is below ``1 - probability`` with `CONFIDENCE` (Clopper and Pearson).
-
-    Examples
-    --------
-    >>> most_outside(10_000, 0.99)
-    80
+    Attributes
+    ----------
+    quantile : ndarray
+        The share of a limit, of whichever it is, that as many specimens exceed as may: shape (assumption,
+        configuration); nan where nobody has looked.
+    by : ndarray
+        `used` under every assumption, zero where nobody has looked, shape (assumption, limit, configuration).
+    not_assembled : ndarray
+        Share of the specimens that cannot be assembled, shape (assumption, configuration).
     """
-    from scipy.stats import beta
 
-    low, high = -1, int(samples * (1.0 - probability))
-    while low < high:
-        middle = (low + high + 1) // 2
-        if beta.ppf(CONFIDENCE, middle + 1, samples - middle) <= 1.0 - probability:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+    quantile: Floats
+    by: Floats
+    not_assembled: Floats
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all specimens were looked at."""
+        return not np.isnan(self.quantile).any()
 
 
 class Scatter:
@@ -55,112 +60,103 @@ class Scatter:
 
     Parameters
     ----------
-    m, items, limits, places
-        As of `WorstCase`.
+    m : Mechanism
+        With its patterns written out.
+    items : sequence of Item
+    limits : sequence of Limit
     samples, seed : int
     probability : float
         The required yield, in every configuration.
+    contacts : tuple of str
+        Where the clearances are.
     """
-
-    power = 2
 
     def __init__(
         self,
         m: Mechanism,
         items: Sequence[Item],
         limits: Sequence[Limit],
-        places: dict[str | None, Nominal],
         samples: int,
         seed: int,
         probability: float,
+        contacts: tuple[str, ...],
     ) -> None:
-        self.m, self.items, self.limits, self.places = m, items, limits, places
-        self.samples, self.seed = samples, seed
-        self.outside = most_outside(samples, probability)
-        self._table = self._variances()
+        self.m, self.items, self.limits, self.contacts = m, items, limits, contacts
+        self.required, self.seed = Required(samples, probability), seed
+        self.labels = self.required.labels()
+        self.assumed = assumptions(m, contacts)
+        self.places = places_of([one.part for one in self.assumed])
 
-    def look(self, values: Sequence[float]) -> Look:
-        """What a plan brings."""
-        changed = self.m.with_(merged(self.items, values))
-        count = len(next(iter(self.places.values())))
-        shape = (len(self.limits), count)
-        used, status = np.zeros(shape), np.zeros(count, np.uint8)
-        first = np.zeros(shape)
-        for output, at in self.places.items():
-            part = changed.only(output)
-            rows = [k for k, limit in enumerate(self.limits) if limit.output == output]
-            for c in range(count):
-                found = part.core.random(
-                    at.drives[c : c + 1],
-                    at.poses[c : c + 1],
-                    self.samples,
-                    self.seed,
-                    np.array([0.5]),
-                    keep=True,
-                    sampling="plain",
-                )
-                status[c] = max(status[c], at.worse(found["status"], slice(c, c + 1))[0])
-                shares = np.stack([self._share(part, found["kept_errors"], self.limits[row]) for row in rows])
-                # A specimen that cannot be assembled keeps to no limit.
-                shares[:, ~np.isfinite(shares).all(axis=0)] = np.inf
-                # One specimen is lost once, whichever limits it misses.
-                used[rows, c] = np.sort(shares.max(axis=0))[self.samples - 1 - self.outside]
-                variance = np.diagonal(found["covariance_first_order"], axis1=1, axis2=2)
-                for row in rows:
-                    first[row, c] = np.sqrt(self._of(part, variance, self.limits[row])[0])
-        # What of the limits is used is known of all of one output together, and shared out as their deviations are.
-        for output in self.places:
-            rows = [k for k, limit in enumerate(self.limits) if limit.output == output]
-            largest = first[rows].max(axis=0)
-            used[rows] *= np.divide(first[rows], largest, out=np.ones_like(first[rows]), where=largest > 0.0)
-        parts, rest = self._table
-        directions = np.zeros((*shape, 2 if self.m.data.space == "planar" else 3))
-        return Look(used, first, parts, rest, status, directions)
+    def look(self, values: Sequence[float], known: YieldLook | None = None, far: Flags | None = None) -> YieldLook:
+        """What a plan brings.
 
-    def _share(self, m: Mechanism, errors: Floats, limit: Limit) -> Floats:
-        lengths, _ = split(list(m.components))
-        n = len(lengths)
-        if limit.quantity in ("position", "rotation"):
-            part = errors[:, :n] if limit.quantity == "position" else errors[:, n:]
-            return np.asarray(np.linalg.norm(part, axis=1) / limit.value)
-        sign = -1.0 if limit.side == "low" else 1.0
-        return np.asarray(sign * errors[:, m.components.index(limit.quantity)] / limit.value)
+        Parameters
+        ----------
+        values : sequence of float
+        known : YieldLook, optional
+            What was found of the plan before.
+        far : ndarray of bool, optional
+            Assumptions and configurations that are left out, because they use little of the limits.
+        """
+        assumed = self.changed(values)
+        shape = len(assumed), len(self.places[0])
+        by, status = np.zeros((shape[0], len(self.limits), shape[1])), np.zeros(shape[1], np.uint8)
+        quantile, lost = np.full(shape, np.nan), np.zeros(shape)
+        # Where the machine cannot stand nothing is used of any limit.
+        quantile[:, ~np.all([place.counts for place in self.places], axis=0)] = 0.0
+        if known is not None:
+            by[:], status[:], quantile[:], lost[:] = known.by, known.status, known.quantile, known.not_assembled
+        for a, c in np.argwhere(np.isnan(quantile) if far is None else np.isnan(quantile) & ~far).tolist():
+            one, rows = assumed[a], self.rows_of(assumed[a])
+            errors, outcome = self.drawn(one, self.places[a], c)[1:]
+            status[c] = max(status[c], outcome)
+            shares = np.stack([share(one.part, errors, self.limits[row]) for row in rows])
+            # A specimen that cannot be assembled keeps to no limit, and is lost once, whichever limits it misses.
+            failed = ~np.isfinite(shares).all(axis=0)
+            shares[:, failed] = np.inf
+            lost[a, c] = failed.mean()
+            quantile[a, c] = self.required.last(shares.max(axis=0), self.labels)
+            own = np.array([self.required.last(row, self.labels) for row in shares])
+            # What is used is known of all limits together, and shared out by what each of them uses alone.
+            most = own.max()
+            by[a, rows, c] = quantile[a, c] * (own / most if 0.0 < most < np.inf else np.ones_like(own))
+        return YieldLook(by.max(axis=0), status, quantile, by, lost)
 
-    def _of(self, m: Mechanism, variance: Floats, limit: Limit) -> Floats:
-        """The variance of what is limited, over the square of the limit; the last axis is the component."""
-        n = len(split(list(m.components))[0])
-        if limit.quantity in ("position", "rotation"):
-            own = variance[..., :n] if limit.quantity == "position" else variance[..., n:]
-            return np.asarray(own.sum(axis=-1) / limit.value**2)
-        return np.asarray(variance[..., m.components.index(limit.quantity)] / limit.value**2)
+    def with_samples(self, samples: int) -> Scatter:
+        """The same with another number of specimens."""
+        required = self.required
+        return Scatter(self.m, self.items, self.limits, samples, self.seed, required.probability, self.contacts)
 
-    def _variances(self) -> tuple[Floats, Floats]:
-        """What every column adds to the squares of `first`, and what the sources without a cost do."""
-        deepest = max(1 if item.is_formula else len(item.options) for item in self.items)
-        count = len(next(iter(self.places.values())))
-        columns = [1 if item.is_formula else len(item.options) for item in self.items]
-        first = np.cumsum([0, *columns])
-        parts = np.zeros((len(self.limits), count, int(first[-1])))
-        rest = np.zeros((len(self.limits), count))
-        for depth in range(deepest):
-            values = [self._value(item, min(depth, n - 1)) for item, n in zip(self.items, columns, strict=True)]
-            changed = self.m.with_(merged(self.items, values))
-            for output, at in self.places.items():
-                part = changed.only(output)
-                found = part.core.random(at.drives, at.poses, 2, self.seed, np.array([0.5]))
-                for row, limit in enumerate(self.limits):
-                    if limit.output != output:
-                        continue
-                    shares = self._of(part, found["contribution"], limit)
-                    others = shares.sum(axis=1)
-                    for k, item in enumerate(self.items):
-                        own = shares[:, sources_of(part, item)].sum(axis=1)
-                        others = others - own
-                        if depth < columns[k]:
-                            scale = item.options[-1].size ** -2 if item.is_formula else 1.0
-                            parts[row, :, first[k] + depth] = own * scale
-                    rest[row] = others
-        return parts, rest
+    def changed(self, values: Sequence[float]) -> list[Assumed]:
+        """The mechanism with a plan, under each of the assumptions."""
+        return assumptions(self.m.with_(merged(self.items, values)), self.contacts)
 
-    def _value(self, item: Item, depth: int) -> float:
-        return item.options[-1].size if item.is_formula else float(depth)
+    def rows_of(self, one: Assumed) -> list[int]:
+        """The limits of the output of a part."""
+        output = one.part.of[0] if self.m.outputs else None
+        return [k for k, limit in enumerate(self.limits) if limit.output == output]
+
+    def drawn(self, one: Assumed, at: Nominal, c: int) -> tuple[Floats, Floats, int]:
+        """Parameters and errors of the specimens at a configuration, and its status."""
+        found = one.part.under_loads_of(c).core.random(
+            at.drives[c : c + 1],
+            at.poses[c : c + 1],
+            self.required.samples,
+            self.seed,
+            np.array([0.5]),
+            keep=True,
+            loaded=one.is_loaded,
+            sampling="sobol",
+        )
+        status = int(at.worse(found["status"], slice(c, c + 1))[0])
+        return found["kept_parameters"], found["kept_errors"], status
+
+
+def share(m: Mechanism, errors: Floats, limit: Limit) -> Floats:
+    """How much of a limit every error uses; the last axis is the component."""
+    n = len(split(list(m.components))[0])
+    if limit.quantity in ("position", "rotation"):
+        part = errors[..., :n] if limit.quantity == "position" else errors[..., n:]
+        return np.asarray(np.linalg.norm(part, axis=-1) / limit.value)
+    sign = -1.0 if limit.side == "low" else 1.0
+    return np.asarray(sign * errors[..., m.components.index(limit.quantity)] / limit.value)

@@ -11,6 +11,7 @@ error there is one direction only. The core finds both, the first order and the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,36 @@ from jointplay.analyses.nominal import Nominal
 from jointplay.model import Mechanism
 from jointplay.result import axes_of
 
-from .items import Item
-from .looks import Limit, Look, merged, scaled, sources_of
+from .items import TINY, Item, Play
+from .looks import Limit, Look, merged, sources_of
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WorstLook(Look):
+    """A look, and the rows that its first order gives.
+
+        rows       parts @ x + rest = first at the plan; at every other plan a bound from below
+
+    The rows hold for all plans.
+
+    Attributes
+    ----------
+    first : ndarray
+        `used` to first order.
+    parts : ndarray
+        Shape (limit, configuration, column).
+    rest : ndarray
+        Shape (limit, configuration).
+    direction : ndarray
+        Of the largest position error, shape (limit, configuration, axis).
+    """
+
+    first: Floats
+    parts: Floats
+    rest: Floats
+    direction: Floats
 
 
 class WorstCase:
@@ -40,8 +67,6 @@ class WorstCase:
         As of `worst`.
     """
 
-    power = 1
-
     def __init__(
         self,
         m: Mechanism,
@@ -53,7 +78,7 @@ class WorstCase:
         self.m, self.items, self.limits, self.places, self.starts = m, items, limits, places, starts
         self.has_axial = any(option.play.axial > 0.0 for item in items for option in item.options)
 
-    def look(self, values: Sequence[float]) -> Look:
+    def look(self, values: Sequence[float]) -> WorstLook:
         """What a plan brings."""
         changed = self.m.with_(merged(self.items, values, probe=True))
         first = next(iter(self.places.values()))
@@ -80,7 +105,12 @@ class WorstCase:
                 used[row], linear[row] = sign * exact / limit.value, sign * order / limit.value
                 direction[row] = found["direction"] if limit.quantity == "position" else 0.0
                 parts[row], rest[row] = self._row(part, values, shares, slopes, found, limit)
-        return Look(used, linear, parts, rest, status, direction)
+        # Where the machine cannot stand nothing is used of any limit.
+        away = ~np.all([place.counts for place in self.places.values()], axis=0)
+        for values in (used, linear, parts, rest, direction):
+            values[:, away] = 0.0
+        status[away] = 0
+        return WorstLook(used, status, linear, parts, rest, direction)
 
     def _row(
         self,
@@ -132,3 +162,35 @@ def _along(m: Mechanism, item: Item, slopes: Floats, found: object, limit: Limit
     else:
         moved = moved[:, m.components.index(limit.quantity)]
     return np.asarray(np.abs(moved).sum(axis=1) / limit.value)
+
+
+def columns_of(item: Item) -> list[float]:
+    """The values of an item's columns: of a formula both ends of its range."""
+    return [option.size for option in item.options] if item.is_formula else [float(k) for k in range(len(item.options))]
+
+
+def scaled(item: Item, value: float, part: Floats, axial: Floats) -> list[Floats]:
+    """What an item adds to the error with each of the values of its columns.
+
+    Parameters
+    ----------
+    item : Item
+    value : float
+        The value at which it adds `part`.
+    part : ndarray
+        What it adds.
+    axial : ndarray
+        What a unit of axial play adds, where that is part of it.
+    """
+    now = probed(item, value)
+    radial = part - now.axial * axial
+    plays = [item.play(column) for column in columns_of(item)]
+    return [radial * (play.scale / now.scale if now.scale else 0.0) + play.axial * axial for play in plays]
+
+
+def probed(item: Item, value: float) -> Play:
+    """How large its set is where directions are looked for; not zero."""
+    if item.is_formula or item.options[round(value)].size > 0.0:
+        return item.play(value)
+    largest = max(item.options, key=lambda option: option.size)
+    return Play(largest.play.scale * TINY, largest.play.axial * TINY)

@@ -1,6 +1,7 @@
 """`allow`: the largest size of every source with which the limits hold, and which fit one may order.
 
-    allowed = the largest size up to which limits hold at every smaller one, too, all other sources as they are
+    allowed = the largest size up to which limits hold from the size that is there on, all other sources as they are;
+              where they are missed with that, the largest one up to which they hold at every smaller one, too
     slack   = allowed - size
     allowed_factor: the same of the sizes of all sources times one factor
 
@@ -24,7 +25,7 @@ from jointplay.result import Builder, Result, Variable, to_dataset
 from jointplay.sizing import Sizing, sizings, times
 from jointplay.typed import typed
 
-from .asked import Asked, Use
+from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed
 from .order import loosest
 from .search import Found, Search
@@ -71,25 +72,31 @@ def allow(
     tolerance : float
         Relative: limits hold at `allowed`, and are missed at `allowed * (1 + 2 * tolerance)`.
     **options
-        Of the question, such as ``samples`` and ``seed``. Of random there are 20,000 samples if left out.
+        Of the question, such as ``samples`` and ``seed``. Of random there are 20,000 samples if left out; without a
+        ``contact`` it is the one that the file names, and where the file has loads and names none, the share has to
+        keep to the limits both ways: with clearances that scatter, and where the load decides where they are.
 
     Returns
     -------
     xarray.Dataset
         Over `source`, in the units of the file (`source_unit`): `size` (of a clearance the largest play, as the file
         measures it, see `source_measure`), `allowed` (the largest size up to which the limits hold, all other sources
-        as they are), `slack` (allowed - size), `used_without` (what is used of the limits with this source at zero),
-        `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold), `binding_quantity` and
-        `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``; ``unlimited``, where
-        the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that size changes nothing
-        of what is limited; ``not_enough``, where they are missed at size zero as well; ``needs_play``, where they hold
-        with the size as it is and are missed at size zero; ``fixed``, where the size cannot be changed. Of an
-        over-constrained mechanism `needed`: the smallest size with which all specimens within the tolerances can be
-        assembled without strain. With `random` `allowed_standard_error`, from the number of samples.
+        as they are), `smallest` (the smallest size from which on they do, zero for most), `too_small` (the largest
+        size below it that was found to be too small), `too_small_not_assembled` (the share of the specimens that
+        cannot be assembled there), `slack` (allowed - size), `used_without` (what is used of the limits with this
+        source at zero), `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold),
+        `binding_quantity` and `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``;
+        ``unlimited``, where the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that
+        size changes nothing of what is limited; ``not_enough``, where they are missed at size zero as well;
+        ``needs_play``, where they hold with the size as it is and are missed at size zero; ``fixed``, where the size
+        cannot be changed. Of an over-constrained mechanism `needed`: the smallest size with which all specimens within
+        the tolerances can be assembled without strain. With `random` `allowed_standard_error`, from the number of
+        samples.
 
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
-        share that may be outside).
+        share that may be outside), with `used_not_assembled`, the share of the specimens that cannot be assembled
+        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is.
 
     Raises
     ------
@@ -103,6 +110,7 @@ def allow(
     to `allowed`. For the other questions, and where members are elastic, sizes are tried in equal steps, so that a
     smaller size at which limits are missed is found unless it lies between two of them. Smaller sizes that are too
     small to be assembled do not count: teeth that jam, parts of an over-constrained mechanism that do not fit together.
+    Nor do any that are smaller than the size as it is, where that holds: `smallest` tells them.
 
     Examples
     --------
@@ -259,6 +267,8 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     builder = Builder(m, "allow", asked=question, tolerance=every.tolerance)
     if question == "random":
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
+        if m.has_loads:
+            builder.attrs["contact"] = ", ".join(every.asked.contacts)
     if without := every.asked.without_pose:
         builder.attrs["without_pose"] = ", ".join(map(str, without))
     if fixed := [one.source.name for one in done if one.source.fixed]:
@@ -282,6 +292,8 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     allowed = [one.found.allowed for one in done]
     add("size", [s.size for s in sources], "size as it is")
     add("allowed", allowed, "largest size up to which the limits hold")
+    add("smallest", [one.found.smallest for one in done], "smallest size from which on the limits hold")
+    add("too_small", [one.found.too_small for one in done], "largest size below it that was found to be too small")
     add("slack", [a - s.size for a, s in zip(allowed, sources, strict=True)], "allowed - size")
     if every.needed is not None:
         words = "smallest size with which all specimens can be assembled without strain"
@@ -289,6 +301,11 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     if question == "random":
         add("allowed_standard_error", [one.error for one in done], "standard error of allowed, from the samples")
     add("used_without", [one.found.without.used for one in done], "what is used of the limits without the source", "")
+    below = [one.found.below for one in done]
+    lost = [math.nan if use is None else max(use.not_assembled, use.quantity == ASSEMBLY) for use in below]
+    if question == "random":
+        lost = [math.nan if use is None else use.not_assembled for use in below]
+    add("too_small_not_assembled", lost, "share of the specimens that cannot be assembled there", "")
     _words(builder, done)
     _of_all(builder, now, factor)
     statuses = np.array([one.found.status for one in done], dtype=str)
@@ -306,6 +323,7 @@ def _words(builder: Builder, done: Sequence[_One]) -> None:
         ("configuration", [use.configuration for use in uses], "where it does; -1 where nowhere"),
         *((("output", [use.output for use in uses], "at which output"),) if builder.m.outputs else ()),
         *((("load_case", [use.load_case for use in uses], "in which load case"),) if builder.m.load_cases else ()),
+        *((("contact", [use.contact for use in uses], "with which contact"),) if "contact" in builder.attrs else ()),
     ):
         builder.data[f"binding_{name}"] = Variable(("source",), np.array(values), "", words)
 
@@ -316,6 +334,8 @@ def _of_all(builder: Builder, now: Use, factor: Found) -> None:
         ("used", now.used, "largest part of a limit that is used"),
         ("used_quantity", now.quantity, "of which quantity"),
         ("used_configuration", now.configuration, "at which configuration"),
+        ("used_not_assembled", now.not_assembled, "share of the specimens that cannot be assembled there"),
+        *((("used_contact", now.contact, "with which contact"),) if "contact" in builder.attrs else ()),
         ("allowed_factor", factor.allowed, "factor of all sizes up to which the limits hold"),
         ("factor_status", factor.status, "what allowed_factor is"),
         ("factor_binding_quantity", factor.use.quantity, "what misses its limit first"),

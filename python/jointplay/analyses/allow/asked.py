@@ -3,14 +3,14 @@
     used = largest value / limit                       worst, loaded
     used = share outside the limits / share allowed    random
 
-each the largest over configurations, quantities, outputs and load cases.
-Limits hold where `used` is 1 or less. A configuration that cannot be assembled as drawn has no error and does not
-count; where it is the size of a source that prevents the assembly, limits do not hold.
+each the largest over configurations, quantities, outputs and load cases, and of `random` over the assumptions on where
+clearances are. Limits hold where `used` is 1 or less. A configuration that cannot be assembled as drawn has no error
+and does not count; where it is the size of a source that prevents the assembly, limits do not hold.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses import loaded, random, worst
-from jointplay.analyses.nominal import Nominal, carried, nominal, within_another
+from jointplay.analyses.contacts import Assumed, assumptions, contacts
+from jointplay.analyses.nominal import Nominal, within_another
+from jointplay.analyses.several import places_of
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
-from jointplay.result import STATUSES, Result
-from jointplay.verdict import ROUNDING, ends
+from jointplay.result import STATUSES, Array, Result
+from jointplay.verdict import READABLE, ROUNDING, ends
 
 Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism
@@ -37,10 +39,8 @@ COMPUTE: Mapping[str, Callable[..., Result]] = {
 #: what is not asked for: it decides nothing, and takes most of the time
 LESS: Mapping[str, Mapping[str, Any]] = {
     "loaded": {"details": False, "plays": False},
-    "random": {"path": False, "probabilities": (), "contact": "scattered"},
+    "random": {"path": False, "probabilities": ()},
 }
-#: outcomes with an error
-WITH_ERROR = ("ok", "undetermined", "strained")
 #: what binds where not an error does: no pose, and a size that the file cannot have
 ASSEMBLY, REFUSED = "assembly", "refused"
 #: configurations that use less than this share of the most that one uses are looked at in the end only
@@ -56,11 +56,16 @@ class Use:
     used : float
         1 or less where limits hold; infinite where there is no pose.
     quantity : str
-        Component, ``position`` or ``rotation``; ``assembly`` where a configuration has no pose.
+        Component, ``position`` or ``rotation``; ``assembly`` where a configuration has no pose, or where most of the
+        specimens that are outside have none.
     configuration : int
         Its number; -1 where the size itself is refused.
     output, load_case : str
         Empty where the file has none.
+    contact : str
+        Where the clearances are; empty where that is not asked.
+    not_assembled : float
+        Share of the specimens that cannot be assembled there.
     near : list of ndarray
         Of every part of the mechanism the configurations that come near.
     """
@@ -70,6 +75,8 @@ class Use:
     configuration: int
     output: str = ""
     load_case: str = ""
+    contact: str = ""
+    not_assembled: float = 0.0
     near: Places | None = None
 
     @property
@@ -94,65 +101,80 @@ class Asked:
     def __init__(self, m: Mechanism, question: str, probability: float, options: Mapping[str, Any]) -> None:
         self.m, self.question, self.probability = m, question, probability
         self.options = {**LESS.get(question, {}), **options}
+        self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
         self.is_monotone = question == "worst" and not m.core.deformations
-        self.by_load = question == "loaded" or options.get("contact") == "loaded"
+        self.by_load = question == "loaded" or "loaded" in self.contacts
         parts = self.parts(m)
-        if not any(part.limits.errors for part in parts):
+        if not any(one.part.limits.errors for one in parts):
             names = ", ".join(("position", "rotation", *m.components))
             problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
             raise InputError(problem, file=m.file, key="limits")
-        self.at = _places(parts)
+        self.at = places_of([one.part for one in parts])
         self.every: Places = [np.flatnonzero(_has_error(at.status)) for at in self.at]
         if not any(len(places) for places in self.every):
             raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
 
-    def parts(self, m: Mechanism) -> list[Mechanism]:
+    def parts(self, m: Mechanism) -> list[Assumed]:
         """The mechanism with each of its outputs, in each of its load cases where loads count."""
-        return m.every_part if self.by_load else m.without_load_cases().every_part
+        if self.contacts:
+            return assumptions(m, self.contacts)
+        whole = m if self.question == "loaded" else m.without_load_cases()
+        return [Assumed("", part.of[1], part) for part in whole.every_part]
 
     @property
     def without_pose(self) -> list[int]:
         """Configurations that have no pose as drawn."""
-        return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status)).tolist()})
+        return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist()})
 
     def use(self, changes: Mapping[str, object], near: Places | None = None) -> Use:
         """How much of the limits is used with changes, at all configurations or at some of them."""
         try:
             copy = self.m.with_(changes)
-            for part in self.parts(copy):
-                _ = part.core
+            for one in self.parts(copy):
+                _ = one.part.core
         except InputError:
             return Use(np.inf, REFUSED, -1)
-        return self.use_of(copy, self.every if near is None or self.by_load else near)
+        return self.use_of(copy, self.every if near is None or self.question == "loaded" else near, near is None)
 
-    def use_of(self, m: Mechanism, near: Places) -> Use:
-        """How much of the limits a mechanism uses at some configurations."""
+    def use_of(self, m: Mechanism, near: Places, every: bool = True) -> Use:
+        """How much of the limits a mechanism uses at some configurations.
+
+        Under `every` assumption, or until one says that the limits are missed.
+        """
         best = Use(-np.inf, "", -1)
         columns: list[Floats] = []
-        for part, at, places in zip(self.parts(m), self.at, near, strict=True):
-            if not part.limits.errors or not len(places):
-                columns.append(np.zeros(len(places)))
+        for one, at, places in zip(self.parts(m), self.at, near, strict=True):
+            if not one.part.limits.errors or not len(places) or (best.used > 1.0 and not every):
+                columns.append(np.full(len(places), np.inf if best.used > 1.0 else 0.0))
                 continue
-            everywhere = len(places) == len(at)
-            # Loads may go by the number of the configuration, and random numbers cost nothing there.
-            all_of_it = everywhere or self.by_load
-            with within_another():
-                result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
-            used = self._of(part, result)
-            status = result.get("status")
-            if all_of_it:
-                used, status = used[places], status[places]
-            failed = ~np.isin(status, WITH_ERROR)
+            used, status, lost = self._asked(one, at, places)
+            failed = ~np.isin(status, READABLE)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
             k = int(np.argmax(most))
             if most[k] > best.used:
-                quantity = ASSEMBLY if failed[k] else part.quantities[int(np.argmax(used[k]))]
-                best = Use(float(most[k]), quantity, int(places[k]), *part.of if self.by_load else (part.of[0], ""))
-        largest = max((c.max(initial=0.0) for c in columns), default=0.0)
-        kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(largest) else near
+                allowed = 1.0 - self.probability
+                jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
+                quantity = ASSEMBLY if failed[k] or jammed else one.part.quantities[int(np.argmax(used[k]))]
+                output, case = one.part.of[0], one.load_case if self.by_load else ""
+                best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
+        largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
+        kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
         return replace(best, near=kept)
+
+    def _asked(self, one: Assumed, at: Nominal, places: NDArray[np.intp]) -> tuple[Floats, Array, Floats]:
+        """What is used at some configurations, their status, and the share of specimens that cannot be assembled."""
+        # Loads may go by the number of the configuration.
+        whole = len(places) == len(at) or (one.is_loaded and bool(one.part.loads.along)) or self.question == "loaded"
+        options = self.options | ({"contact": one.contact} if one.contact else {})
+        with within_another():
+            result = COMPUTE[self.question](one.part, at=at if whole else at.chosen(places), **options)
+        used, status, lost = self._of(one.part, result), result.get("status"), np.zeros(len(result.get("status")))
+        if self.question == "random":
+            failures = result.get("failures")
+            lost = failures[:, ~np.isin(STATUSES, READABLE)].sum(axis=1) / failures.sum(axis=1)
+        return (used[places], status[places], lost[places]) if whole else (used, status, lost)
 
     def _of(self, part: Mechanism, result: Result) -> Floats:
         """What is used of every limit, shape (configuration, quantity); none of what has no limit."""
@@ -178,16 +200,5 @@ def _share(values: Floats, limit: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(limit), np.maximum(known, 0.0), 0.0))
 
 
-def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
-    """The nominal configurations of every part, which sizes do not change; solved once for all that move alike."""
-    first = parts[0]
-    known = nominal(first)
-    return [known if part is first else carried(known, first, part) for part in parts]
-
-
-def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
-    return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
-
-
 def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    return np.isin(STATUSES[codes], WITH_ERROR)
+    return np.isin(STATUSES[codes], READABLE)

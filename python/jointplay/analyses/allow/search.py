@@ -8,13 +8,14 @@ already. The first points are the size that is there and zero; to first order th
 that few more are needed.
 
 A size may be too small as well: teeth jam where runout takes all of their backlash, and parts of an over-constrained
-mechanism do not fit together. Such sizes have no error; the limits have to hold at those above them.
+mechanism do not fit together. Such sizes have no error; the limits have to hold at those above them. Where the limits
+hold with the size that is there, they are looked for from it on: what is missed below it is told, and does not count.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,12 +27,16 @@ MOST_STEPS = 80
 SAME = 1e-9
 #: equal steps in which sizes below a missed one are scanned
 SCANNED = 16
+#: halves of a size that holds at which smaller ones are looked at
+HALVED = 4
 #: by how much more a size is tried where nothing says more
 GROWTH = 8.0
 #: steps of false position within which a bracket has to be halved
 ROUNDS = 3
 #: share of the largest size below which an allowed size is none
 NOTHING = 1e-9
+#: relative width within which the smallest size is known
+FLOOR = 0.02
 
 
 @dataclass(frozen=True)
@@ -51,12 +56,21 @@ class Found:
         What is used at the smallest size that was found to be too large, or at the largest one.
     without : Use
         What is used with a size of zero.
+    smallest : float
+        The smallest size from which on they hold up to `allowed`; nan where there is none.
+    too_small : float
+        The largest size below it that was found to be too small; nan where zero is none.
+    below : Use or None
+        What is used with that.
     """
 
     status: str
     allowed: float
     use: Use
     without: Use
+    smallest: float = np.nan
+    too_small: float = np.nan
+    below: Use | None = None
 
 
 class Search:
@@ -93,7 +107,7 @@ class Search:
     ) -> None:
         self.use, self.tolerance, self.is_monotone = use, tolerance, is_monotone
         self.largest = max(largest, GROWTH * size)
-        self.now = now
+        self.now, self.size = now, size
         self.known: dict[float, Use] = {size: now}
         self.near = now.near
         self.start = size or min(guess, self.largest)
@@ -108,7 +122,20 @@ class Search:
             self.known = {size: use for size, use in self.known.items() if not use.holds or size == 0.0}
             self.known[found.allowed] = self.use_everywhere(found.allowed)
             found = self._bracketed(without)
-        return found
+        return self._with_smallest(found) if np.isfinite(found.allowed) else found
+
+    def _with_smallest(self, found: Found) -> Found:
+        """With the smallest size from which on limits hold."""
+        end = self.size if self.now.holds and self.size > 0.0 else found.allowed
+        missed = [size for size, use in self.known.items() if size < end and not use.holds]
+        if not missed:
+            return replace(found, smallest=0.0)
+        low = max(missed)
+        high = min(size for size, use in self.known.items() if size > low and use.holds)
+        while high - low > FLOOR * high and high > NOTHING * self.largest:
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if self.at(middle).holds else (middle, high)
+        return replace(found, smallest=high, too_small=low, below=self.at(low))
 
     def use_everywhere(self, size: float) -> Use:
         """What is used with a size at all configurations."""
@@ -127,9 +154,10 @@ class Search:
         low = self._smallest(without)
         if low is None:
             return Found("needs_play" if self.now.holds else "not_enough", np.nan, without, without)
+        first, low = low, max(low, self.size) if self.now.holds else low
         high = self._missed(low)
         if not self.is_monotone:
-            low, high = self._scanned(low, high)
+            low, high = self._scanned(first, low, high)
         if high is None:
             low = max(size for size, use in self.known.items() if use.holds)
             used = [use.used for use in self.known.values()]
@@ -195,12 +223,16 @@ class Search:
         aim = b + (1.0 - fb) * (b - a) / (fb - fa)
         return float(min(max(aim * (1.0 + self.tolerance / 2.0), b * (1.0 + self.tolerance)), GROWTH * size))
 
-    def _scanned(self, low: float, high: float | None) -> tuple[float, float | None]:
-        """The first of equal steps from a size that holds within which limits are missed."""
+    def _scanned(self, first: float, low: float, high: float | None) -> tuple[float, float | None]:
+        """The first of equal steps above a size that holds within which limits are missed."""
+        if first < low:
+            # What is missed below the size that is there is told.
+            for k in range(1, HALVED + 1):
+                self.at(first + (low - first) * 0.5**k)
         held = max((s for s, use in self.known.items() if use.holds), default=low)
         top, below = held if high is None else high, low
         for k in range(1, SCANNED + 1):
-            size = low + (top - low) * k / SCANNED
+            size = first + (top - first) * k / SCANNED
             if size <= below or (size < held and self.at(size).quantity == ASSEMBLY):
                 continue
             if not self.at(size).holds:

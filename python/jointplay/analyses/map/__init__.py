@@ -7,7 +7,7 @@ import inspect
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from jointplay.compile import Grid
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
 from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
+from jointplay.schema.values import spaced
 from jointplay.store import MemoryStore, Plan, open_store
 from jointplay.typed import typed
 
@@ -85,8 +86,9 @@ def map(
     xarray.Dataset
         The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
         drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
-        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether the
-        node is inside. With a path the dataset is read from the file when it is used.
+        the next one along the axis `across`. `singular_crossing`: at which part of the way to that one the mechanism
+        becomes singular. `leaves_range`: with ranges of drives or joints in the file, which of them leaves its range.
+        With a path the dataset is read from the file when it is used.
 
     Raises
     ------
@@ -217,11 +219,22 @@ def _prepared(
     _check_options(m, question, options)
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
+        # A map is the same however its grid was written.
+        m = m.with_({"grid": {name: _said(axis.nodes) for name, axis in (m.data.grid or {}).items()}})
     ask = Ask(m, question, options)
     if ask.m.grid is None:
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")
     return ask.m.grid, ask
+
+
+def _said(nodes: Sequence[float]) -> object:
+    """The values along an axis in the shortest form."""
+    if len(nodes) == 1:
+        return nodes[0]
+    if tuple(nodes) == spaced(nodes[0], nodes[-1], len(nodes)):
+        return {"from": nodes[0], "to": nodes[-1], "count": len(nodes)}
+    return {"values": list(nodes)}
 
 
 def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:

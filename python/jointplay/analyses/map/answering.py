@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats, Nominal, carried
+from jointplay.analyses.nominal import Floats, Nominal, bounded, carried
 from jointplay.analyses.questions import computation
-from jointplay.analyses.solve import coordinates, within_limits
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
@@ -30,9 +29,12 @@ QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 #: questions whose results do not say how near a node is to a singularity
 MEASURED = ("solve", "worst", "random")
 #: what a map has beside the answers at its nodes
-OWN = ("across", "contact_change", "within_limits")
+CROSSING = "singular_crossing"
+OWN = ("across", "contact_change", CROSSING)
 NOT_ASSEMBLED = 1
 Array = NDArray[Any]
+#: the number of a chunk, the configurations at its nodes, and where ways to next nodes become singular
+Chunk = tuple[int, Nominal, Floats]
 
 
 @dataclass(frozen=True)
@@ -114,10 +116,12 @@ class Asking:
     def _contacts(self) -> Contacts:
         return Contacts(self.ask.m)
 
-    def __call__(self, chunk: tuple[int, Nominal]) -> Answer:
+    def __call__(self, chunk: Chunk) -> Answer:
         """The answer at the nodes of a chunk, of which these are the configurations."""
-        number, at = chunk
-        part, states = self._part(number, measured(self.ask.m, at) if self.ask.question in MEASURED else at)
+        number, at, crossing = chunk
+        m = self.ask.m
+        at = bounded(m, measured(m, at) if self.ask.question in MEASURED else at)
+        part, states = self._part(number, at, crossing)
         contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
         if self.writer is None:
             return Answer(part, {}, contacts)
@@ -129,28 +133,28 @@ class Asking:
         options = {"question": self.ask.question, **{name: v for name, v in known.items() if name != "path"}}
         return {**flat.attrs, **Origin((self.ask.whole,), options).attributes()}
 
-    def _part(self, number: int, at: Nominal) -> tuple[Result, Floats | None]:
+    def _part(self, number: int, at: Nominal, crossing: Floats) -> tuple[Result, Floats | None]:
         """The answer at the nodes of a chunk, over the axes of the grid, and under load the states of contact."""
-        m, flat = self.ask.m, self.ask(at)
-        data = dict(flat.data)
-        if m.limits.joints or m.limits.drives:
-            within = within_limits(m, at, coordinates(m, at)[0])
-            words = "whether joints and drives keep to their ranges"
-            data["within_limits"] = Variable(("configuration",), within, "", words)
-        result = _on_grid(Result(flat.coords, data, self._attributes(flat)), m, self.lattice, number, self.names)
-        if flat.attrs["question"] != "loaded":
+        flat = self.ask(at)
+        flat = replace(flat, attrs=self._attributes(flat), origin=None)
+        result = _on_grid(flat, self.ask.m, self.lattice, number, self.names)
+        axes = axis_names(self.lattice.grid, self.names)
+        words = "part of the way to the next node along the axis at which the mechanism becomes singular"
+        crossing = crossing.reshape(*self.lattice.size(number), len(axes))
+        across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
+        data = {**result.data, CROSSING: Variable((*axes, "across"), crossing, "", words)}
+        result = Result({**result.coords, "across": across}, data, result.attrs)
+        if result.attrs["question"] != "loaded":
             return result, None
         states = self._contacts.states(result.get("offset"))
-        axes = axis_names(self.lattice.grid, self.names)
         several = result.data["offset"].dims[len(axes) : -1]
         changed = np.zeros((*states.shape[:-1], len(axes)), dtype=bool)
         for axis in range(len(axes)):
             along = np.moveaxis(states, axis, 0)
             np.moveaxis(changed[..., axis], axis, 0)[:-1] = self._contacts.change(along[:-1], along[1:])
         words = "whether a contact changes sides between this node and the next one along the axis"
-        change = Variable((*axes, *several, "across"), changed, "", words)
-        across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
-        data, coords = {**result.data, "contact_change": change}, {**result.coords, "across": across}
+        data["contact_change"] = Variable((*axes, *several, "across"), changed, "", words)
+        coords = result.coords
         if not self.ask.options.get("details", True):
             del data["offset"]
             coords = {name: v for name, v in coords.items() if "parameter" not in v.dims}

@@ -2,29 +2,33 @@
 
 On a grid of drives it is followed from node to node. On a grid of output poses so is another mechanism: the same
 bodies and joints, its drives replaced by ones that command the output point itself. What the real drives have to be
-there is then read off the poses.
+there is then read off the poses, and the machine with these drives held must not become singular on the way either.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core, poses
 from jointplay.analyses.nominal import Floats, Nominal
-from jointplay.answers import Traced
+from jointplay.answers import TracedGrid
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism, in_core
+from jointplay.result import STATUSES
 
 from .lattice import Lattice
 
 #: columns of a rotation vector among the components of a pose
 ROTATIONS = ("rx", "ry", "rz")
+#: outcome of nodes that are reached across singular poses only
+BEYOND = "other_branch"
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -39,20 +43,44 @@ class Seeds:
         What was commanded in each state.
     poses : ndarray
         Of all bodies.
+    beyond : ndarray
+        Whether a singular pose lies between the state and the start.
     """
 
     nodes: NDArray[np.int64]
     rows: Floats
     poses: Floats
+    beyond: Flags
 
     @classmethod
     def of(cls, parts: Sequence[Seeds]) -> Seeds:
         """Those of all parts; there is one part at least."""
-        fields = ([getattr(part, name) for part in parts] for name in ("nodes", "rows", "poses"))
+        fields = ([getattr(part, name) for part in parts] for name in ("nodes", "rows", "poses", "beyond"))
         return cls(*(np.concatenate(arrays) for arrays in fields))
 
+    def __len__(self) -> int:
+        return len(self.nodes)
+
     def __getitem__(self, chosen: NDArray[np.int64]) -> Seeds:
-        return Seeds(self.nodes[chosen], self.rows[chosen], self.poses[chosen])
+        return Seeds(self.nodes[chosen], self.rows[chosen], self.poses[chosen], self.beyond[chosen])
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The nominal mechanism at the nodes of a chunk.
+
+    Attributes
+    ----------
+    at : Nominal
+    crossing : ndarray
+        Part of the way to the next node along each axis at which the mechanism becomes singular, shape (node, axis).
+    seed_crossing : ndarray
+        The same of the way from each seed to its node.
+    """
+
+    at: Nominal
+    crossing: Floats
+    seed_crossing: Floats
 
 
 class Reach:
@@ -81,11 +109,11 @@ class Reach:
                 problem = f"{listed(self.names)} of the output do not decide where the drives are"
                 raise InputError(problem, file=m.file, key="grid")
             found = self.core.trace(row)
-            self._first = Seeds(np.zeros(1, np.int64), row[:1], found["poses"][:1])
+            self._first = _one(row, found["poses"])
         else:
             self.names, self.core = m.drives, m.core
             self._columns = list(range(len(m.drives)))
-            self._first = Seeds(np.zeros(1, np.int64), self.start.drives[:1], self.start.poses[:1])
+            self._first = _one(self.start.drives, self.start.poses)
 
     @property
     def no_seeds(self) -> Seeds:
@@ -99,14 +127,18 @@ class Reach:
         nearest = lattice.nearest(values)
         near = lattice.rows(nearest[0], self.names)[nearest[1]]
         places, rows = [nearest, *places], np.ascontiguousarray(np.vstack([near, rows])[:, self._columns])
+        first = self._first
+        if STATUSES[self.start.status[0]] == "singular":
+            # No side is that of a singular start: the nearest node decides.
+            found = self._straight(first, rows[:1])
+            if np.isfinite(found["poses"]).all():
+                first = _one(rows, found["poses"])
         # Nothing is reached but from the start.
-        first = Seeds(
-            np.arange(len(rows)), *(np.repeat(x, len(rows), 0) for x in (self._first.rows, self._first.poses))
-        )
-        found = self._trace_grid([len(rows)], rows, first, spread=False)
+        found = self._straight(first, rows)
         chunks, nodes = np.array(places).T
-        reached = np.flatnonzero(found["status"] == 0)
-        seeds = Seeds(nodes, rows, found["poses"])
+        status = STATUSES[found["status"]]
+        seeds = Seeds(nodes, rows, found["poses"], status == BEYOND)
+        reached = np.flatnonzero(np.isin(status, ("ok", BEYOND)))
         # The chunk of the start comes first.
         return {int(chunk): seeds[reached[chunks[reached] == chunk]] for chunk in dict.fromkeys(chunks[reached])}
 
@@ -114,7 +146,7 @@ class Reach:
         """What is commanded at the nodes of a chunk, without what is held by a joint."""
         return np.ascontiguousarray(lattice.rows(chunk, self.names)[:, self._columns])
 
-    def solve(self, lattice: Lattice, chunk: int, seeds: Seeds) -> Nominal:
+    def solve(self, lattice: Lattice, chunk: int, seeds: Seeds) -> Solved:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
         found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
@@ -123,10 +155,24 @@ class Reach:
         if self.grid.of_output:
             drives = self.m.core.drive_values(there, self.start.drives[0])
         nothing = np.full((n, 0), np.nan)
-        return Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
+        at = Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
+        return Solved(at, found["crossing"], found["seed_crossing"])
 
-    def _trace_grid(self, shape: list[int], rows: Floats, seeds: Seeds, *, spread: bool = True) -> Traced:
-        return self.core.trace_grid(shape, rows, seeds.nodes.tolist(), seeds.rows, seeds.poses, spread)
+    def _straight(self, first: Seeds, rows: Floats) -> TracedGrid:
+        """The mechanism at some rows, each reached from one state on a straight way."""
+        n = len(rows)
+        every = replace(first[np.zeros(n, np.int64)], nodes=np.arange(n))
+        return self._trace_grid([n], rows, every, spread=False)
+
+    def _trace_grid(self, shape: list[int], rows: Floats, seeds: Seeds, *, spread: bool = True) -> TracedGrid:
+        real = self.m.core if self.grid.of_output else None
+        states = (seeds.nodes.tolist(), seeds.rows, seeds.poses, seeds.beyond.tolist())
+        return self.core.trace_grid(shape, rows, *states, spread, real)
+
+
+def _one(rows: Floats, poses: Floats) -> Seeds:
+    """The first of some states, which leads anywhere."""
+    return Seeds(np.zeros(1, np.int64), rows[:1], poses[:1], np.zeros(1, bool))
 
 
 def _start(m: Mechanism) -> Nominal:

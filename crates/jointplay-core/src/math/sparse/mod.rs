@@ -260,6 +260,12 @@ impl<'a> Factored<'a> {
     pub fn negative(&self) -> bool {
         self.plan.negative(&self.factors)
     }
+
+    /// The logarithm of its size, which itself may leave the range of numbers.
+    #[must_use]
+    pub fn log_size(&self) -> f64 {
+        -self.factors.inverse_pivots.iter().map(|inverse| inverse.abs().ln()).sum::<f64>()
+    }
 }
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ impl Job<'_> {
         // Near one, where it decides, the factor is that of the exact closure. What few specimens go through is boxed:
         // a course is as large as the largest it waits for.
         if (loosest.factor - 1.0).abs() < NEAR + self.opens(specimen)
+            && (loosest.factor > 0.0 || !self.is_open(specimen))
             && let Ok(exactly) =
                 Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor)).await
         {

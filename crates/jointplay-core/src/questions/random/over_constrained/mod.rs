@@ -42,7 +42,8 @@ use crate::redundancy::system::System;
 type Found = ((Scatter, StrainScatter), Vec<Sample>);
 
 impl Mechanism {
-    /// The clearances that compatibility ties to others in any case.
+    /// The clearances that scatter together with others in any case: that compatibility ties to them, or that open flanks
+    /// among these.
     #[must_use]
     pub fn tied(&self, cases: &[Case<'_>]) -> Vec<usize> {
         let m = self.with_scattered_gaps();
@@ -50,8 +51,8 @@ impl Mechanism {
             cases,
             |system, solver, _, _, nominal| {
                 let Some(c) = Compatibility::at(system.basis, solver, &nominal) else { return Vec::new() };
-                let tied = system.elements.iter().filter(|element| System::is_tied(element, &c));
-                tied.filter_map(|element| element.source).collect()
+                let (together, _) = system.scattering(&c, solver, &nominal);
+                together.into_iter().filter_map(|g| system.elements[g].source).collect()
             },
             |_| Vec::new(),
         );

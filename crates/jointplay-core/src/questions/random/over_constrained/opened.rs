@@ -8,14 +8,17 @@
 //! p(x(y)) |det dx/dy|,   |det dx/dy| = |det(1 - X B_f)| / product of all g
 //! ```
 //!
-//! with the columns `B_f` of the flanks and X the diagonal of their x.
+//! with the columns `B_f` of the flanks and X the diagonal of their x. The gaps are known where the y are compatible only:
+//! multiples of the equations may be added to B, and with them the determinant depends on the rows that are taken for
+//! redundant. Of all these B the one that is least in the displacements of the flanks is taken. The law is then that of
+//! specimens which are kept where flanks miss each other by less than a small length all together, whatever their order.
 //!
 //! A proposal takes the x of the flanks that are free by their law and solves for all y. In the coordinates that are free
 //! its density is `p(x_free) |det dx_free/dy_free|` along the section; what remains of the density above is its weight.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::math::decomposition::determinant;
+use crate::math::decomposition::{determinant, pseudo_inverse};
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
 
@@ -27,6 +30,8 @@ const CORNERS: usize = 10;
 const NARROWEST: f64 = 0.1;
 /// Nor where the gaps of flanks change one another by more than the rest of this part.
 const CONTRACTS: f64 = 0.5;
+/// Directions in which equations ask for less than this part of the most are not there.
+const ASKS: f64 = 1e-9;
 
 /// The flanks of a section.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +43,8 @@ pub(crate) struct Opened {
     rates: Vec<Vec<f64>>,
     together: Vec<Vec<f64>>,
     reach: Vec<f64>,
+    /// By gap, what those of the flanks do to it by the least of all maps that agree where the equations hold.
+    least: Vec<Vec<f64>>,
     /// The part of it by the clearances beside flanks.
     reach_beside: Vec<f64>,
     /// What flanks do to one another at most, and the free ones along the section at least, as determinants.
@@ -70,17 +77,19 @@ fn size(rates: &[f64]) -> f64 {
 }
 
 impl Opened {
-    /// From the places and precisions of the flanks, from what all coordinates do to the gaps, and the clearances beside
-    /// flanks at most; the bound coordinates follow from the free ones by `-from_free`.
+    /// From the places of the flanks with their precisions and half-widths, from the equations of all coordinates, from
+    /// what these do to the gaps, and the clearances beside flanks at most; the bound coordinates follow from the free ones
+    /// by `-from_free`.
     pub fn new(
-        flanks: Vec<(usize, f64)>,
+        flanks: &[(usize, f64, f64)],
+        equations: &DMatrix<f64>,
         rates: Vec<Vec<f64>>,
         reach_beside: Vec<f64>,
         bound: &[usize],
         free: &[usize],
         from_free: &DMatrix<f64>,
     ) -> Self {
-        let (places, precisions): (Vec<usize>, Vec<f64>) = flanks.into_iter().unzip();
+        let (places, precisions): (Vec<usize>, Vec<f64>) = flanks.iter().map(|flank| (flank.0, flank.1)).unzip();
         let numbers = |among: &[usize]| (0..places.len()).filter(|&f| among.contains(&places[f])).collect();
         let (own_free, own_bound): (Vec<usize>, Vec<usize>) = (numbers(free), numbers(bound));
         let along_section = |f: &usize| -> Vec<f64> {
@@ -102,13 +111,15 @@ impl Opened {
         let along: Vec<Vec<f64>> = all.iter().map(|row| columns.iter().map(|&c| row[c]).collect()).collect();
         let together: Vec<Vec<f64>> = rates.iter().map(|row| places.iter().map(|&j| row[j]).collect()).collect();
         let reach = reach_beside.iter().zip(&together).map(|(reach, row)| reach + WIDEST * size(row)).collect();
-        let bends = [extremes(&together)[1], extremes(&along)[0]];
+        let least = least(&together, flanks, equations);
+        let bends = [extremes(&least)[1], extremes(&along)[0]];
         Self {
             places,
             precisions,
             rates,
             together,
             reach,
+            least,
             reach_beside,
             bends,
             free: own_free,
@@ -229,7 +240,7 @@ impl Opened {
 
     /// What flanks do to the gaps of one another, as a determinant.
     fn bend(&self, x: &[f64], room: &mut Vec<f64>) -> f64 {
-        bend(&self.together, |f| x[self.places[f]], room)
+        bend(&self.least, |f| x[self.places[f]], room)
     }
 
     /// The logarithm of the density that the flanks add.
@@ -324,6 +335,20 @@ fn add_times(sum: &mut Block, factor: f64, block: &Block) {
     if factor != 0.0 {
         *sum = sum.add(&block.mul(&Block::splat(factor)));
     }
+}
+
+/// The least of the maps `B + L A` of the displacements of flanks, with A their columns of the equations, any L, and own
+/// coordinates that are the displacements as parts of the half-widths.
+fn least(together: &[Vec<f64>], flanks: &[(usize, f64, f64)], equations: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    if together.iter().flatten().all(|b| *b == 0.0) {
+        return together.to_vec();
+    }
+    let half = |k: usize| flanks[k].2;
+    let asked = DMatrix::from_fn(equations.nrows(), flanks.len(), |i, k| equations[(i, flanks[k].0)] / half(k));
+    let rates = DMatrix::from_fn(flanks.len(), flanks.len(), |f, k| together[f][k] / half(k));
+    let Some(inverse) = pseudo_inverse(&asked, ASKS * asked.norm()) else { return together.to_vec() };
+    let rates = &rates - &rates * inverse * asked;
+    (0..flanks.len()).map(|f| (0..flanks.len()).map(|k| rates[(f, k)] * half(k)).collect()).collect()
 }
 
 /// `|det(1 - X B)|`

@@ -107,7 +107,8 @@ impl Section {
             let zero = set.of_unit(&[0.0; MAX_SIZE]);
             middle += image(map, &zero);
             if *is_flank {
-                flanks.push((places.len(), precisions[0]));
+                let half = set.of_unit(&[1.0; MAX_SIZE])[0] - zero[0];
+                flanks.push((places.len(), precisions[0], half));
                 flank_middles.push(image(map, &zero));
             }
             let first = places.len();
@@ -150,7 +151,8 @@ impl Section {
             matrix,
         };
         section.eliminate();
-        section.opened = Opened::new(flanks, rates, reach, &section.bound, &section.free, &section.from_free);
+        let Self { matrix, bound, free, from_free, .. } = &section;
+        section.opened = Opened::new(&flanks, matrix, rates, reach, bound, free, from_free);
         section
     }
 

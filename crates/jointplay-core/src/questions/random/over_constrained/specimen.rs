@@ -40,7 +40,7 @@ pub struct Job<'a> {
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
     pub correction: DMatrix<f64>,
-    /// The clearances that compatibility ties, by the numbers of their elements.
+    /// The clearances that scatter together, by the numbers of their elements.
     pub tied: Vec<usize>,
     pub section: Section,
     /// What opens the flanks among them.
@@ -144,14 +144,12 @@ impl<'a> Job<'a> {
         compatibility: &'a Compatibility,
         observable: Vec<f64>,
     ) -> Self {
-        let takes_part =
-            |element: &&Element| request.loaded || element.source.is_none() || System::is_tied(element, compatibility);
-        let elements = whole.elements.iter().filter(takes_part).cloned().collect();
+        let (together, openings) = whole.scattering(compatibility, solver, built);
+        let takes_part = |g: &usize| request.loaded || whole.elements[*g].source.is_none() || together.contains(g);
+        let numbers: Vec<usize> = (0..whole.elements.len()).filter(takes_part).collect();
+        let elements = numbers.iter().map(|&g| whole.elements[g].clone()).collect();
         let system = System { elements, ..whole.clone() };
-        let is_tied =
-            |g: &usize| system.elements[*g].source.is_some() && System::is_tied(&system.elements[*g], compatibility);
-        let tied: Vec<usize> = (0..system.elements.len()).filter(is_tied).collect();
-        let openings = Openings::at(&system, solver, built, &tied);
+        let tied: Vec<usize> = (0..numbers.len()).filter(|&g| together.contains(&numbers[g])).collect();
         let equations = openings.as_ref().map_or(&compatibility.equations, |openings| &openings.equations);
         let section = section(&system, equations, openings.as_ref(), &tied, request);
         let correction = least_displacements(&system, equations, &tied);
@@ -160,7 +158,9 @@ impl<'a> Job<'a> {
             let map = System::map(element, &compatibility.equations);
             Block { kind: element.kind.clone(), map, force: vec![0.0; element.columns.len()] }
         };
-        let rigid_program = Program { right: Vec::new(), blocks: tied.iter().map(block).collect() };
+        let is_asked_for = |g: &&usize| System::is_tied(&system.elements[**g], compatibility);
+        let rigid_program =
+            Program { right: Vec::new(), blocks: tied.iter().filter(is_asked_for).map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
         Self {
             system,
@@ -230,7 +230,7 @@ impl<'a> Job<'a> {
             return Loosest::new(0.0, None);
         }
         let impossible = Loosest::new(f64::INFINITY, None);
-        if self.tied.is_empty() {
+        if self.rigid_program.blocks.is_empty() {
             return impossible;
         }
         if let [b] = misfit.as_slice() {
@@ -243,7 +243,18 @@ impl<'a> Job<'a> {
         let program = Program { right: misfit.as_slice().to_vec(), ..self.rigid_program.clone() };
         let answer = rounds.roughly().ask(Question::Assembly, program).await;
         let possible = answer.outcome != Outcome::Infeasible;
-        if possible { Loosest::new(answer.factor, Some(answer.displacements)) } else { impossible }
+        if possible { Loosest::new(answer.factor, Some(self.beside_others(answer.displacements))) } else { impossible }
+    }
+
+    /// Offsets that the equations ask for, with the middles of the clearances that only open flanks.
+    fn beside_others(&self, asked_for: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let mut asked_for = asked_for.into_iter();
+        let of = |&g: &usize| {
+            let element = &self.system.elements[g];
+            let found = System::is_tied(element, self.compatibility).then(|| asked_for.next()).flatten();
+            found.unwrap_or_else(|| vec![0.0; element.columns.len()])
+        };
+        self.tied.iter().map(of).collect()
     }
 
     /// Whether a misfit is none.
@@ -274,6 +285,12 @@ impl<'a> Job<'a> {
         let Some(openings) = &self.openings else { return 0.0 };
         let opened = |most: f64, gap: f64| most.max((gap - 1.0).abs());
         openings.gaps(&specimen.displacements).into_iter().fold(0.0, opened) + self.section.opened.reach()
+    }
+
+    /// Whether the flanks of a specimen have play where all of them are in the middle.
+    pub fn is_open(&self, specimen: &Specimen) -> bool {
+        let gaps = |openings: &Openings| openings.gaps(&specimen.displacements);
+        self.openings.as_ref().map_or_else(Vec::new, gaps).into_iter().all(|gap| gap > 0.0)
     }
 
     /// The offsets of the tied clearances.

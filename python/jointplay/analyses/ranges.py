@@ -1,0 +1,68 @@
+"""Where joints and drives are, and which of them leaves its range in the file."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import poses
+from jointplay.compile import ANGULAR, DRIVABLE, coordinate
+from jointplay.model import Mechanism
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Texts = NDArray[np.str_]
+TURN = 2.0 * np.pi
+
+
+def coordinates(m: Mechanism, drives: Floats, placed: Floats) -> tuple[Floats, Flags]:
+    """The coordinate of every joint, SI, (configuration, joint), nan for joints that have none; and which are angles.
+
+    In space an angle is continued from one configuration to the next, and a driven one is that of its drive.
+    """
+    values, angular = _raw(m, placed)
+    if m.pose_size == poses.SPATIAL:
+        for k in np.flatnonzero(angular).tolist():
+            known = np.isfinite(values[:, k])
+            if m.joint_kinds[k] != "screw":
+                # What a screw has gone says how often it has turned.
+                values[known, k] = np.unwrap(values[known, k])
+        for k, near in _driven(m, drives):
+            if angular[k]:
+                values[:, k] += TURN * np.round((near - values[:, k]) / TURN)
+    return values, angular
+
+
+def leaving(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> Texts:
+    """The drive or joint that leaves its range, by its name, for every configuration; empty where none does.
+
+    Parameters
+    ----------
+    path : bool
+        Whether the configurations follow one another. Where they do not, an angle in space counts by the turn that is
+        nearest to its range.
+    """
+    values, angular = coordinates(m, drives, placed)
+    if not path and m.pose_size == poses.SPATIAL:
+        driven = {k for k, _ in _driven(m, drives)}
+        for name, (low, high) in m.limits.joints.items():
+            k = m.joints.index(name)
+            if angular[k] and k not in driven and m.joint_kinds[k] != "screw":
+                values[:, k] += TURN * np.round((0.5 * (low + high) - values[:, k]) / TURN)
+    ranges = [(name, drives[:, m.drives.index(name)], span) for name, span in m.limits.drives.items()]
+    ranges += [(name, values[:, m.joints.index(name)], span) for name, span in m.limits.joints.items()]
+    found = np.full(len(drives), "", dtype=f"<U{max((len(name) for name, _, _ in ranges), default=1)}")
+    for name, value, (low, high) in ranges:
+        slack = 1e-9 * max(abs(low), abs(high), m.length)
+        found[(found == "") & ((value < low - slack) | (value > high + slack))] = name
+    return found
+
+
+def _raw(m: Mechanism, placed: Floats) -> tuple[Floats, Flags]:
+    values = np.stack([coordinate(m.core_spec, k, placed) for k in range(len(m.joints))], axis=-1)
+    return values, np.array([kind in ANGULAR or kind not in DRIVABLE for kind in m.joint_kinds])
+
+
+def _driven(m: Mechanism, drives: Floats) -> list[tuple[int, Floats]]:
+    """Every driven joint, and the coordinate that its drive commands."""
+    return [(k, coefficient * drives[:, d]) for d, moves in enumerate(m.drive_moves) for k, coefficient in moves]
