@@ -51,7 +51,9 @@ impl Mechanism {
 
     /// Targets of the output as the core has them.
     pub fn targets_inside(&self, targets: &mut [Vec<f64>]) {
-        targets.iter_mut().for_each(|target| self.move_outputs(target, scale(self.of_output(), -1.0)));
+        for target in targets {
+            self.move_outputs(target, scale(self.of_output(), -1.0));
+        }
     }
 
     /// An answer with poses and outputs as they are drawn.

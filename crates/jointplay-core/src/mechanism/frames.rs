@@ -55,7 +55,7 @@ impl Frames {
 
     /// Whether all of them are where they are drawn.
     pub fn are_drawn(&self) -> bool {
-        self.bodies.iter().chain([&self.ground]).all(|origin| *origin == [0.0; 3])
+        self.bodies.iter().chain([&self.ground]).flatten().all(|x| *x == 0.0)
     }
 
     /// Coordinates of all bodies, one pose after the other, with their origins moved there, or back.
