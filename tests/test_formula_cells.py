@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from fuzz.files import renamed
-from jointplay.columns import as_cell, beside, from_cell
+from jointplay.columns import Tables, as_cell, from_cell
 from jointplay.reporting.figures import numbers
 from jointplay.result import from_dataset
 
@@ -61,7 +61,7 @@ def test_no_cell_of_a_result_is_a_formula(worst: Any, tmp_path: Path, dialect: s
     if dialect == "comma":
         assert dangerous(text) == []
     # Reading it back gives the names and the numbers.
-    table = beside(tmp_path / "m.toml", "r.csv", "m.toml", "path.csv")
+    table = Tables(str(tmp_path / "m.toml"), "m.toml").beside("r.csv", "path.csv")
     assert DRIVE in table.header
     sources = {row[table.header.index("source")] for row in table.rows}
     assert {from_cell(name) for name in sources} >= {JOINT, "+J2", "@SUM(1)", "-2+3"}
