@@ -63,7 +63,7 @@ def test_no_cell_of_a_result_is_a_formula(worst: Any, tmp_path: Path, dialect: s
     # Reading it back gives the names and the numbers.
     table = Tables(str(tmp_path / "m.toml"), "m.toml").beside("r.csv", "path.csv")
     assert DRIVE in table.header
-    sources = {row[table.header.index("source")] for row in table.rows}
+    sources = {row[table.header.index("source")] for _, row in table.rows}
     assert {from_cell(name) for name in sources} >= {JOINT, "+J2", "@SUM(1)", "-2+3"}
     if dialect == "comma":
         values = [value for value in table.numbers("value", "k") if value < 0]
