@@ -5,8 +5,9 @@ exact closure this is a condition on the offsets y and the forces s(y) along the
 
     y = P(y + t s(y)),   t > 0
 
-The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Over-constrained
-and elastic mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
+The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Where these
+equations hold at several places, the work from one to another tells which is given. Over-constrained and elastic
+mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
 """
 
 from __future__ import annotations
@@ -44,8 +45,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         nominal pose, several times faster: `error` then is `error_first_order`, and reactions are those at the nominal
         pose.
     details : bool
-        Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
-        mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
+        Whether more is returned than `error`, `undetermined`, `iterations`, `equilibria`, `status` and, of an
+        over-constrained mechanism, `clearance_factor`. For very many configurations the rest takes most of the time
+        and the memory.
     sizes : {"middle", "largest", "smallest"}
         Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
         smallest play.
@@ -57,7 +59,8 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
         source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
         (value of every parameter), `contribution` (per source; they add up to the first-order error), `iterations`
-        (until offsets and reactions agreed), `nominal`, `status`.
+        (until offsets and reactions agreed), `equilibria` (places found where the load may hold the mechanism, of which
+        the one with the most work is given), `nominal`, `status`.
 
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
@@ -125,6 +128,8 @@ def compute(
         builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
         if details:
             _strain(m, builder, found)
+    words = "places found where the load may hold the mechanism; the one with the most work is given"
+    builder.add("equilibria", "configuration", found["equilibria"].astype(np.int64), words)
     judge(builder)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count)
