@@ -80,8 +80,9 @@ class Machine:
     def output(self, body, at=(0.0, 0.0)):
         self.output_point = self.point(body, at)
 
-    def core(self):
-        told = {
+    def spec(self):
+        """As the core reads it."""
+        return {
             "space": self.space,
             "n_bodies": len(self.guess),
             "guess": self.guess,
@@ -95,7 +96,9 @@ class Machine:
             "displacements": self.displacements,
             "sources": self.sources,
         }
-        return _core.Mechanism(json.dumps(told))
+
+    def core(self):
+        return _core.Mechanism(json.dumps(self.spec()))
 
 
 def pair(teeth=(20, 40), module=1e-3, internal=False, apart=1.0, angle=0.0, pressure=20.0, torque=0.0, **more):

@@ -3,8 +3,6 @@ left open."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -36,6 +34,11 @@ def pushes(m: jp.Mechanism, drives: Array, poses: Array, offset: Array, load: Ar
     ahead, behind = error[:count], error[count:]
     turns = (Rotation.from_rotvec(ahead[:, 3:]) * Rotation.from_rotvec(behind[:, 3:]).inv()).as_rotvec()
     return np.asarray(np.concatenate([ahead[:, :3] - behind[:, :3], turns], axis=1) @ load / (2 * h))
+
+
+def silent_pins(m: jp.Mechanism) -> list[int]:
+    """The sources of the pins that no force of the nominal robot presses along their axes."""
+    return [m.sources.index(f"{pin}") for k in (1, 2, 3) for pin in (f"base{k}.second", f"top{k}.first")]
 
 
 def pin_support(w: Array, radial: float, axial: float, half: float) -> float:
@@ -75,12 +78,15 @@ def test_offsets_lie_where_the_displaced_robot_is_pushed(x: float, y: float) -> 
         ]
     )
     assert np.all(work <= support * (1 + 1e-7))
-    # Nothing pushes the pins on the legs along their axes to first order, so that they stay in the middle there.
-    slack = support - work
-    along = np.array([2e-5 * abs(w[i]) if m.core.parameters[i][1] == "along" else 0.0 for i in starts])
-    silent = ~found["decided"][0]
-    assert silent.sum() == 6
-    np.testing.assert_allclose(slack, np.where(silent, along, 0.0), rtol=0, atol=2e-7 * support.sum())
+    np.testing.assert_allclose(work, support, rtol=0, atol=2e-7 * support.sum())
+    # Nothing pushes the pins on the legs along their axes to first order; they were left in the middle, and the pose
+    # was off by up to 1.3e-3 of the error. Even so small forces put them at an end.
+    legs = [i for i in starts if m.core.parameters[i][1] == "along" and m.core.parameters[i][0] in silent_pins(m)]
+    assert len(legs) == 6
+    ends = np.isclose(np.abs(found["offset"][0][legs]), 2e-5, rtol=1e-9)
+    # One may hang between its shoulders, where its force vanishes.
+    assert ends.sum() >= 5
+    assert (np.abs(w[legs])[~ends] < 1e-6 * np.abs(w).max()).all()
 
 
 def test_what_the_output_feels_to_second_order_leaves_nothing_open() -> None:
@@ -88,19 +94,20 @@ def test_what_the_output_feels_to_second_order_leaves_nothing_open() -> None:
     result = loaded_at([(-105.0, 75.0, 400.0), (-105.0, 82.5, 400.0)], **FORCE_AND_COUPLE)
     assert (result.status == "ok").all()
     assert (result.undetermined == 0).all()
-    # The pins on the legs are in the middle of their axial play.
+    # It hangs where nothing presses it; the other five are at an end of their play.
     silent = [f"{pin}.along" for k in (1, 2, 3) for pin in (f"base{k}.second", f"top{k}.first")]
-    assert (result.offset.sel(parameter=silent) == 0).all()
+    along = np.abs(result.offset.sel(parameter=silent).values)
+    ends = np.isclose(along, 0.02, rtol=1e-9)
+    assert (ends.sum(axis=1) == 5).all()
+    assert (along <= 0.02).all()
 
 
-def test_a_leg_that_loses_its_couple_leaves_the_roll_of_its_guide_open() -> None:
-    """The couple passes through zero within the play, where the guide floats: what it does is felt to first order."""
+def test_a_leg_that_nearly_loses_its_couple_can_rest_on_two_sides() -> None:
+    """The couple passes through zero within the play. It was told as open by up to a milliradian, with a guide that
+    floats: the axial play of the pins, which was left in the middle, decides."""
     result = loaded_at([(112.5, -150.0, 400.0)], **FORCE_AND_COUPLE).isel(configuration=0)
-    assert result.status == "undetermined"
-    assert 1e-4 < math.radians(result.undetermined.values[3:].max()) < 1e-3
-    assert not result.decided.sel(source="leg2").item()
-    couples = [np.linalg.norm(result.reaction.sel(joint=f"leg{k}").values[3:]) for k in (1, 2, 3)]
-    assert couples[1] < 1e-4 * max(couples)
+    assert result.status == "ok"
+    assert result.decided.all()
 
 
 def test_small_couples_need_few_steps() -> None:
@@ -112,8 +119,9 @@ def test_small_couples_need_few_steps() -> None:
     at = nominal(m)
     drives, poses = at.drives, at.poses
     found = m.core.loaded(drives, poses)
-    assert (found["status"] == 0).all()
-    assert found["fallbacks"] <= 0.005 * x.size
+    # Where pins balance each other between their shoulders, no place is found, and that is said.
+    assert (found["status"] != 0).sum() <= 0.005 * x.size
+    assert found["fallbacks"] <= 0.05 * x.size
     # Few configurations at a time are solved plainly.
     slowest = np.argsort(found["iterations"])[-20:]
     for i in slowest:

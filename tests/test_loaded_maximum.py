@@ -51,13 +51,14 @@ def test_pins_that_balance_ties_are_open_together() -> None:
     assert found.lack < 1e-9
 
 
-def test_a_slot_holds_its_pin_on_one_side_though_the_other_has_more_work() -> None:
-    """Known and documented: of two stable places the one is told that the forces at the nominal pose lead to. The load
-    would do 3.5 % more work on the other side of the slot, but less on the way there."""
+def test_of_two_sides_of_a_slot_the_one_with_more_work_is_given() -> None:
+    """The other side is stable as well. It was given, because the forces at the nominal pose lead there, with 3.5 %
+    less work and no hint at this one."""
     text = (DATA / "two_sides_of_a_slot.toml").read_text()
     found = compare(text)
     assert found.status == "ok"
-    assert found.lack == pytest.approx(0.035, abs=1e-3)
+    assert found.lack < 1e-6
+    assert found.equilibria == 2
     link, result = read(text), jp.loaded(jp.loads(text)).isel(configuration=0)
     search = MostWork(link, link.nominal(link.configurations[0]), link.configurations[0])
     values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))

@@ -90,6 +90,7 @@ class Loaded(TypedDict):
     error: Floats
     undetermined: Floats
     iterations: Counts
+    equilibria: Counts
     status: Codes
     fallbacks: int
     # on request

@@ -5,6 +5,8 @@ ball              r |W|
 guide             max over rolls r of |M_roll| r + (c - a r) max(|W_side|, |M_normal| / h) + (c - b r) max(...)
 plate             c max(|W|, |M_side| / a, |M_normal| / b)
 interval          max(low W, high W)
+disc              r |W|
+diamond           c max(|W|, |M| / half length)
 """
 
 from __future__ import annotations
@@ -69,5 +71,9 @@ def _interval(w: Array, size: dict[str, float]) -> Array:
     return np.maximum(w[0] * size["low"], w[0] * size["high"])
 
 
+def _diamond(w: Array, size: dict[str, float]) -> Array:
+    return np.asarray(size["gap"] * np.maximum(np.abs(w[0]), np.abs(w[1]) / size["half_length"]))
+
+
 SUPPORTS = {"journal": _journal, "sleeve": _sleeve, "ball": _ball, "guide": _guide, "plate": _plate}
-SUPPORTS |= {"interval": _interval}
+SUPPORTS |= {"interval": _interval, "disc": _ball, "diamond": _diamond}

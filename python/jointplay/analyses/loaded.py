@@ -5,8 +5,9 @@ exact closure this is a condition on the offsets y and the forces s(y) along the
 
     y = P(y + t s(y)),   t > 0
 
-The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Over-constrained
-and elastic mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
+The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Where these
+equations hold at several places, the work from one to another tells which is given. Over-constrained and elastic
+mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
 """
 
 from __future__ import annotations
@@ -45,8 +46,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         nominal pose, several times faster: `error` then is `error_first_order`, and reactions are those at the nominal
         pose.
     details : bool
-        Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
-        mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
+        Whether more is returned than `error`, `undetermined`, `iterations`, `equilibria`, `status` and, of an
+        over-constrained mechanism, `clearance_factor`. For very many configurations the rest takes most of the time
+        and the memory.
     sizes : {"middle", "largest", "smallest"}
         Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
         smallest play.
@@ -58,7 +60,8 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
         source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
         (value of every parameter), `contribution` (per source; they add up to the first-order error), `iterations`
-        (until offsets and reactions agreed), `nominal`, `status`. Where sizes of clearances scatter, and those in the
+        (until offsets and reactions agreed), `equilibria` (places found where the load may hold the mechanism, of which
+        the one with the most work is given), `nominal`, `status`. Where sizes of clearances scatter, and those in the
         middle are asked for, `play_largest` and `play_smallest` (lowest and highest value of every quantity with the
         largest and the smallest play), by which the limits are judged as well.
 
@@ -134,6 +137,8 @@ def compute(
         builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
         if details:
             _strain(m, builder, found)
+    words = "places found where the load may hold the mechanism; the one with the most work is given"
+    builder.add("equilibria", "configuration", found["equilibria"].astype(np.int64), words)
     judge(builder)
     unfinished = ""
     if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:

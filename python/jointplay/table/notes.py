@@ -88,6 +88,7 @@ def _notes(result: Result) -> Iterable[str]:
         yield from sizes_taken(result)
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:
         yield from _left_open(result)
+        yield from _held_elsewhere(result)
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
@@ -133,6 +134,18 @@ def _left_open(result: Result) -> Iterable[str]:
     if parts:
         at_most = " at most" if len(half) > 1 else ""
         yield f"The load leaves open{at_most}: {', '.join(parts)}; -o writes all of it (`undetermined`)."
+
+
+def _held_elsewhere(result: Result) -> Iterable[str]:
+    """Where the load can hold the mechanism at other places, too."""
+    several = np.flatnonzero(result.get("equilibria") > 1)
+    # What the load leaves open says so itself.
+    several = several[result.get("status")[several] == "ok"]
+    if several.size:
+        most = int(result.get("equilibria")[several].max())
+        at = f"{most} places" if most == 2 else f"up to {most} places"
+        where = which(several.tolist())
+        yield f"{where}: the load can hold the mechanism at {at}; it does the most work at the one given."
 
 
 def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> str:

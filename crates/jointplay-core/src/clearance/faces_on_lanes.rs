@@ -390,7 +390,7 @@ impl Faces {
 
 /// Reactions of both ends of a pin.
 #[inline(always)]
-fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
+pub(super) fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
     let zero = Block::splat(0.0);
     let mut ends = [[zero; 2]; 2];
     let (w, per_lever) = (&forces[pin.across()..], 1.0 / pin.half_length);
@@ -406,7 +406,7 @@ fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
 
 /// Forces along the own coordinates of tapered squares.
 #[inline(always)]
-fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
+pub(super) fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     let mut own = [Block::splat(0.0); MAX_SIZE];
     let force = |(k, arm): (usize, f64)| forces[k].mul(&Block::splat(arm));
     let axis = tapered.axis;

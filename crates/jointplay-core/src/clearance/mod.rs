@@ -20,6 +20,7 @@ mod check;
 mod chord;
 mod convex;
 pub mod draw;
+mod ends;
 pub(crate) mod face;
 pub(crate) mod faces_on_lanes;
 mod gap;
@@ -34,6 +35,7 @@ pub(crate) mod samples;
 mod tapered;
 #[cfg(test)]
 mod tests;
+pub(crate) mod turning_on_lanes;
 pub(crate) mod undecided;
 mod unforced;
 mod variance;
@@ -49,9 +51,6 @@ use crate::clearance::offset::{MAX_SIZE, padded};
 use crate::clearance::pin::Pin;
 use crate::clearance::tapered::Tapered;
 use crate::math::vector::norm;
-
-/// An offset nearer to a corner than this part of its set is in it: climbs end there up to rounding.
-const THERE: f64 = 1e-6;
 
 /// A convex compact set that contains zero, if [`Set::check`] finds nothing wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -263,27 +262,6 @@ impl Set {
             Self::Interval { .. } => vec![[1.0, 0.0]],
             _ => Vec::new(),
         }
-    }
-
-    /// Points of the boundary far from an offset: the other corners of a polygon, the other end of an interval, else
-    /// the opposite of the offset.
-    pub(crate) fn elsewhere(&self, offset: &[f64]) -> Vec<[f64; MAX_SIZE]> {
-        let away = |corner: &[f64; MAX_SIZE]| {
-            (0..offset.len()).any(|k| (corner[k] - offset[k]).abs() > THERE * self.half_width(k))
-        };
-        let corners = match self.shape() {
-            Shape::Interval { low, high } => vec![padded([low]), padded([high])],
-            Shape::Diamond { gap, half_length } => {
-                let tilt = gap / half_length;
-                vec![padded([gap, 0.0]), padded([-gap, 0.0]), padded([0.0, tilt]), padded([0.0, -tilt])]
-            }
-            Shape::Round { .. } | Shape::Pin(_) | Shape::Tapered(_) => {
-                let mut opposite = [0.0; MAX_SIZE];
-                opposite.iter_mut().zip(offset).for_each(|(o, x)| *o = -x);
-                vec![opposite]
-            }
-        };
-        corners.into_iter().filter(away).collect()
     }
 
     /// Mean and variance of each component under a law.

@@ -1,8 +1,8 @@
 //! Forces that count as none.
 //!
 //! Where a load sends no force at the nominal pose, the displaced pose sends one of the order of the play. A
-//! coordinate in which the set is not pushed to first order is *unforced*: what pushes it to second order is
-//! taken for nothing, so that it stays in the middle.
+//! coordinate in which the set is not pushed to first order is *unforced*. What pushes it to second order does not count to
+//! first order: there it stays in the middle. On the exact closure it counts like any other.
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::Unforced;

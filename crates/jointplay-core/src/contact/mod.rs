@@ -6,6 +6,7 @@
 //! lead the way. The equations themselves do. Whole steps, each offset to its support point, nearly always
 //! settle; where they do not, [`semismooth`] takes over.
 
+mod elsewhere;
 mod extent;
 pub(crate) mod flanks;
 mod indeterminacy;
@@ -88,9 +89,44 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
+        self.settle_from(self.at(from)?, unforced)
+    }
+
+    /// The forces at a state.
+    fn at(&self, state: State) -> Option<Contact> {
+        let gradient = self.mechanism.load_gradient(&self.linearise(&state)?, &state);
+        Some(Contact { state, gradient, steps: 0, settled: false, blocked: false })
+    }
+
+    /// The same from a state that is pressed for the first time: `nominal` are the forces at the nominal pose, `unforced` what
+    /// they do not push, `held` what of that does not count. Gives forces at another place of the play, too: those at the
+    /// nominal pose, NaN where they vanish. There the output is moved by the square of the play only, whichever end it is.
+    pub(crate) fn settle_first(
+        &self,
+        from: State,
+        nominal: &Gradient,
+        unforced: &[Unforced],
+        held: &[Unforced],
+    ) -> Option<(Contact, Vec<f64>)> {
         let m = self.mechanism;
-        let gradient = m.load_gradient(&self.linearise(&from)?, &from);
-        let mut at = Contact { state: from, gradient, steps: 0, settled: false, blocked: false };
+        let mut elsewhere = nominal.inputs.parameters.clone();
+        let released = |(s, source): &(usize, &Source)| source.is_clearance && unforced[*s] != held[*s];
+        let released: Vec<&Source> = m.sources.iter().enumerate().filter(released).map(|(_, source)| source).collect();
+        if released.is_empty() {
+            return Some((self.settle(from, held)?, elsewhere));
+        }
+        let at = self.at(from)?;
+        let first = self.towards(&at, &m.support_update_loaded(nominal, &at.state.inputs, unforced))?;
+        for source in released {
+            elsewhere[source.range()].fill(f64::NAN);
+        }
+        Some((self.settle_from(first, held)?, elsewhere))
+    }
+
+    /// Brings contact and reactions to agree, from a contact on.
+    fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Option<Contact> {
+        let m = self.mechanism;
+        let mut at = Contact { settled: false, blocked: false, ..from };
         let mut newton = Newton::new(self, unforced);
         let mut changes = [f64::INFINITY; 4];
         for step in 0..WHOLE_STEPS {

@@ -1,6 +1,7 @@
 //! Numbers, vectors, rotations, poses, sparse elimination, lanes of registers, statistics: nothing of mechanisms.
 
 pub(crate) mod affine;
+pub(crate) mod boole;
 pub(crate) mod decomposition;
 pub(crate) mod dual;
 pub(crate) mod interval;

@@ -6,7 +6,8 @@
 //! Var(g v) = E[g^2] Var v = (E[g]^2 + Var g) Var v
 //! ```
 //!
-//! of which the second part is what the sizes contribute.
+//! of which the second part is what the sizes contribute. Where a load presses the offset to the same v whatever the gap
+//! is, only g scatters, and all of `Var(g v) = v^2 Var g` is theirs.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -150,6 +151,32 @@ impl Source {
 }
 
 impl Mechanism {
+    /// Splits the value of component `k` of a source between it and the sizes of its gap where a load presses it to its
+    /// boundary: it keeps its place in the gap that the known sizes leave, and every size does what it adds to the gap. Of a
+    /// specimen without a gap that place is the one among the offsets `pressed`, of the known sizes.
+    pub(crate) fn split_pressed(
+        &self,
+        own: usize,
+        k: usize,
+        value: f64,
+        pressed: &[f64],
+        parameters: &[f64],
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let source = &self.sources[own];
+        let Some(gap) = source.gap.as_ref().filter(|_| source.set.follows_gap(k)) else { return add(own, value) };
+        let centre = self.centre[source.first + k];
+        let (known, drawn) = (gap.at(&self.centre), gap.at(parameters));
+        let (offset, of) = if drawn > 0.0 { (value, drawn) } else { (pressed[source.first + k], known) };
+        let place = if of > 0.0 { (offset - centre) / of } else { 0.0 };
+        add(own, centre + place * known);
+        let grown = |size: &Size| size.factor * (parameters[size.parameter] - self.centre[size.parameter]);
+        let all: f64 = gap.sizes.iter().map(grown).sum();
+        // What lies below zero is no play.
+        let counts = if all == 0.0 { 0.0 } else { (drawn - known) / all };
+        gap.sizes.iter().for_each(|size| add(size.source, place * counts * grown(size)));
+    }
+
     /// Whether sizes of clearances scatter.
     pub(crate) fn has_sizes(&self) -> bool {
         self.sources.iter().any(|source| source.gap.is_some())

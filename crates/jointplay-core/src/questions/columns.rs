@@ -64,6 +64,8 @@ columns! {
     contribution: f64 [Source, Component] if details;
     /// Steps until contact and reactions agreed.
     iterations: u64 [];
+    /// Places that have been found where the load may hold the mechanism, of which the one with the most work is given.
+    equilibria: u64 [];
     /// Outcome.
     status: Status [];
 }

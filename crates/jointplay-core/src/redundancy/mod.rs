@@ -8,6 +8,7 @@
 pub(crate) mod balance;
 pub(crate) mod basis;
 pub(crate) mod compatibility;
+mod elsewhere;
 pub(crate) mod equilibrium;
 mod indeterminacy;
 mod observable;

@@ -4,29 +4,30 @@
 //! error is `E = A u` with u those support points; on the exact closure contact and reactions are brought to
 //! agree by [`crate::contact`]. Where a reaction vanishes, or two corners of a guide compete, the load
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
-//! output's error over all exposed faces that move it is given beside it.
+//! output's error over all exposed faces that move it is given beside it. Of several places at which the load may hold the
+//! mechanism the one with the most work is given.
 
 mod first_order_on_lanes;
 mod on_lanes;
+mod openings_on_lanes;
 mod over_constrained;
 mod pressing;
 
 use rayon::prelude::*;
 
-use crate::clearance::offset::MAX_SIZE;
-use crate::clearance::undecided::{UNDECIDED, Unforced};
+use crate::clearance::undecided::Unforced;
 use crate::closure::newton::{Solver, State};
-use crate::closure::sensitivity::{Gradient, Output, UNOBSERVABLE};
+use crate::closure::sensitivity::{Gradient, Output};
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::tasks::in_rooms;
+use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::{FreshRows, Row, Rows, Table};
 use crate::mechanism::dim::{Keep, Wanted};
 use crate::mechanism::status::Status;
-use crate::mechanism::{Mechanism, Source};
 use crate::nominal::trace::{Trace, run_of, trace_runs};
 use crate::questions::columns::{FreshLoaded, Loaded, LoadedRows, LoadedTable};
 use crate::questions::form::Form;
@@ -245,21 +246,22 @@ impl Mechanism {
             }
         }
 
-        // What is undecided at the nominal pose is so at any size of the play, even where the exact pose then
-        // falls to one side.
+        // What is undecided at the nominal pose and moves the output is so at any size of the play, even where the exact
+        // pose then falls to one side.
         let mut open = vec![0.0; self.sources.len() * size];
         let mut decided = vec![true; self.sources.len()];
         let first_order = &map;
-        let leave_open = |gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]| {
-            let load = Pressing {
-                force: |p: usize| gradient.inputs.parameters[p],
-                scale: self.force_scale(gradient),
-                unforced: |s: usize| unforced[s],
+        let leave_open =
+            |gradient: &Gradient, unforced: &[Unforced], map: &Output, open: &mut [f64], decided: &mut [bool]| {
+                let load = Pressing {
+                    force: |p: usize| gradient.inputs.parameters[p],
+                    scale: self.force_scale(gradient),
+                    unforced: |s: usize| unforced[s],
+                };
+                let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
+                self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
             };
-            let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
-            self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
-        };
-        let mut observable = leave_open(&gradient, &map, &mut open, &mut decided);
+        let mut observable = leave_open(&gradient, &unforced, &map, &mut open, &mut decided);
         let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
         if !exact {
             return Loaded {
@@ -272,6 +274,7 @@ impl Mechanism {
                 offset: offsets.parameters,
                 contribution,
                 iterations: 0,
+                equilibria: 1,
                 status: if observable && status == Status::Ok { Status::Undetermined } else { status },
             };
         }
@@ -279,22 +282,26 @@ impl Mechanism {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
-        let Some(mut contact) = solver.settle(start, &unforced) else {
+        // Where nothing that moves the output is open, the forces of the displaced pose push what those of the nominal one do
+        // not. Where something is, that alone counts until it is known whether the closure decides it.
+        let all = vec![Unforced::default(); self.sources.len()];
+        let held = if observable { unforced.clone() } else { all.clone() };
+        let Some((mut contact, elsewhere)) = solver.settle_first(start, &gradient, &unforced, &held) else {
             return self.no_load_result(Status::Singular);
         };
         let Some(mut displaced) = solver.linearise(&contact.state) else {
             return self.no_load_result(Status::Singular);
         };
         let map = self.output_sensitivity(&displaced, &contact.state);
-        observable |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
+        decided.fill(true);
+        observable |= leave_open(&contact.gradient, &held, &map, &mut open, &mut decided);
         let mut around = None;
+        let mut equilibria = 1;
         if observable {
-            // What moves the output counts: the closure may decide it.
-            let left_out = |(unforced, open): (&Unforced, &[f64])| {
-                if open.iter().any(|o| *o > 0.0) { Unforced::default() } else { *unforced }
-            };
-            let counted: Vec<Unforced> = unforced.iter().zip(open.chunks_exact(size)).map(left_out).collect();
-            let rest = solver.rest(&contact, &unforced, &counted);
+            let moves = |open: &[f64]| open.iter().any(|o| *o > 0.0);
+            let left_out = |(held, open): (&Unforced, &[f64])| if moves(open) { Unforced::default() } else { *held };
+            let counted: Vec<Unforced> = held.iter().zip(open.chunks_exact(size)).map(left_out).collect();
+            let rest = solver.rest(&contact, &held, &counted);
             let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
             if let Some((at, rest)) = rest {
                 let map = self.output_sensitivity(&at, &rest.contact.state);
@@ -303,7 +310,28 @@ impl Mechanism {
                 (contact, displaced) = (rest.contact.clone(), at);
                 around = observable.then_some(rest);
             } else {
-                around = solver.as_it_is(contact.clone(), &unforced);
+                around = solver.as_it_is(contact.clone(), &held);
+            }
+        }
+        if !observable && held != all {
+            // The closure has decided what moves the output: the rest goes where it is pushed, too.
+            let Some(at) = solver.settle(contact.state.clone(), &all) else {
+                return self.no_load_result(Status::Singular);
+            };
+            let Some(linearised) = solver.linearise(&at.state) else { return self.no_load_result(Status::Singular) };
+            let mut pushed = vec![true; self.sources.len()];
+            leave_open(&at.gradient, &all, &map, &mut open.clone(), &mut pushed);
+            let then = held.iter().zip(pushed).map(|(held, pushed)| pushed && !held.is_none());
+            decided.iter_mut().zip(then).for_each(|(decided, then)| *decided |= then);
+            (contact, displaced) = (at, linearised);
+        }
+        if !observable && contact.settled {
+            let on_branch = |state: &State| self.is_on_branch(solver, nominal, state);
+            let places = solver.most_work(contact, &elsewhere, on_branch);
+            (contact, equilibria) = (places.best, places.seen);
+            if equilibria > 1 {
+                let Some(at) = solver.linearise(&contact.state) else { return self.no_load_result(Status::Singular) };
+                displaced = at;
             }
         }
         let error = self.error(&contact.state, nominal);
@@ -322,6 +350,7 @@ impl Mechanism {
             offset: contact.state.inputs.parameters,
             contribution,
             iterations: contact.steps as u64,
+            equilibria: equilibria as u64,
             status: match status {
                 Status::Ok if !is_on_branch => Status::Singular,
                 Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
@@ -340,53 +369,5 @@ impl Mechanism {
             let unit = if k % width < self.n_translations() { self.length } else { 1.0 };
             (a - b).abs() <= SAME_POSE * unit
         })
-    }
-
-    /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
-    /// whether the output is moved by it.
-    ///
-    /// What is left open is observable where it moves the output to first order, both at the nominal pose, by the
-    /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
-    /// them is zero the output moves in proportion to the square of the play. The maps take a component of
-    /// the output and a parameter.
-    pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Unforced>(
-        &self,
-        load: &Pressing<F, M>,
-        first_order: impl Fn(usize, usize) -> f64,
-        map: impl Fn(usize, usize) -> f64,
-        open: &mut [f64],
-        decided: &mut [bool],
-    ) -> bool {
-        let size = self.size();
-        let row = |source: &Source, map: &dyn Fn(usize) -> f64| {
-            let mut row = [0.0; MAX_SIZE];
-            row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(p));
-            row
-        };
-        let mut reaches = [0.0; 6];
-        for source in self.sources.iter().filter(|s| s.is_clearance) {
-            for k in 0..size {
-                reaches[k] += source.set.reach(&row(source, &|p| first_order(k, p))[..source.set.size()]);
-            }
-        }
-        let mut observable = false;
-        for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
-            let n = source.set.size();
-            let force = source.set.masked_force(&row(source, &|p| (load.force)(p))[..n], (load.unforced)(s));
-            let face = source.set.face(&force[..n], source.undecided(UNDECIDED * load.scale));
-            decided[s] &= face.is_point();
-            if face.is_point() {
-                continue;
-            }
-            let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
-            let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
-            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNOBSERVABLE * reaches[k];
-            for k in (0..size).filter(|&k| moves(k)) {
-                observable = true;
-                let share = &mut open[s * size + k];
-                *share = share.max(widths[k]);
-            }
-        }
-        observable
     }
 }

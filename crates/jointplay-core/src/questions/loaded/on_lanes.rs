@@ -7,18 +7,15 @@
 //! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
 //! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
 
-use crate::clearance::offset::MAX_SIZE;
-use crate::clearance::undecided::UNDECIDED;
 use crate::clearance::{Set, Unforced};
 use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
-use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
-use crate::contact::push_on_lanes::{exposed, push, unforced_of};
+use crate::contact::push_on_lanes::{push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::case::Case;
@@ -28,6 +25,7 @@ use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
 use crate::questions::columns::{Loaded, LoadedRows};
 use crate::questions::loaded::first_order_on_lanes::share_and_reach_of;
+use crate::questions::loaded::openings_on_lanes::{Openings, released, turning};
 
 /// Steps to the support points that a block takes at most.
 const STEPS: usize = 25;
@@ -59,6 +57,8 @@ pub(crate) struct Workspace {
     step: Vec<Block>,
     /// Where the forces push the offsets.
     pushed: Vec<Block>,
+    /// The forces at another place of the play.
+    elsewhere: Vec<Block>,
     /// The share of every source in every component.
     shares: Vec<Block>,
     mixing: Mixing,
@@ -86,8 +86,10 @@ impl<'m> Contact<'m> {
         self.finish.put_common(&mut step, &[]);
         self.step.put_common(&mut step, &[]);
         let m = self.mechanism;
-        let [pushed, shares] = [m.n_parameters(), m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
-        Workspace { statics: self.statics.registers(&[]), step, pushed, shares, mixing: Mixing::new(m) }
+        let n_u = m.n_parameters();
+        let [pushed, elsewhere, shares] = [n_u, n_u, m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
+        let statics = self.statics.registers(&[]);
+        Workspace { statics, step, pushed, elsewhere, shares, mixing: Mixing::new(m) }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -103,7 +105,7 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.mechanism;
         let n_u = m.n_parameters();
-        let Workspace { statics, step, pushed, shares, mixing } = workspace;
+        let Workspace { statics, step, pushed, elsewhere, shares, mixing } = workspace;
         mixing.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
@@ -129,6 +131,11 @@ impl<'m> Contact<'m> {
         let reaches = put_shares(m, map, pushed, shares, cases.len(), rows, first);
         let mut open = Openings::none(m);
         open.add(m, |p| out(at.gradient + p), out(at.scale), &unforced, map, &reaches);
+        for (p, elsewhere) in elsewhere.iter_mut().enumerate() {
+            *elsewhere = *out(at.gradient + p);
+        }
+        let counted = vec![[Unforced::default(); LANES]; m.sources().len()];
+        let released = released(m, &unforced);
 
         step[..n_u].copy_from_slice(pushed);
         let to = StepOutputs::new(m, &self.layout);
@@ -154,7 +161,16 @@ impl<'m> Contact<'m> {
             self.stay_near(&self.step, step, sign, &mut good);
             let out = |k: usize| self.step.output(step, k);
             let open_then = undecided;
-            undecided = push(m, Some(&unforced), |p| out(to.gradient + p), out(to.scale), step, pushed);
+            if round == 0 {
+                for &s in &released {
+                    for p in m.sources()[s].range() {
+                        for i in (0..LANES).filter(|&i| !unforced[s][i].is_none()) {
+                            elsewhere[p].0[i] = f64::NAN;
+                        }
+                    }
+                }
+            }
+            undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
             let wanted = mixing.see(step, pushed);
             let changed = &wanted.changed;
             let mut all = true;
@@ -175,9 +191,12 @@ impl<'m> Contact<'m> {
         }
         self.finish.run(step);
         let out = |k: usize| self.step.output(step, k);
-        open.add(m, |p| out(to.gradient + p), out(to.scale), &unforced, map, &reaches);
+        // Where the exact pose decides, it alone does.
+        open.decided.fill([true; LANES]);
+        open.add(m, |p| out(to.gradient + p), out(to.scale), &counted, map, &reaches);
+        let elsewhere = turning(m, |p| out(to.gradient + p), out(to.scale), elsewhere);
         for (i, case) in cases.iter().enumerate() {
-            good[i] &= settled[i] && !open.observable[i] && !self.turns_far(step, i);
+            good[i] &= settled[i] && !open.observable[i] && elsewhere.0[i] == 0.0 && !self.turns_far(step, i);
             if !good[i] {
                 rows.put(first + i, &plainly(case));
             }
@@ -193,6 +212,7 @@ impl<'m> Contact<'m> {
         rows.reaction.put_lanes(first, found, |k| &self.step.output(step, to.reactions + k).0);
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
+        rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
     }
 
     /// Drops the lanes where a step went too far, or to another branch.
@@ -254,53 +274,6 @@ impl<'m> Contact<'m> {
         let m = self.mechanism;
         let square = |k: usize| self.finish.output(step, k).0[lane].powi(2);
         m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
-    }
-}
-
-/// The sources that forces leave open, as [`Mechanism::leave_open`] has them.
-struct Openings {
-    /// By source, whether everything about its offset is decided.
-    decided: Vec<[bool; LANES]>,
-    /// Whether what is open moves the output.
-    observable: [bool; LANES],
-}
-
-impl Openings {
-    fn none(m: &Mechanism) -> Self {
-        Self { decided: vec![[true; LANES]; m.sources().len()], observable: [false; LANES] }
-    }
-
-    #[inline(always)]
-    fn add<'b>(
-        &mut self,
-        m: &Mechanism,
-        gradient: impl Fn(usize) -> &'b Block,
-        scale: &Block,
-        unforced: &[[Unforced; LANES]],
-        map: impl Fn(usize, usize) -> &'b Block,
-        reaches: &[Block; 6],
-    ) {
-        let tolerance = scale.mul(&Block::splat(UNDECIDED));
-        let middle = [Block::splat(0.0); MAX_SIZE];
-        for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero()) {
-            let n = source.set.size();
-            let faces = exposed(source, &gradient, &tolerance, Some((&middle, &unforced[s])));
-            let mut any = 0.0;
-            for i in 0..LANES {
-                self.decided[s][i] &= faces.open.0[i] == 0.0;
-                any += faces.open.0[i];
-            }
-            if any == 0.0 {
-                continue;
-            }
-            for k in 0..m.size() {
-                let row: [&Block; MAX_SIZE] = std::array::from_fn(|p| map(k, source.first + p.min(n - 1)));
-                let width = faces.half_width(&row[..n]);
-                for i in 0..LANES {
-                    self.observable[i] |= width.0[i] > UNOBSERVABLE * reaches[k].0[i];
-                }
-            }
-        }
     }
 }
 

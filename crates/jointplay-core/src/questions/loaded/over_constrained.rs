@@ -104,6 +104,7 @@ impl Mechanism {
             reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
             offset: self.offsets(system, &balance),
             contribution,
+            equilibria: 1,
             ..self.no_load_result(status)
         };
         let mut strain = Strain {
@@ -124,6 +125,12 @@ impl Mechanism {
                 Ok(found) => found,
                 Err(failure) => return apart(failure.status(), strain.clearance_factor),
             };
+            let (rest, seen) = if rest.still {
+                Box::pin(system.most_work_in(rounds, solver, rest, &first.load.forces, &known)).await
+            } else {
+                (rest, 1)
+            };
+            loaded.equilibria = seen as u64;
             let Rest { state, balance, .. } = &rest;
             if system.leaves_open(&c, &balance.forces) {
                 let Some(c) = Compatibility::at(basis, solver, state) else {

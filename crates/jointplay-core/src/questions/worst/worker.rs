@@ -14,8 +14,11 @@ use crate::program::tape::Program;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::projected::{Projected, ROUGH};
 
-/// Rounds that only close the mechanism at the start.
+/// Rounds that only close the mechanism at the start: so many, and more until a Newton step (length-scaled) is smaller
+/// than this. At a pose that is off a force may point elsewhere that is smaller than this part of the others, and a whole
+/// step would leave the start.
 const CLOSING: usize = 2;
+const CLOSED: f64 = 1e-7;
 /// After every so many whole steps their changes must have shrunk to this part.
 const CHECKED: usize = 4;
 const SHRUNK: f64 = 0.3;
@@ -210,6 +213,11 @@ impl<'m> Worker<'m> {
         let is_closed = self.is_closed(round);
         match &mut self.phase {
             Phase::Closing if self.rounds < CLOSING => Next::Stay,
+            Phase::Closing
+                if self.pace == Pace::Whole && round.moved > CLOSED * CLOSED && self.rounds < NEWTON_STEPS =>
+            {
+                Next::Stay
+            }
             Phase::Closing if self.pace != Pace::Whole => {
                 self.goes_on(Phase::Settling);
                 Next::Stay

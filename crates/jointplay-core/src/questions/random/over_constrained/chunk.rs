@@ -66,6 +66,8 @@ pub struct Linear<'a> {
     loose: DMatrix<f64>,
     /// Place of every parameter among the displacements.
     places: Vec<usize>,
+    /// Where the load pushes the specimen with nothing but known deviations; none where offsets scatter by themselves.
+    pressed: Option<Vec<f64>>,
 }
 
 impl<'a> Linear<'a> {
@@ -82,7 +84,13 @@ impl<'a> Linear<'a> {
             correction: least_displacements(&job.system, &c.equations, &job.tied),
             loose: job.system.derivatives_loose(c, |element| job.spread(element)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
+            pressed: None,
         }
+    }
+
+    /// The same where the load decides all offsets, with those of the specimen with nothing but known deviations.
+    pub fn pressed(self, offsets: Vec<f64>) -> Self {
+        Self { pressed: Some(offsets), ..self }
     }
 
     /// For compatible displacements.
@@ -123,10 +131,14 @@ impl<'a> Linear<'a> {
         parts.resize(first + n * m.n_joints(), 0.0);
         for (s, source) in m.sources().iter().enumerate() {
             for (k, p) in source.range().enumerate() {
-                source.split(s, k, offsets[p], |s, part| {
+                let to = |s: usize, part: f64| {
                     let own = n * (1 + s);
                     add(&mut parts[own..own + n], self.places[p], part);
-                });
+                };
+                match &self.pressed {
+                    Some(pressed) => m.split_pressed(s, k, offsets[p], pressed, &specimen.parameters, to),
+                    None => source.split(s, k, offsets[p], to),
+                }
             }
         }
         for row in m.elastic_rows() {

@@ -99,6 +99,7 @@ impl Mechanism {
         // The specimen with nothing but known deviations.
         let middle = job.solve(&together(), std::slice::from_ref(&self.centre), u64::MAX).remove(0);
         let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
+        let linear = if request.loaded { linear.pressed(middle.parameters) } else { linear };
 
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
         let mut replicates = vec![Count::new(self, &ranges); request.replicates()];

@@ -1,0 +1,122 @@
+//! Other places where the load may hold a mechanism, of which the one with the most work counts.
+//!
+//! Contact and reactions agree at more than one place where a reaction is so small that the play turns it: a pin is held
+//! at either side of its slot, a guide on one corner or another. From a place of rest every offset on which the force may
+//! turn goes to the other ends of its set, one after the other, and the load presses on from there. The work from one place
+//! to another is that of the forces along the straight way, `W = integral of F(u) . du`, by Boole's rule; that of constant
+//! forces and springs does not depend on the way.
+
+use crate::clearance::offset::inner;
+use crate::clearance::turning_on_lanes::may_turn;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
+use crate::closure::newton::{Solver, State, between};
+use crate::contact::state::Contact;
+use crate::interrupt;
+use crate::math::boole::WEIGHTS;
+use crate::math::lanes::block::Block;
+use crate::mechanism::{Mechanism, Source};
+
+/// Times that a better place is looked for from the best one.
+const ROUNDS: usize = 6;
+/// Places that are looked at, at most.
+const PLACES: usize = 16;
+/// Whether an offset has left its end is told by half of its set.
+const LEFT: f64 = 0.5;
+/// Two places are one where no offset differs by more than this part of its set.
+const SAME: f64 = 1e-4;
+/// Work that is less than this part of what the load does within the play is none.
+const MORE: f64 = 1e-9;
+
+/// Places where contact and reactions agree, the one with the most work first.
+pub(crate) struct Places {
+    pub best: Contact,
+    /// How many have been seen.
+    pub seen: usize,
+}
+
+impl Mechanism {
+    /// The clearances on which the force may turn within the play, by the forces elsewhere in it.
+    fn turning<'m>(&'m self, at: &'m Contact, elsewhere: &'m [f64]) -> impl Iterator<Item = (usize, &'m Source)> + 'm {
+        let tolerance = UNDECIDED * self.force_scale(&at.gradient);
+        let turns = move |source: &Source| {
+            let own = |forces: &[f64]| -> Vec<Block> { source.range().map(|p| Block::splat(forces[p])).collect() };
+            let [now, then] = [own(&at.gradient.inputs.parameters), own(elsewhere)];
+            let [now, then]: [Vec<&Block>; 2] = [now.iter().collect(), then.iter().collect()];
+            may_turn(&source.set, &now, &then, &Block::splat(source.undecided(tolerance))).0[0] > 0.0
+        };
+        let clearances = self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero());
+        clearances.filter(move |(_, source)| turns(source))
+    }
+}
+
+impl Solver<'_> {
+    /// The place with the most work among those that are found from a place of rest; `elsewhere` are the forces at another
+    /// place of the play, and only places count that are `accepted`.
+    pub(crate) fn most_work(&self, from: Contact, elsewhere: &[f64], accepted: impl Fn(&State) -> bool) -> Places {
+        let m = self.mechanism;
+        let all = vec![Unforced::default(); m.sources().len()];
+        let mut seen = vec![from.state.inputs.clone()];
+        let mut best = from;
+        for _ in 0..ROUNDS {
+            let mut more: Option<(f64, Contact)> = None;
+            let least = MORE * m.work_of_play(&best);
+            let ends = m.turning(&best, elsewhere).flat_map(|(_, source)| {
+                let offset = m.offset(source, &best.state.inputs);
+                source.set.other_ends(&offset).into_iter().map(move |end| (source, end))
+            });
+            for (source, end) in ends.collect::<Vec<_>>() {
+                interrupt::check();
+                let mut inputs = best.state.inputs.clone();
+                m.put(source, &end[..source.set.size()], &mut inputs);
+                let Some(there) = self.contact(&best, &inputs) else { continue };
+                let pressed = m.support_update_loaded(&there.gradient, &inputs, &all);
+                if m.change(&best.state.inputs, &pressed) <= LEFT {
+                    continue;
+                }
+                let Some(next) = self.settle_from(there, &all) else { continue };
+                let known = |other| m.change(other, &next.state.inputs) <= SAME;
+                if !next.settled || next.blocked || seen.iter().any(known) || !accepted(&next.state) {
+                    continue;
+                }
+                seen.push(next.state.inputs.clone());
+                let Some(gain) = self.work_between(&best, &next) else { continue };
+                if gain > more.as_ref().map_or(least, |(most, _)| *most) {
+                    more = Some((gain, next));
+                }
+            }
+            match more {
+                Some((_, next)) => best = next,
+                None => break,
+            }
+            if seen.len() > PLACES {
+                break;
+            }
+        }
+        Places { best, seen: seen.len() }
+    }
+
+    /// What the load does on the straight way from one place to another; `None` where the mechanism cannot be assembled there.
+    fn work_between(&self, from: &Contact, to: &Contact) -> Option<f64> {
+        let ends = [from, to].map(|contact| &contact.state.inputs);
+        let way: Vec<f64> = ends[1].parameters.iter().zip(&ends[0].parameters).map(|(to, from)| to - from).collect();
+        let mut at = from.clone();
+        let mut work = 0.0;
+        for (k, weight) in WEIGHTS.iter().enumerate() {
+            if k == WEIGHTS.len() - 1 {
+                at = to.clone();
+            } else if k > 0 {
+                at = self.contact(&at, &between(ends[0], ends[1], k as f64 / (WEIGHTS.len() - 1) as f64))?;
+            }
+            work += weight * inner(&at.gradient.inputs.parameters, &way);
+        }
+        Some(work)
+    }
+}
+
+impl Mechanism {
+    /// What the forces at a contact do within the play.
+    fn work_of_play(&self, at: &Contact) -> f64 {
+        let clearances = self.sources.iter().filter(|source| source.is_clearance);
+        clearances.map(|source| source.set.support(&at.gradient.inputs.parameters[source.range()])).sum()
+    }
+}
