@@ -75,6 +75,14 @@ def test_what_is_typed_is_in_what_is_written(tmp_path: Path, monkeypatch: pytest
     assert run(["error", "set.nc", "-q", "worst"]) == 0
 
 
+def test_a_part_of_a_mechanism_carries_the_whole() -> None:
+    m = jp.loads(jp.examples.text("slider-crank-cases")).with_({"title": "changed"})
+    several = m.with_({"output": None, "outputs.tip": m.raw["output"]})
+    for part in (m.first, several.first, several.only(output="tip"), several.only(load_case=several.load_cases[0])):
+        whole = several if "outputs" in part.raw else m
+        assert jp.loads(jp.solve(part).attrs["mechanism"]) == whole
+
+
 def test_a_comparison_carries_both(tmp_path: Path) -> None:
     a, b = jp.loads(jp.examples.text("four-bar")), four_bar()
     result = jp.compare(a, b, names=("before", "after"))

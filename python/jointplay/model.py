@@ -359,6 +359,10 @@ class Mechanism(Compiled):
     @cached_property
     def complete_text(self) -> str:
         """The text of a file that has all of the mechanism in it: changes, parts and tables of other files."""
+        outputs, load_cases = tuple(self._whole.outputs), tuple(self._whole.load_cases)
+        whole = self._part((next(iter(outputs), ""), ""), outputs, load_cases)
+        if whole is not self:
+            return whole.complete_text
         source = self._source
         if source is not None and source.raw == self.raw and toml.parse(source.text) == self.raw:
             return source.text
