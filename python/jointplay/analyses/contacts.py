@@ -29,7 +29,7 @@ def contacts(m: Mechanism, given: str | None = None) -> tuple[str, ...]:
     """
     if given is not None and given not in CONTACTS:
         raise InputError(not_known(given, "a contact", CONTACTS), key="contact")
-    named = given or getattr(m.limits, "contact", None)
+    named = given or m.limits.contact
     found = (str(named),) if named in CONTACTS else CONTACTS if m.has_loads else CONTACTS[:1]
     if found == ("loaded",):
         for part in m.every_part:
