@@ -61,7 +61,7 @@ impl Set {
                 // Beside a corner those in which one diagonal or the axis is at its other end; from an end of the axis all.
                 let is_corner = unit[0].abs() < THERE;
                 let own = (1..n).filter(|&k| unit[k] > 0.0).fold(0, |signs, k| signs | 1 << (k - 1));
-                let near = |signs: &usize| !is_corner || (signs ^ own).count_ones() == 1;
+                let near = |signs: &usize| !is_corner || (signs ^ own).is_power_of_two();
                 let corners = corners.filter(near).map(|signs| at(0.0, signs));
                 // At an end of the axis squares may be open in part.
                 let open = (0..if is_corner { 0 } else { n - 1 }).map(|k| at(unit[0].signum(), own ^ 1 << k));
@@ -85,7 +85,6 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    use super::*;
     use crate::clearance::samples::KINDS;
 
     /// From any corner, going on from other end to other end, every force finds where it presses the offset.

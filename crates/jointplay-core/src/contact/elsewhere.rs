@@ -73,7 +73,7 @@ impl Solver<'_> {
                 if m.change(&best.state.inputs, &pressed) <= LEFT {
                     continue;
                 }
-                let Some(next) = self.settle_from(there, &all) else { continue };
+                let next = self.settle_from(there, &all);
                 let known = |other| m.change(other, &next.state.inputs) <= SAME;
                 if !next.settled || next.blocked || seen.iter().any(known) || !accepted(&next.state) {
                     continue;

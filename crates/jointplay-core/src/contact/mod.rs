@@ -89,7 +89,7 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
-        self.settle_from(self.at(from)?, unforced)
+        Some(self.settle_from(self.at(from)?, unforced))
     }
 
     /// The forces at a state.
@@ -120,11 +120,11 @@ impl Solver<'_> {
         for source in released {
             elsewhere[source.range()].fill(f64::NAN);
         }
-        Some((self.settle_from(first, held)?, elsewhere))
+        Some((self.settle_from(first, held), elsewhere))
     }
 
     /// Brings contact and reactions to agree, from a contact on.
-    fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Option<Contact> {
+    fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Contact {
         let m = self.mechanism;
         let mut at = Contact { settled: false, blocked: false, ..from };
         let mut newton = Newton::new(self, unforced);
@@ -134,7 +134,7 @@ impl Solver<'_> {
             let change = m.change(&at.state.inputs, &pressed);
             if change <= m.still() {
                 at.settled = true;
-                return Some(at);
+                return at;
             }
             let before = std::mem::replace(&mut changes[step % 4], change);
             if step >= FIRST && !at.blocked && change > SHRUNK * before {
@@ -144,7 +144,7 @@ impl Solver<'_> {
             newton.learn(&at, &next);
             at = next;
         }
-        Some(newton.settle(at))
+        newton.settle(at)
     }
 
     /// The contact after a step, or as much of it as can be assembled.

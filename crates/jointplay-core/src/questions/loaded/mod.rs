@@ -226,6 +226,7 @@ impl Mechanism {
         Loaded { status, ..Loaded::unknown(&Wanted::all(self)) }
     }
 
+    #[allow(clippy::too_many_lines)] // the way from the nominal pose to the displaced one, in order
     fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
         let size = self.size();
         let Some((at_nominal, flanks, gradient)) = self.at_flanks(solver, case, nominal) else {

@@ -95,6 +95,7 @@ impl<'m> Contact<'m> {
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
     /// batch is in doubt.
     #[inline(always)]
+    #[allow(clippy::too_many_lines)] // one block from its nominal poses to its rows, in order
     pub(crate) fn solve(
         &self,
         workspace: &mut Workspace,

@@ -64,6 +64,7 @@ impl Mechanism {
         (self.no_load_result(status), Strain::unknown(&Wanted::all(self)))
     }
 
+    #[allow(clippy::too_many_lines)] // the way from the nominal pose to the displaced one, in order
     async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> (Loaded, Strain) {
         let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
