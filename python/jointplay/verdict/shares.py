@@ -179,4 +179,5 @@ def _of_path(result: Result) -> list[str]:
         share, low, high = (float(result.get(f"yield_{name}{end}")) for end in ("", "_low", "_high"))
         found.append(f"{percent(share)} {how} ({percent(low)} to {percent(high)})")
     count = len(result.get("outside"))
-    return [f"Within the limits at all {count} configurations: {found[0]}; {found[1]}."]
+    where = f" at all {count} configurations" if count > 1 else ""
+    return [f"Within the limits{where}: {found[0]}; {found[1]}."]

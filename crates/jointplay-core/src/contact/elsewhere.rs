@@ -16,6 +16,8 @@ use crate::math::boole::WEIGHTS;
 use crate::math::lanes::block::Block;
 use crate::mechanism::{Mechanism, Source};
 
+/// Other places are looked for in mechanisms with so many clearances at most.
+const SEARCHED: usize = 64;
 /// Times that a better place is looked for from the best one.
 const ROUNDS: usize = 6;
 /// Places that are looked at, at most.
@@ -35,6 +37,12 @@ pub(crate) struct Places {
 }
 
 impl Mechanism {
+    /// Whether other places are looked for. From each of many ends the whole mechanism is settled anew, so that the work
+    /// would grow with the square of its size.
+    pub(crate) fn is_searched(&self) -> bool {
+        self.sources.iter().filter(|source| source.is_clearance && !source.set.is_zero()).count() <= SEARCHED
+    }
+
     /// The clearances on which the force may turn within the play, by the forces elsewhere in it.
     fn turning<'m>(&'m self, at: &'m Contact, elsewhere: &'m [f64]) -> impl Iterator<Item = (usize, &'m Source)> + 'm {
         let tolerance = UNDECIDED * self.force_scale(&at.gradient);
@@ -44,7 +52,9 @@ impl Mechanism {
             let [now, then]: [Vec<&Block>; 2] = [now.iter().collect(), then.iter().collect()];
             may_turn(&source.set, &now, &then, &Block::splat(source.undecided(tolerance))).0[0] > 0.0
         };
-        let clearances = self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero());
+        let is_searched = self.is_searched();
+        let clearances =
+            self.sources.iter().enumerate().filter(move |(_, s)| is_searched && s.is_clearance && !s.set.is_zero());
         clearances.filter(move |(_, source)| turns(source))
     }
 }

@@ -68,6 +68,9 @@ impl System<'_> {
         let tolerance = UNDECIDED_TOGETHER * self.force_scale(&rest.balance.forces);
         let at = self.target(known, &rest.balance);
         let mut ends = Vec::new();
+        if !self.mechanism.is_searched() {
+            return ends;
+        }
         for (element, offset) in self.elements.iter().zip(&rest.balance.given) {
             let (Kind::Clearance(set), Some(source)) = (&element.kind, element.source) else { continue };
             let own = |forces: &DVector<f64>| -> Vec<Block> {

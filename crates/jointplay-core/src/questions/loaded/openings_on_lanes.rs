@@ -25,6 +25,9 @@ pub(super) fn turning<'b>(
 ) -> Block {
     let tolerance = scale.mul(&Block::splat(UNDECIDED));
     let mut found = Block::splat(0.0);
+    if !m.is_searched() {
+        return found;
+    }
     for source in m.sources().iter().filter(|source| source.is_clearance && !source.set.is_zero()) {
         let n = source.set.size();
         let now: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
