@@ -10,6 +10,7 @@ and does not count; where it is the size of a source that prevents the assembly,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -41,6 +42,10 @@ LESS: Mapping[str, Mapping[str, Any]] = {
     "loaded": {"details": False, "plays": False},
     "random": {"path": False, "probabilities": ()},
 }
+#: specimens under a load take ten times as long as others and scatter by fewer sources: as many are enough, ...
+PRESSED = 4096
+#: ... or as many as have so many outside
+OUTSIDE = 10
 #: what binds where not an error does: no pose, and a size that the file cannot have
 ASSEMBLY, REFUSED = "assembly", "refused"
 #: configurations that use less than this share of the most that one uses are looked at in the end only
@@ -168,6 +173,8 @@ class Asked:
         # Loads may go by the number of the configuration.
         whole = len(places) == len(at) or (one.is_loaded and bool(one.part.loads.along)) or self.question == "loaded"
         options = self.options | ({"contact": one.contact} if one.contact else {})
+        if one.is_loaded:
+            options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))
         with within_another():
             result = COMPUTE[self.question](one.part, at=at if whole else at.chosen(places), **options)
         used, status, lost = self._of(one.part, result), result.get("status"), np.zeros(len(result.get("status")))
