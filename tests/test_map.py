@@ -124,7 +124,8 @@ class TestQuestions:
         whole = jp.map(m, grid=grid, exact=exact, chunk=30)
         light = jp.map(m, grid=grid, exact=exact, chunk=30, details=False)
         assert set(light.data_vars) == {
-            *("contact_change", "error", "iterations", "nominal", "singular_crossing", "status", "undetermined"),
+            *("contact_change", "equilibria", "error", "iterations", "nominal", "singular_crossing", "status"),
+            "undetermined",
             *("limit", "limit_met", "margin"),
         }
         assert not {"parameter", "source", "joint"} & set(light.dims)
