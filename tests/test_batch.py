@@ -153,7 +153,7 @@ def test_errors_along_drive_values_are_those_of_the_traced_poses(name, exact):
     status = np.where(traced["status"] != 0, traced["status"], expected["status"])
     assert np.array_equal(found["status"], status)
     few = mechanism.core.loaded_along(drives, exact, offset=False, details=False)
-    assert set(few) == {"status", "error", "undetermined", "iterations", "fallbacks"}
+    assert set(few) == {"status", "error", "undetermined", "iterations", "equilibria", "fallbacks"}
     for key, value in few.items():
         assert np.array_equal(value, found[key], equal_nan=True), key
 
