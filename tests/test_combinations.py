@@ -253,7 +253,8 @@ def test_loads_of_every_case_press_all_offsets_as_independent_statics_say(seed: 
         for case, loads in raw["load_cases"].items():
             own = result.sel(output=name, load_case=case)
             for k, nominal in enumerate(path):
-                if str(own.status.values[k]) != "ok":
+                # Where the load can hold it at several places, the statics by hand end at any of them.
+                if str(own.status.values[k]) != "ok" or own.equilibria.values[k] > 1:
                     continue
                 u, drives = deviations(raw, own, k), device.drives(k)
                 q, moved = pressed(device, nominal, drives, u, [*raw["loads"], *loads], k)

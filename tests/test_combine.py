@@ -173,7 +173,7 @@ class TestInterruption:
                 raise KeyboardInterrupt
 
         with pytest.raises(Interrupted) as stopped:
-            random_question.compute(m, samples=2000, progress=stop)
+            random_question.compute(m, samples=2000, contact="scattered", progress=stop)
         partial = to_dataset(stopped.value.partial)
         assert "3 of 11" in partial.attrs["incomplete"]
         whole = jp.random(m, samples=2000)

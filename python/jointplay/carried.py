@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,19 @@ from jointplay.errors import InputError
 
 #: the attribute with the text, and the name of a sheet with all attributes
 TEXT = SHEET = "mechanism"
+#: behind the names of attributes of two mechanisms that were compared: `mechanism` is a dimension there
+BOTH = ("_a", "_b")
+#: what the name of a file may have, in bytes
+LONGEST_NAME = 255
 #: letters that a cell of a sheet can hold
 CELL = 32_000
 
 
 def beside(path: Path, suffix: str = "") -> Path:
     """Where the mechanism of a table in text stands: ``errors.csv.toml``."""
-    return path.with_name(f"{path.name}{suffix.replace('_', '.')}.toml")
+    name = os.fsencode(f"{path.name}{suffix.replace('_', '.')}.toml")
+    # Of a name that is too long the end is kept.
+    return path.with_name(os.fsdecode(name[-LONGEST_NAME:]))
 
 
 def is_result(path: str | os.PathLike[str]) -> bool:
@@ -51,25 +57,30 @@ def text(path: str | os.PathLike[str]) -> str:
     return found
 
 
+def _text_in(attributes: Mapping[str, Any]) -> Any:
+    """The text of the mechanism, or of the first of two."""
+    return attributes.get(TEXT, attributes.get(f"{TEXT}{BOTH[0]}"))
+
+
 def _netcdf(path: Path) -> Any:
     import h5py
 
     with h5py.File(path, "r") as file:
-        return file.attrs.get(TEXT)
+        return _text_in(file.attrs)
 
 
 def _zarr(path: Path) -> Any:
-    return json.loads((path / ".zattrs").read_text(encoding="utf-8")).get(TEXT)
+    return _text_in(json.loads((path / ".zattrs").read_text(encoding="utf-8")))
 
 
 def _json(path: Path) -> Any:
-    return json.loads(path.read_text(encoding="utf-8"))["attrs"].get(TEXT)
+    return _text_in(json.loads(path.read_text(encoding="utf-8"))["attrs"])
 
 
 def _parquet(path: Path) -> Any:
     from pyarrow import parquet
 
-    return json.loads((parquet.read_schema(path).metadata or {}).get(b"PANDAS_ATTRS", b"{}")).get(TEXT)
+    return _text_in(json.loads((parquet.read_schema(path).metadata or {}).get(b"PANDAS_ATTRS", b"{}")))
 
 
 def _xlsx(path: Path) -> Any:
@@ -84,12 +95,12 @@ def _xlsx(path: Path) -> Any:
         name = head or name
         lines.setdefault(name, []).append("".join(part or "" for part in parts))
     book.close()
-    return "\n".join(lines[TEXT]) if TEXT in lines else None
+    return _text_in({name: "\n".join(some) for name, some in lines.items()})
 
 
 def _csv(path: Path) -> Any:
-    other = beside(path)
-    return toml.read(other)[1] if path.is_file() and other.is_file() else None
+    found = [other for suffix in ("", *BOTH) if (other := beside(path, suffix)).is_file()]
+    return toml.read(found[0])[1] if path.is_file() and found else None
 
 
 READERS: dict[str, Callable[[Path], Any]] = {

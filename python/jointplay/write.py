@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay import files
-from jointplay.carried import beside
+from jointplay.carried import BOTH, beside
 from jointplay.columns import as_cell
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.result import Column, Result, Variable, attributes, from_dataset, rows, to_dataset
@@ -86,7 +86,7 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
 def _put_beside(result: Result, path: Path) -> None:
     """What a table in text is of, as mechanism files beside it: one, or those of the two that were compared."""
     attrs = {name: str(value) for name, value in attributes(result).items()}
-    for suffix in ("", "_other"):
+    for suffix in ("", *BOTH):
         text = attrs.pop(f"mechanism{suffix}", None)
         if text is not None:
             said = "".join(f"#   {name}: {one_line(value)}\n" for name, value in attrs.items())

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable
+from jointplay.result import Result, Variable, coordinate_names
 
 from .nominal import Nominal, Progress, carried
 from .several import share
@@ -75,4 +75,15 @@ def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
         names = np.array([name for name, _ in cases(m)])
         words = "load case with the largest share"
         data["outside_loaded_case"] = Variable(own.dims, np.where(unknown, "", names[largest]), "", words)
-    return replace(result, data=data, attrs={**result.attrs, "samples_loaded": answers[0].attrs["samples"]})
+    attrs = {**result.attrs, "samples_loaded": answers[0].attrs["samples"]}
+    return _without_clash(replace(result, data=data, attrs=attrs))
+
+
+def _without_clash(result: Result) -> Result:
+    """A drive that is called like one of these variables has another name in the result."""
+    others = {name: v for name, v in result.coords.items() if name not in result.drives}
+    taken = {*result.sizes, *result.data, *result.attrs, *others}
+    names = coordinate_names([*result.drives], taken)
+    drives = dict(zip(names, result.drives.values(), strict=True))
+    attrs = {**result.attrs, "drives": ", ".join(names)} if names else result.attrs
+    return replace(result, coords={**drives, **others}, attrs=attrs)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from jointplay.carried import TEXT
+from jointplay.carried import BOTH, TEXT
 from jointplay.model import Mechanism, plain
 
 from .structure import Attribute, Result
@@ -50,7 +50,7 @@ class Origin:
     def attributes(self) -> dict[str, str]:
         """The same as attributes of a dataset or a file."""
         found: dict[str, str] = {}
-        for m, suffix in zip(self.mechanisms, ("", "_other"), strict=False):
+        for m, suffix in zip(self.mechanisms, BOTH if len(self.mechanisms) > 1 else ("",), strict=True):
             found |= {f"{TEXT}{suffix}": m.complete_text, f"{TEXT}_hash{suffix}": m.hash}
         known = {name: _numbers(value) for name, value in self.options.items()}
         options = json.dumps(plain(known), ensure_ascii=False, default=str)
@@ -72,5 +72,6 @@ def label(result: Result | xr.Dataset) -> str:
     if isinstance(result, Result) and result.origin is not None:
         hashes = [m.hash for m in result.origin.mechanisms]
     else:
-        hashes = [str(result.attrs[name]) for name in (f"{TEXT}_hash", f"{TEXT}_hash_other") if name in result.attrs]
+        names = [f"{TEXT}_hash{suffix}" for suffix in ("", *BOTH)]
+        hashes = [str(result.attrs[name]) for name in names if name in result.attrs]
     return f"mechanism {' | '.join(hashes)}" if hashes else ""

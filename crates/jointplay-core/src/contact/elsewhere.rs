@@ -16,8 +16,6 @@ use crate::math::boole::WEIGHTS;
 use crate::math::lanes::block::Block;
 use crate::mechanism::{Mechanism, Source};
 
-/// Other places are looked for in mechanisms with so many clearances at most.
-const SEARCHED: usize = 64;
 /// Times that a better place is looked for from the best one.
 const ROUNDS: usize = 6;
 /// Places that are looked at, at most.
@@ -37,12 +35,6 @@ pub(crate) struct Places {
 }
 
 impl Mechanism {
-    /// Whether other places are looked for. From each of many ends the whole mechanism is settled anew, so that the work
-    /// would grow with the square of its size.
-    pub(crate) fn is_searched(&self) -> bool {
-        self.sources.iter().filter(|source| source.is_clearance && !source.set.is_zero()).count() <= SEARCHED
-    }
-
     /// The clearances on which the force may turn within the play, by the forces elsewhere in it.
     fn turning<'m>(&'m self, at: &'m Contact, elsewhere: &'m [f64]) -> impl Iterator<Item = (usize, &'m Source)> + 'm {
         let tolerance = UNDECIDED * self.force_scale(&at.gradient);

@@ -46,6 +46,9 @@ use crate::mechanism::scores::Scores;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
 
+/// Other places of a load are looked for in mechanisms with so many clearances at most.
+const SEARCHED: usize = 64;
+
 /// A body by its index among the moving bodies; `None` is the ground.
 pub type Body = Option<usize>;
 
@@ -294,6 +297,12 @@ impl Mechanism {
     /// other of the angle's range.
     pub(crate) fn turns_freely(&self) -> bool {
         self.size() - self.n_translations() > 1
+    }
+
+    /// Whether other places at which a load may hold it are looked for. From each of many ends the whole mechanism is
+    /// settled anew, so that the work would grow with the square of its size.
+    pub(crate) fn is_searched(&self) -> bool {
+        self.sources.iter().filter(|source| source.is_clearance && !source.set.is_zero()).count() <= SEARCHED
     }
 
     /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.
