@@ -86,7 +86,7 @@ def test_what_is_told_of_the_samples(name: str) -> None:
     drives, poses = configuration(name)
     first = draw(m.core, drives, poses)
     errors = first["kept_errors"]
-    assert first["failures"][0].tolist() == [SAMPLES] + [0] * 6
+    assert first["failures"][0].tolist() == [SAMPLES] + [0] * (len(_core.STATUSES) - 1)
     distances, turns = np.linalg.norm(errors[:, :3], axis=1), np.linalg.norm(errors[:, 3:], axis=1)
     quantities = np.column_stack([errors, distances, turns])
     np.testing.assert_allclose(first["mean"][0], errors.mean(axis=0), rtol=1e-9, atol=1e-9 * np.abs(errors).max())

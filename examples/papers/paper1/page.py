@@ -153,6 +153,7 @@ def comparison_values(study: Study) -> dict[str, str]:
     gain = 100.0 * (1.0 - four.position / other.position)
     gain_rotation = 100.0 * (1.0 - four.rotation / other.rotation)
     load4, load3 = (np.hypot(*a.loaded[:, :2].T) for a in (four, other))
+    jump = int(np.argmax(-np.diff(load3)))
     fix4, fix3 = four.corrections[RADIAL], other.corrections[RADIAL]
 
     def stroke(answers: Answers, drives: Floats) -> str:
@@ -169,8 +170,10 @@ def comparison_values(study: Study) -> dict[str, str]:
         "fix_reversed_worse_p3r": positions(list(fix3.error_reversed > fix3.error_held)),
         "guide_extra": tiny(float(np.max(np.abs(study.p3r_with_guide_gap - other.position))), 1e-6),
         "load_p3r_less": positions(list(load3 < load4)),
-        "load_p5": fixed(load3[POSITIONS.index("P5")], 2),
-        "load_p6": fixed(load3[POSITIONS.index("P6")], 2),
+        "load_before": POSITIONS[jump],
+        "load_after": POSITIONS[jump + 1],
+        "load_from": fixed(load3[jump], 2),
+        "load_to": fixed(load3[jump + 1], 2),
         "load_fix_low": signed(four.loaded_correction.min(), 2),
         "load_fix_high": signed(four.loaded_correction.max(), 2),
         "load_left": fixed(four.loaded_residual.max(), 3),

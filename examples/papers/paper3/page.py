@@ -230,6 +230,13 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         [np.abs(v.position / v.position_first_order - 1)[v.status != "singular"] for v in maps.levels]
     )
     floating = np.concatenate([level.undetermined[level.status == "undetermined"] for level in maps.levels])
+    if len(floating):
+        undetermined = (
+            f"{len(floating)} nodes have the status `undetermined`: within the clearances a leg carries no couple, its "
+            f"guide is free, and the indeterminacy is up to {fixed(float(floating.max()), 2)} mm."
+        )
+    else:
+        undetermined = "There are none: where a leg carries no couple, the small forces of the displaced robot decide."
     length, z = study.poses[0].lengths[0], study.poses[0].position[2]
     small = int(np.argmin(np.abs(RATIOS - 0.25)))
     low = int(np.argmin(np.abs(HEIGHTS - 200)))
@@ -262,8 +269,7 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         "apart_half": fixed(100 * float(np.median(apart)), 1),
         "apart_90": fixed(100 * float(np.quantile(apart, 0.9)), 0),
         "apart_most": fixed(100 * float(apart.max()), 0),
-        "open": str(len(floating)),
-        "wide_most": fixed(float(floating.max()), 2),
+        "undetermined": f"**Undetermined nodes.** {undetermined}",
         "singular_sentence": singular,
         "worst_nodes": str(maps.largest.position.size),
         "worst_low": fixed(float(maps.largest.position.min()), 2),
