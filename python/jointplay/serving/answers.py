@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses import given, loaded, random, region, worst
+from jointplay.analyses import given, loaded, pressed, random, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.linear_worst import is_linear, linear_region
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
@@ -36,7 +36,7 @@ from .session import Asked, Session, placed
 FEW = 256
 STAGES = (1024, 16_384, 131_072)
 #: seconds that a stage may take
-PATIENCE = 5.0
+PATIENCE = 10.0
 #: configurations of a path up to which it is answered while sliders move
 MOST_LIVE = 60
 #: directions of a region that is found on the exact closure while sliders move
@@ -128,7 +128,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     seconds = time.perf_counter() - begin
     following = [stage for stage in STAGES if stage > samples]
     # Time grows at most with the number of specimens.
-    soon = not samples or (following and seconds * following[0] / samples < PATIENCE)
+    soon = not samples or (following and seconds * _growth(m, samples, following[0]) < PATIENCE)
     told["next"] = following[0] if soon and told["path"] else 0
     told["milliseconds"] = 1e3 * seconds
     return told
@@ -148,6 +148,11 @@ def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
     """All questions while sliders move."""
     return _loaded(m, at) | {"worst": worst.compute(m, exact=False, at=at)} | _random(m, at, FEW, path=False)
+
+
+def _growth(m: Mechanism, samples: int, following: int) -> float:
+    """How many times as long more specimens take; of those under a load, which take most of the time, few are drawn."""
+    return 2.0 if samples >= pressed.FEW and pressed.counts_too(m) else following / samples
 
 
 def _random(m: Mechanism, at: Nominal, samples: int, *, path: bool, check: Check | None = None) -> dict[str, Result]:
