@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import jointplay as jp
 from answers import example
@@ -159,17 +160,22 @@ def test_options_of_a_question_are_checked_as_the_question_does(name: str, optio
     assert part in str(refusal.value)
 
 
+def is_same(some: xr.Dataset, other: xr.Dataset) -> bool:
+    """Whether two results are the same, however the options were written."""
+    return bool(some.assign_attrs(options="").identical(other.assign_attrs(options="")))
+
+
 def test_numbers_of_numpy_are_numbers() -> None:
     m = example("four-bar")
     plain = jp.random(m, 1000, 3, probabilities=[0.5])
-    assert plain.identical(jp.random(m, np.int32(1000), np.uint64(3), probabilities=np.array([0.5])))
+    assert is_same(plain, jp.random(m, np.int32(1000), np.uint64(3), probabilities=np.array([0.5])))
     plain = jp.compensate(m, weights=(1.0, 50.0), target=[0.1, 0.2])
-    assert plain.identical(jp.compensate(m, weights=(np.float32(1.0), np.int8(50)), target=np.array([0.1, 0.2])))
+    assert is_same(plain, jp.compensate(m, weights=(np.float32(1.0), np.int8(50)), target=np.array([0.1, 0.2])))
 
 
 def test_one_component_may_stand_by_itself() -> None:
     m = example("3-rrr")
-    assert jp.singularities(m, components="x", path=False).identical(jp.singularities(m, components=["x"], path=False))
+    assert is_same(jp.singularities(m, components="x", path=False), jp.singularities(m, components=["x"], path=False))
 
 
 def test_signature_and_documentation_stay() -> None:

@@ -115,6 +115,9 @@ def test_never_below_the_first_order_optimum_evaluated_exactly(kind: str) -> Non
             if again.status.item() != "ok":
                 continue
             exact = float(brute.MEASURES[extreme](again.error[0].values))
+            # Where the range of the offsets reaches a singular pose, no exact value is given.
+            if not found.ok:
+                continue
             assert not is_missed(found.figures[NAMES.index(extreme)], exact), extreme
 
 

@@ -120,7 +120,7 @@ class Nominal:
 
     @property
     def with_errors(self) -> Nominal:
-        """The same without poses where no error can be told.
+        """The same without poses where no error can be given.
 
         The machine cannot stand there, or it is singular there: the free motion is then as large as the axes of the
         bodies make it, and so would be all numbers.
@@ -278,7 +278,7 @@ def without_singular(found: Columns) -> Columns:
     """What was found, without the errors of configurations that become singular within their clearances.
 
     How far an error was followed towards a singular pose depends on the axes of the bodies, and on the steps. What is
-    of first order is told by the nominal pose, which is regular.
+    of first order follows from the nominal pose, which is regular.
     """
     singular = found["status"] == SINGULAR
     for name, values in found.items():

@@ -32,7 +32,7 @@ def open_all() -> None:
 
 
 def hold(lines: Iterable[str]) -> None:
-    """Keep remarks until there is an answer: what is refused is told by one message, and nothing else."""
+    """Keep remarks until there is an answer: of what is refused there is one message, and nothing else."""
     _held.extend(lines)
 
 

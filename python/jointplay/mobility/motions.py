@@ -31,7 +31,7 @@ class Motion:
     joints : tuple of str
         The joints whose coordinate changes; driving one of them takes the motion away.
     told : callable
-        Makes a phrase of it. That takes long where hundreds of motions are free, of which few are told.
+        Makes a phrase of it. That takes long where hundreds of motions are free, of which few are named.
     """
 
     bodies: tuple[str, ...]

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+#: bits of a whole number that is written in decimal digits
+LONG = 64
+
+
 def today() -> str:
     """The date in UTC, or that of SOURCE_DATE_EPOCH, by which programs that pack files make them reproducible."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
@@ -58,7 +62,9 @@ class Origin:
 
 
 def _numbers(value: Any) -> Any:
-    """An option as it is; of the result of `loaded`, which may be handed on, its offsets."""
+    """An option as it is; of the result of `loaded`, which may be handed on, its offsets; in hex what is very long."""
+    if isinstance(value, int) and value.bit_length() > LONG:
+        return hex(value)
     return value["offset"] if hasattr(value, "data_vars") else value
 
 

@@ -179,10 +179,8 @@ def _samples(result: Result) -> Iterable[str]:
     if result.attrs.get("contact") == "loaded":
         how = ", clearances where the load pushes them"
     yield f"{samples} specimens per configuration, seed {result.attrs['seed']}{how}."
-    if np.isfinite(result.get("limit")).any() and not {"yield_path", "contact", "incomplete"} & {
-        *result.data,
-        *result.attrs,
-    }:
+    has_none = result.attrs.get("contact") == "loaded" or {"yield_path", "incomplete"} & {*result.data, *result.attrs}
+    if np.isfinite(result.get("limit")).any() and not has_none:
         yield "Yields over all configurations are of determinate mechanisms only, and left out here."
     assembled = result.get("status") != "not_assembled"
     for outcome in result.labels("outcome"):
