@@ -30,7 +30,23 @@ HIDING = frozenset(
     """.split()  # noqa: SIM905 (quoted one by one they fill three times the lines)
 )
 #: attributes that a result gets after its drives are named
-LATER = ("coordinates", "drives", "fingerprint", "grid", "incomplete", "sweep", "sweep_by")
+LATER = (
+    "coordinates",
+    "drives",
+    "fingerprint",
+    "grid",
+    "incomplete",
+    "sweep",
+    "sweep_by",
+    "created",
+    "mechanism",
+    "mechanism_a",
+    "mechanism_b",
+    "mechanism_hash",
+    "mechanism_hash_a",
+    "mechanism_hash_b",
+    "options",
+)
 
 
 def coordinate_names(own: Iterable[str], taken: Iterable[str], prefix: str = "drive_") -> list[str]:
