@@ -17,8 +17,8 @@ from cores import on_all_cores
 from oracles.rare import KINDS, PRESSED, Case, case, loop_case
 from pages import put_table
 
-#: loops with play besides, and the specimens by which their shares are known; chains under a load
-LOOPS, SAMPLES, LOADED = 20, 20_000_000, 20
+#: loops with play besides, the specimens by which their shares are known, and chains under a load
+LOOPS, SAMPLES, LOADED = 20, 5_000_000, 10
 LOOP = "loop"
 #: a share of the specimens that must not be overlooked
 SEEN = 1e-6
