@@ -16,7 +16,8 @@ from scipy import integrate, stats
 import jointplay as jp
 from answers import example
 from arms import ARM
-from jointplay.analyses import tails
+from jointplay.analyses import subset, tails
+from jointplay.analyses.nominal import nominal
 from jointplay.cli import run
 from jointplay.errors import InputError
 from jointplay.result import from_dataset
@@ -125,15 +126,18 @@ def test_the_worst_case_excludes_what_no_load_can_do() -> None:
     assert float(found.outside_high) == 0.0
 
 
-def test_a_loop_under_its_load_has_the_tail_of_many_counted_specimens() -> None:
-    """The same specimens as counting, whatever presses them: 0.1 % outside of a four-bar with fits."""
-    m = example("four-bar-fits").with_({"joints.*.clearance.fit": "H7/g6", "limits": {"position": 0.04}})
-    m = m.with_({"drives.theta1.values": [55]})
-    counted = jp.random(m, 2**16, contact="loaded", sampling="plain", seed=1).isel(configuration=0)
-    found = jp.random(m, 2**13, contact="loaded", rare=True).isel(configuration=0)
-    assert found.outside_method == tails.SEARCHED
-    error = math.hypot(float(found.outside_standard_error), float(counted.outside_standard_error))
-    assert abs(float(found.outside) - float(counted.outside)) < 4.0 * error < 0.6 * float(counted.outside)
+@pytest.mark.parametrize("name", ["four-bar-fits", "slider-crank", "press", "excavator", "geared-five-bar", "rssr"])
+def test_specimens_that_are_moved_are_pressed_as_counted_ones_are(name: str) -> None:
+    """The same numbers drawn: errors specimen by specimen."""
+    m = example(name)
+    at = nominal(m).with_errors
+    case, count = (at.drives[:1], at.poses[:1]), 256
+    own = m.under_loads_of(0)
+    kept = own.core.random(*case, count, 1, np.array([0.5]), loaded=True, keep=True, sampling="plain")["kept_errors"]
+    moved = subset.Specimens(own, *case, None, True)
+    found = moved.errors(own.core.specimens(count, 1, None, "plain"))
+    np.testing.assert_allclose(found, kept, rtol=0, atol=1e-12 * np.abs(kept).max())
+    assert np.ptp(found, axis=0).max() > 0.0
 
 
 #: a slider of which a map is made: more of it is outside the farther it is, as it tilts

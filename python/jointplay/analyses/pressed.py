@@ -70,7 +70,7 @@ def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
         values = np.stack([answer.get(f"outside{end}") for answer in answers])
         chosen = np.take_along_axis(values, largest[None], axis=0)[0]
         words = f"{result.data[f'outside{end}'].long_name}, where the load decides the offsets"
-        nothing = "" if end == "_method" else np.nan
+        nothing: str | float = "" if end == "_method" else np.nan
         data[f"outside_loaded{end}"] = Variable(own.dims, np.where(unknown, nothing, chosen), "", words)
     if m.load_cases:
         names = np.array([name for name, _ in cases(m)])

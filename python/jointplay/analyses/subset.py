@@ -53,7 +53,7 @@ class Specimens:
         Whether the load decides the offsets; scores of offsets then change nothing.
     """
 
-    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None, is_loaded: bool) -> None:
+    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None, is_loaded: bool = False) -> None:
         self.m, self.drives, self.poses, self.law = m, drives, poses, law
         self.scores = m.core.count_scores(law)
         self.is_loaded, self.fewer = is_loaded, FEWER if is_loaded else 1
