@@ -22,6 +22,7 @@ from .options import (
     Point,
     Points,
     Question,
+    Rare,
     Samples,
     Sampling,
     Scatter,
@@ -55,9 +56,7 @@ def error(
     sampling: Points = Sampling.sobol,
     contact: Assumed = None,
     indices: Shares = False,
-    rare: Annotated[
-        bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
-    ] = False,
+    rare: Rare = False,
     certify: Certify = False,
     parts: Parts = 100,
     scheduler: Scheduler = None,

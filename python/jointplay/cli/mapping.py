@@ -25,6 +25,7 @@ from .options import (
     Parts,
     Point,
     Points,
+    Rare,
     Samples,
     Sampling,
     Scatter,
@@ -99,6 +100,7 @@ def map_(
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
     contact: Assumed = None,
+    rare: Rare = False,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -128,7 +130,8 @@ def map_(
     if question is Mapped.worst:
         options = {"exact": not first_order, "certify": certify, "parts": parts}
     if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
+        options = answer.scatter(samples, seed, law, sampling)
+        options |= {"contact": contact and contact.value, "rare": rare}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None

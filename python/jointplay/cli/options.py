@@ -204,6 +204,9 @@ Shares = Annotated[
     bool,
     typer.Option("--indices", help="random: Sobol' indices of every source as well, where the first order may miss."),
 ]
+Rare = Annotated[
+    bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
+]
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
 ]
