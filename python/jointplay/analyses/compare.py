@@ -27,8 +27,6 @@ from .recorded import recorded
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("loaded", "worst", "random", "compensate")
-
 
 @typed
 def compare(
@@ -86,7 +84,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `compare`."""
-    ask = computation(question, QUESTIONS)
+    ask = computation(question, "compare")
     check_options(question, options, "compare")
     if a.components != b.components:
         spaces = f"{a.data.space} and {b.data.space}"

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from jointplay.cluster import Scheduler
 
-QUESTIONS = ("worst", "loaded", "random", "given", "solve", "compensate")
 #: more than anybody waits for
 MOST_VALUES = 100_000
 LENGTHS = frozenset(
@@ -117,7 +116,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `sweep`."""
-    computation(question, QUESTIONS)
+    computation(question, "sweep")
     check_options(question, options, "sweep")
     keys, values = (key,) if isinstance(key, str) else tuple(key), list(islice(values, MOST_VALUES + 1))
     workers: Here | Workers = scheduler
@@ -134,7 +133,7 @@ def _asked(
     """The answer of a mechanism with a value at the keys."""
     m, value = item
     copy, reached = changed(m, dict.fromkeys(keys, value))
-    return computation(question, QUESTIONS)(copy, **options), reached
+    return computation(question, "sweep")(copy, **options), reached
 
 
 def _over_values(

@@ -10,14 +10,15 @@ import numpy as np
 
 from jointplay import viewer
 from jointplay.analyses import displaced
+from jointplay.questions import QUESTIONS
 from jointplay.result import in_words, size
 from jointplay.verdict import cause, place, verdict
 from jointplay.viewer import Displaced, scene
 
 from .answers import Chapter, reproduces, shown
 
-#: what the questions are called in headings and sentences
-WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
+#: what the questions are called in headings and sentences that judge, the one first that says most
+WORDS = {name: QUESTIONS[name].label for name in ("worst", "loaded", "random")}
 #: draws every scene of the page; what is folded is printed, too
 START = """
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
@@ -53,11 +54,11 @@ def _states(chapter: Chapter) -> Iterator[tuple[str, displaced.Displaced]]:
         case = chapter.m.only(None, str(part.coords["load_case"].values) if heading else None)
         moved = displaced.under_load(case, chapter.at)
         if reproduces(case, chapter.at, part, moved):
-            yield ", ".join(filter(None, ("under load", heading))), moved
+            yield ", ".join(filter(None, (QUESTIONS["loaded"].displaced, heading))), moved
     for _, part in chapter.parts("worst"):
         moved = displaced.at_offsets(chapter.m.first, chapter.at, part.get("worst_offset", extreme="position"))
         if reproduces(chapter.m.first, chapter.at, part, moved):
-            yield "at the largest position error", moved
+            yield QUESTIONS["worst"].displaced, moved
 
 
 def _text(chapter: Chapter, k: int) -> list[str]:
