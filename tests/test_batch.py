@@ -81,7 +81,7 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
     if not mechanism.has_loads:
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     result = _on_every_width(lambda: core.loaded(drives, poses))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
@@ -112,7 +112,7 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
     if not mechanism.has_loads:
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     result = _on_every_width(lambda: core.loaded(drives, poses, exact=False))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1], exact=False) for i in range(len(drives))]
@@ -133,47 +133,16 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
         assert np.array_equal(light[key], result[key], equal_nan=True), key
 
 
-@pytest.mark.parametrize("exact", [True, False])
-@pytest.mark.parametrize("name", ["four-bar", "3-upu"])
-def test_errors_along_drive_values_are_those_of_the_traced_poses(name, exact):
-    mechanism = example(name)
-    # More rows than one task has, and a way back.
-    drives = _dense_path(mechanism, 1200)
-    drives = np.vstack([drives, drives[::-1]])
-    traced = mechanism.core.trace(drives)
-    expected = mechanism.core.loaded(drives, traced["poses"], exact)
-    found = mechanism.core.loaded_along(drives, exact)
-    # Rounding differs, as the first pose of a path is not told to its last bit.
-    for key in ("error", "error_first_order", "undetermined", "undetermined_contribution", "contribution", "offset"):
-        assert np.abs(expected[key] - found[key]).max() < 1e-13 * mechanism.length, key
-    assert np.array_equal(expected["decided"], found["decided"])
-    np.testing.assert_allclose(
-        found["reaction"], expected["reaction"], rtol=0, atol=1e-11 * np.abs(found["reaction"]).max()
-    )
-    status = np.where(traced["status"] != 0, traced["status"], expected["status"])
-    assert np.array_equal(found["status"], status)
-    few = mechanism.core.loaded_along(drives, exact, offset=False, details=False)
-    assert set(few) == {"status", "error", "undetermined", "iterations", "equilibria", "fallbacks"}
-    for key, value in few.items():
-        assert np.array_equal(value, found[key], equal_nan=True), key
-
-
-def test_errors_along_drive_values_that_nothing_assembles_are_told_so():
-    found = example("four-bar").core.loaded_along(np.full((3, 1), np.nan), False)
-    assert (found["status"] == 1).all()
-    assert np.isnan(found["error"]).all()
-
-
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_traced_poses_equal_the_plain_path(name):
     mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 400)
     traced = core.trace(drives)
     # Fewer rows than a block are followed one by one; full turns in between are not lost.
-    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
+    parts = [core.trace(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
     difference = np.abs(traced["poses"] - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-13
-    assert np.array_equal(traced["poses"], core.solve(drives)["poses"])
+    assert np.array_equal(traced["poses"], core.trace(drives)["poses"])
 
 
 @pytest.mark.parametrize("count", [64, 70, 100, 128, 130, 200])
@@ -182,7 +151,7 @@ def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(co
     mechanism = example("rssr")
     core, drives = mechanism.core, np.linspace(0.0, 2 * np.pi, count)[:, None]
     poses = core.trace(drives)["poses"]
-    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
+    parts = [core.trace(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
     difference = np.abs(poses - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-12
 
@@ -191,7 +160,7 @@ def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(co
 def test_worst_equals_the_plain_solver_on_every_width(name):
     mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 5)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     first = _on_every_width(lambda: core.worst(drives, poses))
     # What becomes of a start does not depend on what is in the other lanes; the first configuration, in which
     # the elimination is planned, stays.

@@ -68,8 +68,6 @@ class Question:
         Whether there is an answer only where something loads the mechanism.
     chunk : int
         Nodes of a map that are computed at a time: some seconds of work, some ten megabytes.
-    is_measured : bool
-        Whether a map has to find how near its nodes are to a singularity, because the answers do not say it.
     compute, options : str
         In its module, what others ask and whose arguments they give.
     conclusion : str
@@ -91,7 +89,6 @@ class Question:
     asked_by: Asking = field(default_factory=dict)
     needs_loads: bool = False
     chunk: int = 0
-    is_measured: bool = False
     compute: str = "compute"
     options: str = ""
     conclusion: str = "errors.of_errors"
@@ -142,7 +139,6 @@ QUESTIONS: Mapping[str, Question] = {
                 studio={"exact": False},
             ),
             chunk=2**9,
-            is_measured=True,
             table="questions.of_worst",
             sheet="errors",
         ),
@@ -160,7 +156,6 @@ QUESTIONS: Mapping[str, Question] = {
                 allow={"path": False, "probabilities": ()},
             ),
             chunk=2**6,
-            is_measured=True,
             table="questions.of_random",
             sheet="errors",
         ),
@@ -181,7 +176,6 @@ QUESTIONS: Mapping[str, Question] = {
             figures=_NEARNESS,
             asked_by=_by("map", "sweep"),
             chunk=2**12,
-            is_measured=True,
             conclusion="motion.of_solve",
             table="questions.of_solve",
             sheet="poses",

@@ -180,13 +180,8 @@ impl Mechanism {
         self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
-    fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
-        self.table(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
-    }
-
-    /// Poses, output and status only: no singular values, for maps of many configurations. From the guess or from other
-    /// poses of all bodies.
+    /// Nominal poses for drive values given one after the other, on one assembly branch. From the guess or from other poses
+    /// of all bodies.
     #[pyo3(signature = (drives, start = None))]
     fn trace<'py>(
         &self,
@@ -279,7 +274,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        self.table(py, work(py, || self.core.solved(&self.core.measure(&cases)))?)
+        self.table(py, work(py, || self.core.measure(&cases))?)
     }
 
     fn inverse<'py>(
@@ -396,24 +391,6 @@ impl Mechanism {
         let cases = configurations.cases();
         let loaded = || core.loaded(&cases, exact, Keep { offset, details });
         self.table(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
-    }
-
-    /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
-    #[pyo3(signature = (drives, exact = true, offset = true, details = true))]
-    fn loaded_along<'py>(
-        &self,
-        py: Python<'py>,
-        drives: PyReadonlyArray2<'py, f64>,
-        exact: bool,
-        offset: bool,
-        details: bool,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let core = &self.core;
-        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        let found = work(py, || core.loaded_along(n, &rows, exact, Keep { offset, details }))?;
-        let refused =
-            "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first";
-        self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
