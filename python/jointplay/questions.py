@@ -22,17 +22,11 @@ Asking = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Figure:
-    """A number of every configuration by which answers are compared.
+    """A number of every configuration by which answers are compared."""
 
-    Attributes
-    ----------
-    variable : str
-        What it is made of: the size of its components, or its typical quantile.
-    words : str
-        What sweeps and comparisons call it.
-    """
-
+    #: what it is made of: the size of its components, or its typical quantile
     variable: str
+    #: what sweeps and comparisons call it
     words: str
 
 
@@ -46,54 +40,34 @@ def _sizes(position: str, rotation: str, words: str = "{}") -> Mapping[str, Figu
 
 @dataclass(frozen=True)
 class Question:
-    """A question.
-
-    Attributes
-    ----------
-    name : str
-    title : str
-        Of its table.
-    label : str
-        What pages call it.
-    judged : str
-        In which the limits hold, as the end of a sentence; ``{}`` is the required yield. Only of questions that are
-        judged together.
-    displaced : str
-        Where the mechanism is drawn, on pages.
-    figures : mapping
-        By quantity, the most telling one first.
-    asked_by : mapping
-        Who may ask it, with the options that they give themselves.
-    needs_loads : bool
-        Whether there is an answer only where something loads the mechanism.
-    chunk : int
-        Nodes of a map that are computed at a time: some seconds of work, some ten megabytes.
-    compute, options : str
-        In its module, what others ask and whose arguments they give.
-    conclusion : str
-        The function of `conclusions` that says the answer in sentences.
-    table : str
-        The function of `table` that gives its columns over the configurations.
-    overview : str
-        The one that gives its tables, where they are not over the configurations.
-    sheet : str
-        What is drawn of it, see `plot.sheet`.
-    """
+    """A question; functions of higher layers are named."""
 
     name: str
+    #: of its table
     title: str = ""
+    #: what pages call it
     label: str = ""
+    #: where limits hold, as the end of a sentence (``{}`` is the required yield); only of what is judged together
     judged: str = ""
+    #: where pages draw the mechanism
     displaced: str = ""
+    #: by quantity, the most telling one first
     figures: Mapping[str, Figure] = field(default_factory=dict)
+    #: who may ask it, with the options that they give themselves
     asked_by: Asking = field(default_factory=dict)
+    #: whether there is an answer only where something loads the mechanism
     needs_loads: bool = False
+    #: nodes of a map that are computed at a time: some seconds of work, some ten megabytes
     chunk: int = 0
+    #: in its module, what others ask, and the function with the options that they give, if it is not that of its name
     compute: str = "compute"
     options: str = ""
+    #: of `conclusions`: says the answer in sentences
     conclusion: str = "errors.of_errors"
+    #: of `table`: its columns over the configurations; or its tables, where they are not over the configurations
     table: str = "questions.of_error"
     overview: str = ""
+    #: of `plot.panels`: what is drawn
     sheet: str = ""
 
 

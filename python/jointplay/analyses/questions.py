@@ -27,12 +27,15 @@ def options_of(question: str) -> tuple[str, ...]:
     return tuple(inspect.signature(public(question)).parameters)[1:]
 
 
-def check_options(question: str, given: Mapping[str, Any], asker: str) -> None:
-    """Check the options of a question as the question does.
+def check(question: str, given: Mapping[str, Any], asker: str) -> None:
+    """Check a question, and its options as it does.
 
     Raises
     ------
+    InputError
+        When it cannot be asked here.
     TypeError
         When it has no such option, or the value is of the wrong type.
     """
+    require_known(question, asked_by(asker))
     options(public(question), given, asker)

@@ -60,18 +60,19 @@ def error(
 
     m = answer.mechanism(file, settings, output_point, load_case)
     known = {name: options.of(m, name) for name in asked_by("error")}
-    has_offsets = bool(known["given"]["offsets"])
-    named = {*(question or [ALL]), *(["given"] if has_offsets else [])}
+    put = {name for name, own in known.items() if own.get("offsets")}
+    named = {*(question or [ALL]), *put}
 
     def is_asked(name: str) -> bool:
-        usual = ALL in named and name != "given" and (m.has_loads or not QUESTIONS[name].needs_loads)
-        return name in named or usual
+        usual = "offsets" not in known[name] and (m.has_loads or not QUESTIONS[name].needs_loads)
+        return name in named or (ALL in named and usual)
 
     asked = [name for name in known if is_asked(name)]
     options.refuse_unheard(*asked)
     asks: dict[str, Callable[..., Result]] = {
-        name: partial(computation(name, "error"), **found) for name, found in known.items()
+        name: partial(computation(name, "error"), **own) for name, own in known.items()
     }
+    known_worst = asks["worst"]
     worst: list[Result] = []
 
     def ask_worst(m: Mechanism, progress: Any) -> Result:
@@ -83,8 +84,8 @@ def error(
             of_worst = ask_worst(m, progress)
         return at_worst(m, of_worst)
 
-    known_worst = asks["worst"]
-    asks |= {"worst": ask_worst} | ({} if has_offsets else {"given": ask_at_worst})
+    asks["worst"] = ask_worst
+    asks |= {name: ask_at_worst for name, own in known.items() if "offsets" in own and name not in put}
     return answer.answer({name: asks[name] for name in asked}, m, output, plot)
 
 

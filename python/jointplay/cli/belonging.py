@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -13,7 +12,7 @@ from jointplay.errors import InputError, listed
 from jointplay.questions import asked_by
 
 from . import answer
-from .options import OF_QUESTIONS, choice, option_of
+from .options import OF_QUESTIONS, Command, choice, exchanged, option_of
 from .printing import printed
 
 if TYPE_CHECKING:
@@ -29,15 +28,7 @@ WRITTEN: dict[str, tuple[str, Callable[[Mechanism, Any], Any]]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Options of questions, as they were typed or left out.
-
-    Attributes
-    ----------
-    asker : str
-        The command.
-    values : mapping
-        By name of the option.
-    """
+    """Options of questions that a command has, as they were typed or left out."""
 
     asker: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -90,7 +81,7 @@ def asks(
     own: Sequence[str] = (),
     several: bool = False,
     **left_out: Any,
-) -> Callable[[Callable[..., int]], Callable[..., int]]:
+) -> Callable[[Command], Command]:
     """Give a command `--question` and options of questions, which it gets as its parameters `question` and `options`.
 
     Where one question is asked, options of others are refused.
@@ -116,11 +107,8 @@ def asks(
     kind = list[kind] if several else kind
     option = option_of(kind if default else kind | None, "--question", "-q", help=words)
     added = {name: (OF_QUESTIONS[name][0], left_out.get(name, OF_QUESTIONS[name][1])) for name in names}
-    places = {"question": {"question": (option, default)}, "options": added}
 
-    def extended(command: Callable[..., int]) -> Callable[..., int]:
-        signature = inspect.signature(command, eval_str=True)
-
+    def extended(command: Command) -> Command:
         @functools.wraps(command)
         def run(*, question: Any, **values: Any) -> int:
             options = Options(asker, {name: values.pop(name) for name in names})
@@ -131,13 +119,6 @@ def asks(
             heard = {"options": options} if names else {}
             return command(question=_plain(question), **heard, **values)
 
-        parameters = [
-            one.replace(name=name, kind=one.KEYWORD_ONLY, annotation=annotation, default=usual)
-            for one in signature.parameters.values()
-            for name, (annotation, usual) in places.get(one.name, {one.name: (one.annotation, one.default)}).items()
-        ]
-        vars(run)["__signature__"] = signature.replace(parameters=parameters)
-        run.__annotations__ = {one.name: one.annotation for one in parameters}
-        return run
+        return exchanged(run, command, {"question": {"question": (option, default)}, "options": added})
 
     return extended

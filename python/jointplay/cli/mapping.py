@@ -88,11 +88,11 @@ def map_(
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
     ] = None,
     scheduler: Scheduler = None,
-    plot: Figure = NO_FIGURE,
     variable: Annotated[
         str | None,
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
     ] = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Compute the error over a grid of drives or of positions."""
     m = answer.mechanism(file, settings, output_point, load_case)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +14,8 @@ from jointplay.questions import asked_by
 
 from . import completing
 
+Command = Callable[..., int]
+
 
 def choice(*names: str) -> Any:
     """One of some words, as the type of an option."""
@@ -21,6 +25,19 @@ def choice(*names: str) -> Any:
 def option_of(kind: Any, *names: str, **settings: Any) -> Any:
     """An option as the annotation of a parameter."""
     return Annotated[kind, typer.Option(*names, **settings)]
+
+
+def exchanged(run: Command, command: Command, places: Mapping[str, Mapping[str, tuple[Any, Any]]]) -> Command:
+    """What runs a command, with parameters in place of some of those of the command: annotation and default by name."""
+    signature = inspect.signature(command, eval_str=True)
+    parameters = [
+        one.replace(name=name, kind=one.KEYWORD_ONLY, annotation=annotation, default=usual)
+        for one in signature.parameters.values()
+        for name, (annotation, usual) in places.get(one.name, {one.name: (one.annotation, one.default)}).items()
+    ]
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
 
 
 def _option(kind: Any, left_out: Any, *names: str, **settings: Any) -> tuple[Any, Any]:

@@ -122,6 +122,4 @@ def blamed(result: Result, quantity: str, configuration: int) -> str:
 
 def quantile(result: Result, quantity: str, probability: float) -> Array:
     """What a share of the specimens stays below, the one of the result that is nearest to it."""
-    levels = result.labels("probability")
-    nearest = min(levels, key=lambda level: abs(level - probability))
-    return np.asarray(result.get("error_quantile", probability=nearest, quantity=quantity))
+    return np.asarray(result.get("error_quantile", probability=typical(result, probability), quantity=quantity))

@@ -72,18 +72,6 @@ class Sheet:
         """The quantity that is chosen."""
         return self.choice.quantity or "position"
 
-    @cached_property
-    def poses(self) -> tuple[int, list[int]]:
-        """A configuration, and others that are drawn beside it."""
-        if self.choice.configuration is not None:
-            return self.choice.configuration, []
-        # What cannot be assembled is what one asks about.
-        if "failure" in self.first.attrs:
-            return int(np.isfinite(self.first.get("nominal")).all(axis=1).argmin()), []
-        there = _assembled(self.first)
-        picks = np.unique(np.linspace(1, len(there) - 1, min(BETWEEN, len(there) - 1)).round().astype(int))
-        return int(there[0]), [int(there[k]) for k in picks] if len(there) > 1 else []
-
 
 def _assembled(result: Result) -> NDArray[np.intp]:
     """The configurations that are assembled, of which there has to be one."""
@@ -190,7 +178,14 @@ def _drawings(sheet: Sheet) -> Iterable[str]:
 
 def _poses(sheet: Sheet, name: str) -> Panel:
     """The first pose, with others behind it and the last one before them."""
-    shown, others = sheet.poses
+    shown, others = sheet.choice.configuration, []
+    if shown is None and "failure" in sheet.first.attrs:
+        # What cannot be assembled is what one asks about.
+        shown = int(np.isfinite(sheet.first.get("nominal")).all(axis=1).argmin())
+    elif shown is None:
+        there = _assembled(sheet.first)
+        shown, last = int(there[0]), len(there) - 1
+        others = there[np.unique(np.linspace(1, last, min(BETWEEN, last)).round().astype(int))].tolist()
     view, is_alone = name if name in VIEWS else None, sheet.choice.panel is not None
     return Panel(_into(_view, sheet.m, shown, others, view, is_alone), 5.4, around=KEYS)
 

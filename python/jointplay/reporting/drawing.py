@@ -11,7 +11,7 @@ import numpy as np
 from jointplay import viewer
 from jointplay.analyses import displaced
 from jointplay.questions import QUESTIONS
-from jointplay.result import in_words, size
+from jointplay.result import figure, figures, in_words
 from jointplay.verdict import cause, place, verdict
 from jointplay.viewer import Displaced, scene
 
@@ -70,14 +70,11 @@ def _text(chapter: Chapter, k: int) -> list[str]:
                 where = place(part, k)
                 lines.append(f"{where[:1].upper()}{where[1:]}")
             label = ", ".join(filter(None, (WORDS[question], heading)))
-            if question == "worst":
-                value, unit = float(part.get("worst_position")[k]), part.unit("worst_position")
-                found = cause(part, "position", "high", k)
-                whose = f", to blame first: {in_words(*found)}" if found else ""
-                lines.append(f"largest position error {value:.4g} {unit}{whose}")
-            else:
-                value = float(size(part, "error", "position")[k])
-                lines.append(f"{label} {value:.4g} {part.unit('error', component='x')}")
+            values, unit = figure(part, "position")
+            found = cause(part, "position", "high", k) if question == "worst" else None
+            said = figures(part)["position"].words if question == "worst" else label
+            whose = f", to blame first: {in_words(*found)}" if found else ""
+            lines.append(f"{said} {float(values[k]):.4g} {unit}{whose}")
             mark = (verdict(part).marks or ("",) * (k + 1))[k]
             if mark:
                 lines.append(f"{label}: beyond the limit: {mark}")

@@ -79,9 +79,9 @@ def _chosen(result: Result, quantity: str) -> list[str]:
     return lengths if quantity == "position" else angles
 
 
-def typical(result: Result) -> float:
-    """The one of the probabilities of a scatter that is nearest to `TYPICAL`."""
-    return float(min(result.labels("probability"), key=lambda level: abs(level - TYPICAL)))
+def typical(result: Result, probability: float = TYPICAL) -> float:
+    """The one of the probabilities of a scatter that is nearest to one."""
+    return float(min(result.labels("probability"), key=lambda level: abs(level - probability)))
 
 
 def figures(result: Result | xr.Dataset) -> Mapping[str, Figure]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses import loaded, pressed, random, region, worst
+from jointplay.analyses import pressed, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.linear_worst import is_linear, linear_region
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
@@ -110,8 +110,8 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
 
     def ask(own: Mechanism, where: Nominal) -> dict[str, Result]:
         if samples:
-            return _random(own, where, samples, path=len(where) > 1, check=check)
-        return _loaded(own, where) | {"worst": worst.compute(own, at=where, progress=check)}
+            return _possible("random", own, where, samples=samples, path=len(where) > 1, progress=check)
+        return _possible("loaded", own, where) | {"worst": worst.compute(own, at=where, progress=check)}
 
     if "problem" not in told:
         answers = ask(m_here, at)
@@ -121,7 +121,12 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
         else:
             answers |= _given(m_here, at, asked)
             # Of random specimens the few are drawn; their numbers come with the next stage.
-            drawn = Here(m_here, at, _random(m_here, at, FEW, path=False) | answers, _region(m_here, at, check))
+            drawn = Here(
+                m_here,
+                at,
+                _few(m_here, at) | answers,
+                _region(m_here, at, check),
+            )
             told |= _drawing(drawn, asked) | _numbers(answers)
     told["path"] = session.kept(key, lambda: _path(ask(m, path)))
     seconds = time.perf_counter() - begin
@@ -146,8 +151,13 @@ def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
     """All questions while sliders move."""
-    rough = QUESTIONS["worst"].asked_by["studio"]
-    return _loaded(m, at) | {"worst": worst.compute(m, at=at, **rough)} | _random(m, at, FEW, path=False)
+    rough = worst.compute(m, at=at, **QUESTIONS["worst"].asked_by["studio"])
+    return _possible("loaded", m, at) | {"worst": rough} | _few(m, at)
+
+
+def _few(m: Mechanism, at: Nominal) -> dict[str, Result]:
+    """The specimens that are drawn."""
+    return _possible("random", m, at, samples=FEW, **QUESTIONS["random"].asked_by["studio"])
 
 
 def _growth(m: Mechanism, samples: int, following: int) -> float:
@@ -155,16 +165,11 @@ def _growth(m: Mechanism, samples: int, following: int) -> float:
     return 2.0 if samples >= pressed.FEW and pressed.counts_too(m) else following / samples
 
 
-def _random(m: Mechanism, at: Nominal, samples: int, *, path: bool, check: Check | None = None) -> dict[str, Result]:
-    """Nothing where a law is not possible; the report says why."""
+def _possible(question: str, m: Mechanism, at: Nominal, **options: Any) -> dict[str, Result]:
+    """Nothing where nothing loads the mechanism, or a law is not possible; the report says why."""
     with suppress(InputError):
-        return {"random": random.compute(m, samples, at=at, path=path, progress=check)}
+        return {question: computation(question, "studio")(m, at=at, **options)}
     return {}
-
-
-def _loaded(m: Mechanism, at: Nominal) -> dict[str, Result]:
-    """Nothing where nothing loads it."""
-    return {"loaded": loaded.compute(m, at=at)} if m.has_loads or not m.core.isostatic else {}
 
 
 def _takes_offsets(question: str) -> bool:

@@ -359,6 +359,8 @@ async function begin(what) {
   document.title = at("title").textContent = open.title || open.name;
   at("name").value = open.file || open.name;
   document.body.classList.add("opened");
+  // Every question has the colour of its number.
+  Object.keys(open.questions).forEach((name, k) => document.styleSheets[0].insertRule(`.${name} { --own: var(--own-${k}); }`));
   drawn();
   moves();
   choices();

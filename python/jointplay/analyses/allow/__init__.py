@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress
-from jointplay.analyses.questions import check_options
+from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
-from jointplay.questions import asked_by, require_known
 from jointplay.result import Builder, Result, Variable, to_dataset
 from jointplay.sizing import Sizing, sizings, times
 from jointplay.typed import typed
@@ -134,8 +133,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `allow`."""
-    require_known(question, asked_by("allow"))
-    check_options(question, options, "allow")
+    check(question, options, "allow")
     if not FINEST <= tolerance <= COARSEST:
         problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
         raise InputError(problem, key="tolerance")

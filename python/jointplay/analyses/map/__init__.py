@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jointplay.analyses.nominal import Interrupted, Progress
-from jointplay.analyses.questions import check_options, computation
+from jointplay.analyses.questions import check, computation
 from jointplay.cluster import Here, Workers, connected
 from jointplay.compile import Grid
 from jointplay.errors import InputError, in_range
@@ -59,7 +59,8 @@ def map(
     Parameters
     ----------
     m : Mechanism
-    question : {"loaded", "worst", "random", "given", "solve"}
+    question : str
+        Such as ``worst``; `jointplay map --help` lists all that can be asked.
     grid : mapping, optional
         In place of the file's ``[grid]``, in file units: by drive or by component of the output a table
         ``{"from": -100, "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
@@ -212,8 +213,7 @@ def _prepared(
     m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any]
 ) -> tuple[Grid, Ask]:
     """The grid, and the question of the mechanism that has it."""
-    computation(question, "map")
-    check_options(question, options, "map")
+    check(question, options, "map")
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
         # A map is the same however its grid was written.
