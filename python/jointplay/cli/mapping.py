@@ -58,7 +58,7 @@ class Kept:
     "map",
     "What is asked at every node.",
     "loaded",
-    *("offset", "first_order", "details", "certify", "parts", "samples", "seed", "law", "sampling", "contact"),
+    *("offset", "first_order", "details", "certify", "parts", "samples", "seed", "law", "sampling", "contact", "rare"),
     samples=1_024,
 )
 def map_(

@@ -239,21 +239,17 @@ def _indices(result: Result, which: str) -> list[Column]:
 
 def _outside(result: Result) -> list[Column]:
     """Shares beyond the limits with their confidence intervals, and the least capability."""
-    share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
+    low, high = result.get("outside_low"), result.get("outside_high")
     tops = [result.get(name) for name in ("outside_high", "outside_loaded_high") if name in result.data]
     unit, factor = ("%", 1e2) if np.nanmax(tops) >= RARE else ("ppm", 1e6)
     ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
     intervals = [NOTHING if a != a else f"{_rough(a)} to {_rough(b)}" for a, b in ends]
-    # Shares that are searched for have digits of their own, however far apart they are.
-    searched = tuple(NOTHING if part != part else f"{part:.3g}" for part in (factor * share).tolist())
     columns = [
-        Column("outside", unit, searched)
-        if "outside_method" in result.data
-        else numbers("outside", unit, factor * share, digits=3),
+        _shares(result, "outside", "outside", (unit, factor)),
         Column("95 % confidence", unit, tuple(intervals), spare=3),
     ]
     if "outside_loaded" in result.data and np.isfinite(result.get("outside_loaded")).any():
-        pressed = numbers("outside\nunder load", unit, factor * result.get("outside_loaded"), digits=3)
+        pressed = _shares(result, "outside_loaded", "outside\nunder load", (unit, factor))
         columns.append(replace(pressed, legend="Under load: the load decides the offsets."))
     cpk = result.get("cpk")
     if np.isfinite(cpk).any():
@@ -262,6 +258,14 @@ def _outside(result: Result) -> list[Column]:
         columns.append(replace(numbers("Cpk", "", least, digits=3), spare=2, legend="Cpk: the least of all limits."))
     words = f"Outside: share of the specimens beyond {limits_in_words(result)}, or without a pose."
     return [replace(column, legend=words) if column.name == "outside" else column for column in columns]
+
+
+def _shares(result: Result, name: str, header: str, unit: tuple[str, float]) -> Column:
+    """Shares; those that are searched for have digits of their own, however far apart they are."""
+    values = unit[1] * result.get(name)
+    if f"{name}_method" not in result.data:
+        return numbers(header, unit[0], values, digits=3)
+    return Column(header, unit[0], tuple(NOTHING if part != part else f"{part:.3g}" for part in values.tolist()))
 
 
 def _rough(value: float) -> str:

@@ -7,11 +7,13 @@
 //! output's error over all exposed faces that move it is given beside it. Of several places at which the load may hold the
 //! mechanism the one with the most work is given.
 
+mod elsewhere_on_lanes;
 mod first_order_on_lanes;
 mod on_lanes;
 mod openings_on_lanes;
 mod over_constrained;
 mod pressing;
+mod steps_on_lanes;
 
 use rayon::prelude::*;
 
