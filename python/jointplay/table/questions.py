@@ -167,6 +167,7 @@ def _components(result: Result) -> tuple[list[str], list[str]]:
 
 
 def of_solve(result: Result) -> list[Column]:
+    """Where the output is, and how near every configuration is to a singular one."""
     lengths, angles = _components(result)
     columns = [*together(result, "nominal", lengths, "", 6), *together(result, "nominal", angles, "", 6)]
     columns.append(numbers("singular value", "", result.get("singular_value"), digits=3))
@@ -177,6 +178,7 @@ def of_solve(result: Result) -> list[Column]:
 
 
 def of_error(result: Result) -> list[Column]:
+    """The components of an error, its sizes and what is to blame."""
     lengths, angles = _components(result)
     columns = together(result, "error", lengths, "", extra={"distance": size(result, "error", "position")})
     columns.append(_blamed(result, "position"))
@@ -189,6 +191,7 @@ def of_error(result: Result) -> list[Column]:
 
 
 def of_worst(result: Result) -> list[Column]:
+    """The largest errors, to first order and on the exact closure, with their bounds."""
     return [
         _figures(result, "worst_position", "position"),
         *_bound(result, "position"),
@@ -212,6 +215,7 @@ def _bound(result: Result, which: str) -> list[Column]:
 
 
 def of_random(result: Result) -> list[Column]:
+    """How errors scatter, and how many specimens are outside the limits."""
     length, angle = unit_of(result, "position"), unit_of(result, "rotation")
     spread = [column for part in _components(result) for column in together(result, "error_std", part, " std")]
     columns = [replace(column, spare=3, legend="std: standard deviation.") for column in spread]
@@ -274,6 +278,7 @@ def _rough(value: float) -> str:
 
 
 def of_compensate(result: Result) -> list[Column]:
+    """The corrected drives, and what is left of the error."""
     columns = []
     for name, unit in zip(result.labels("drive"), result.coords["drive_unit"].values.tolist(), strict=True):
         corrected, change = result.get("drive_corrected", drive=name), result.get("correction", drive=name)
