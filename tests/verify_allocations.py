@@ -1,8 +1,8 @@
 """Least cost with a required yield, beside all plans tried one by one.
 
 `python tests/verify_allocations.py [COUNT]` takes COUNT problems (60) by choices, half as many in which one source has
-a cost by a formula, and a sixth in which two have; of 60 or more it writes the table of docs/checks.md. It ends with 1 where a
-plan that holds is more than a hundredth cheaper than the one that was found.
+a cost by a formula, and a sixth in which two have; of 60 or more it writes the table of docs/checks.md. It ends with 1
+where a plan that holds is more than a hundredth cheaper than the one that was found.
 """
 
 from __future__ import annotations

@@ -96,7 +96,10 @@ class Press:
         return np.asarray(felt < UNFELT * felt.sum())
 
     def most(self, starts: int, seed: int = 0, silent: Array | bool = False) -> tuple[float, float]:
-        """The most work found, and what the load does within the play to first order; `silent` stays in the middle."""
+        """The most work where an ascent ends, and what the load does within the play to first order.
+
+        `silent` stays in the middle. Ascents that lead to where the mechanism cannot be assembled have no end.
+        """
         rng = np.random.default_rng(seed)
         gives_way = self.clearances & ~np.asarray(silent)
         slope, own = self.gradient(self.centre[None]), self.widths()
@@ -104,14 +107,16 @@ class Press:
         def pressed(w: Array) -> Array:
             return np.where(gives_way, self.support_points(np.where(gives_way, w, 0.0)), self.centre)
 
-        best = -np.inf
+        rests: list[Array] = []
         u = pressed(np.concatenate([slope, rng.normal(size=(starts, len(own))) / own]))
         for _ in range(ROUNDS):
-            best = max(best, float(np.nanmax(self.work(u), initial=-np.inf)))
             w = self.gradient(u)
             alive = np.isfinite(w).all(axis=1)
             before, u = u[alive], pressed(w[alive])
-            u = u[(np.abs(u - before) > STILL * own).any(axis=1)]
+            moved = (np.abs(u - before) > STILL * own).any(axis=1)
+            rests.append(u[~moved])
+            u = u[moved]
             if not len(u):
                 break
+        best = float(np.nanmax(self.work(np.concatenate([*rests, u])), initial=-np.inf))
         return best, float((supports.support(self.spec, slope) - slope @ self.centre)[0])

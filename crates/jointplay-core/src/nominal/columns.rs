@@ -1,8 +1,13 @@
 //! The columns of nominal configurations.
 
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
+use crate::math::space::Component;
 use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
+use crate::mechanism::case::Case;
 use crate::mechanism::columns::{Row, columns};
 use crate::mechanism::dim::{Declared, Dim, Wanted};
 use crate::mechanism::status::Status;
@@ -54,6 +59,35 @@ columns! {
 }
 
 impl Mechanism {
+    /// How near every case is to a singular state, at its nominal coordinates.
+    #[must_use]
+    pub fn measure(&self, cases: &[Case<'_>]) -> Answer {
+        let wanted = Wanted::all(self);
+        let measured = |case: &Case<'_>| {
+            if case.coordinates.iter().any(|c| c.is_nan()) {
+                return Measured::unknown(&wanted);
+            }
+            let inputs = Inputs::nominal(self, case.drives);
+            let state = State { coordinates: case.coordinates.to_vec(), inputs, negative: false };
+            let (singular_value, singular_motion) = self.singular_value_at(&state);
+            Measured { singular_value, singular_motion: self.of_unit_size(singular_motion) }
+        };
+        let rows: Vec<Measured> = cases.par_iter().map(measured).collect();
+        Answer::of_rows(rows.iter(), &wanted)
+    }
+
+    /// A length-scaled motion of all bodies, its largest part a radian or the characteristic length.
+    fn of_unit_size(&self, mut motion: Vec<f64>) -> Vec<f64> {
+        let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
+        for (j, v) in motion.iter_mut().enumerate() {
+            *v /= largest;
+            if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
+                *v *= self.length;
+            }
+        }
+        motion
+    }
+
     /// Configurations of the inverse kinematics, column by column.
     #[must_use]
     pub fn reached(&self, found: &[Configuration]) -> Answer {

@@ -1,17 +1,9 @@
-//! The nominal path of the drives, and how near each of its configurations is to a singular one.
-
-use rayon::prelude::*;
+//! States of the nominal mechanism: where its path begins, and where a branch of it ends.
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
-use crate::math::space::Component;
 use crate::mechanism::Mechanism;
-use crate::mechanism::answer::Answer;
-use crate::mechanism::case::Case;
-use crate::mechanism::columns::Row as _;
-use crate::mechanism::dim::Wanted;
 use crate::mechanism::status::Status;
-use crate::nominal::columns::Measured;
 
 /// One configuration of the nominal mechanism, brought to a target.
 #[derive(Clone, Debug)]
@@ -59,34 +51,5 @@ impl Mechanism {
 
     pub(crate) fn unsolved(status: Status) -> Configuration {
         Configuration { state: None, status, mismatch: f64::NAN }
-    }
-
-    /// How near every case is to a singular state, at its nominal coordinates.
-    #[must_use]
-    pub fn measure(&self, cases: &[Case<'_>]) -> Answer {
-        let wanted = Wanted::all(self);
-        let measured = |case: &Case<'_>| {
-            if case.coordinates.iter().any(|c| c.is_nan()) {
-                return Measured::unknown(&wanted);
-            }
-            let inputs = Inputs::nominal(self, case.drives);
-            let state = State { coordinates: case.coordinates.to_vec(), inputs, negative: false };
-            let (singular_value, singular_motion) = self.singular_value_at(&state);
-            Measured { singular_value, singular_motion: self.of_unit_size(singular_motion) }
-        };
-        let rows: Vec<Measured> = cases.par_iter().map(measured).collect();
-        Answer::of_rows(rows.iter(), &wanted)
-    }
-
-    /// A length-scaled motion of all bodies, its largest part a radian or the characteristic length.
-    fn of_unit_size(&self, mut motion: Vec<f64>) -> Vec<f64> {
-        let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
-        for (j, v) in motion.iter_mut().enumerate() {
-            *v /= largest;
-            if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
-                *v *= self.length;
-            }
-        }
-        motion
     }
 }
