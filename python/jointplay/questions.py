@@ -16,7 +16,7 @@ from typing import Any
 
 from .errors import InputError, not_known
 
-#: options that those who ask a question give themselves, by who asks
+#: by who asks, the options that they give themselves
 Asking = Mapping[str, Mapping[str, Any]]
 
 

@@ -78,9 +78,9 @@ def asks(
 ) -> Callable[[Command], Command]:
     """Give a command `--question` and options of questions, which it gets as its parameters `question` and `options`.
 
-    Where one question is asked, options of others are refused. Of `names` are the options, in the order of the help, with
-    what is taken in `left_out` where it differs from other commands; `own` is what only this command asks. Without a
-    `default` the command finds the question.
+    Where one question is asked, options of others are refused. `names` are the options in the order of the help, with
+    what is taken in `left_out` where it differs from other commands. `own` is what only this command asks; without a
+    `default` it finds the question.
     """
     kind: Any = choice(*own, *asked_by(asker))
     kind = list[kind] if several else kind
