@@ -16,7 +16,7 @@ from typing import Any
 
 from .errors import InputError, not_known
 
-#: options that those who ask a question give themselves, by who asks
+#: by who asks, the options that they give themselves
 Asking = Mapping[str, Mapping[str, Any]]
 
 
@@ -200,13 +200,7 @@ def asked_by(asker: str) -> tuple[str, ...]:
 
 
 def require_known(question: str, known: tuple[str, ...], what: str = "a question that can be asked here") -> None:
-    """Refuse what is not asked here.
-
-    Raises
-    ------
-    InputError
-        Naming the questions that are.
-    """
+    """Refuse what is not asked here, by the names of what is."""
     if question not in known:
         raise InputError(not_known(str(question), what, known), key="question")
 

@@ -45,13 +45,7 @@ class Options:
         return {name: value for name, value in found.items() if value is not None}
 
     def refuse_unheard(self, *asked: str) -> None:
-        """Refuse what was typed for questions that are not asked.
-
-        Raises
-        ------
-        InputError
-            Naming the first such option and the questions that have it.
-        """
+        """Refuse what was typed for questions that are not asked, by the name of those that have it."""
         typed = [name for name in printed().typed if name in self.values]
         if not typed:
             return
@@ -84,24 +78,9 @@ def asks(
 ) -> Callable[[Command], Command]:
     """Give a command `--question` and options of questions, which it gets as its parameters `question` and `options`.
 
-    Where one question is asked, options of others are refused.
-
-    Parameters
-    ----------
-    asker : str
-        The command, as declarations of questions know it.
-    words : str
-        Help of `--question`.
-    default : str or None
-        The question if it is left out; None where the command finds it.
-    *names : str
-        Which options, in the order of the help.
-    own : sequence of str
-        What only this command asks.
-    several : bool
-        Whether several questions can be asked.
-    **left_out
-        What is taken for an option that is left out, where it differs from other commands.
+    Where one question is asked, options of others are refused. `names` are the options in the order of the help, with
+    what is taken in `left_out` where it differs from other commands. `own` is what only this command asks; without a
+    `default` it finds the question.
     """
     kind: Any = choice(*own, *asked_by(asker))
     kind = list[kind] if several else kind

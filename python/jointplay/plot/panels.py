@@ -131,17 +131,22 @@ def _size(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
 
 
-def _correction(sheet: Sheet, name: str) -> Panel | None:
-    """The corrections of the drives, a panel for each unit."""
-    result = sheet.first
-    if "correction" not in result.data:
-        return None
-    units = list(dict.fromkeys(result.labels("drive_unit"))) if "drive_unit" in result.coords else []
+def _units(sheet: Sheet) -> dict[str, str | None]:
+    """The units of the corrections of drives, each with the name of its panel."""
+    if "correction" not in sheet.first.data:
+        return {}
+    units = list(dict.fromkeys(sheet.first.labels("drive_unit"))) if "drive_unit" in sheet.first.coords else []
     angle = sheet.m.units.angle_name
-    names = {f"correction-{'angle' if unit == angle else 'length'}": unit for unit in units}
-    if len(units) < 2:
-        names = {"correction": ""}
-    return Panel(_into(correction, result, names[name] or None)) if name in names else None
+    named = {f"correction-{'angle' if unit == angle else 'length'}": unit for unit in units}
+    return {**named} if len(units) > 1 else {"correction": None}
+
+
+def _corrections(sheet: Sheet) -> Iterable[str]:
+    return _units(sheet) if sheet.results else ("correction", "correction-length", "correction-angle")
+
+
+def _correction(sheet: Sheet, name: str) -> Panel:
+    return Panel(_into(correction, sheet.first, _units(sheet)[name]))
 
 
 def _swept(sheet: Sheet, name: str) -> Panel | None:
@@ -245,7 +250,7 @@ def _path(sheet: Sheet, name: str) -> Panel | None:
 
 
 _ERRORS = Entry(SIZES, _size)
-_CORRECTIONS = Entry(("correction", "correction-length", "correction-angle"), _correction)
+_CORRECTIONS = Entry(_corrections, _correction)
 #: every panel of every sheet; declarations of questions name the sheet
 SHEETS: Mapping[str, Kind] = {
     "errors": Kind(
