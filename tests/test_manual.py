@@ -1,4 +1,7 @@
-"""The manual is complete: every key, command, option, result variable, public name and example has its place in it."""
+"""The manual is complete: every key, command, option, result variable, public name and example has its place in it.
+
+Looked at are the pages as they are built, with the tables that the program makes of itself.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ import typer
 from numpydoc.validate import validate
 
 import jointplay as jp
+from hooks import hook
 from jointplay import examples
 from jointplay.cli.commands import program
 from jointplay.schema import json_schema
@@ -42,7 +46,7 @@ CHECKS = {
 
 @cache
 def page(name: str) -> str:
-    return (DOCS / name).read_text(encoding="utf-8")
+    return str(hook("reference").expanded((DOCS / name).read_text(encoding="utf-8")))
 
 
 def code_words(name: str) -> set[str]:
