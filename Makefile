@@ -77,7 +77,7 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 	    env $$other $(BIN)/python -m pytest -q -n auto --dist worksteal $(SLICE); \
 	done
 
-verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measurements; writes docs/verification.md, docs/checks.md has the tables of the others
+verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measurements; writes docs/verification.json, docs/checks.md has the tables of the others
 	$(BIN)/python tests/verify_examples.py
 	$(BIN)/python tests/verify_worst.py
 	$(BIN)/python tests/verify_certificate.py
