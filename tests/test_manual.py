@@ -220,3 +220,18 @@ def test_every_module_and_everything_public_in_it_has_a_docstring(name: str) -> 
 @pytest.mark.parametrize("name", examples.names())
 def test_every_example_is_on_the_page_of_examples(name: str) -> None:
     assert f"`{name}`" in page("examples.md")
+
+
+# --- the whole -------------------------------------------------------------------------------------------------------
+
+
+def test_files_that_the_page_on_the_design_names_exist() -> None:
+    there = {path.name for folder in ("crates", "python", "tests") for path in (DOCS.parent / folder).rglob("*.*")}
+    named = {name.rpartition("/")[2] for name in re.findall(r"`([\w/-]+\.(?:rs|py|pyi|js))`", page("design.md"))}
+    assert named
+    assert named <= there
+
+
+def test_a_reader_has_an_end_in_sight() -> None:
+    pages = [*DOCS.rglob("*.md"), *(DOCS.parent / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"))]
+    assert sum(len(path.read_text(encoding="utf-8").split()) for path in pages) <= 60_000

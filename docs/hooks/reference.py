@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -29,6 +29,8 @@ MARK = re.compile(r"^<!-- (?P<what>commands|options|command|keys|variables)(?:: 
 SHARED = 4
 #: what Markdown would take for more than a letter
 SPECIAL = re.compile(r"([\\*_<>$|])")
+#: a table with more keys than these is not written out where it may stand
+FEW = 4
 #: tables of the file that have a section of their own on the page
 SECTIONS = {
     "ToleranceTable": "[tolerance](#tolerances)",
@@ -169,7 +171,8 @@ def users() -> dict[tuple[str, str], list[str]]:
 def _types(name: str) -> list[str]:
     """The types of joints that a table is of."""
     own = definitions()[name].get("properties", {}).get("type", {}).get("const")
-    return [own] if own else users().get(("clearance", name)) or users().get(("stiffness", name)) or [name]
+    of = users().get(("clearance", name)) or users().get(("stiffness", name))
+    return [own] if own else of or ["space" if name.startswith("Spatial") else "plane"]
 
 
 def value(schema: Mapping[str, Any]) -> str:
@@ -182,7 +185,8 @@ def value(schema: Mapping[str, Any]) -> str:
         name = schema["$ref"].rpartition("/")[2]
         if name in SECTIONS:
             return SECTIONS[name]
-        return code(f"{{ {', '.join(definitions()[name].get('properties', {}))} }}")
+        inside = definitions()[name].get("properties", {})
+        return code(f"{{ {', '.join(inside)} }}") if len(inside) <= FEW else "table"
     if "const" in schema or "enum" in schema:
         return ", ".join(code(f'"{x}"' if isinstance(x, str) else x) for x in schema.get("enum", [schema.get("const")]))
     for key in ("anyOf", "oneOf"):
@@ -200,7 +204,7 @@ def value(schema: Mapping[str, Any]) -> str:
         return f"list of {inner}s" if inner in ("number", "text", "whole number") else "list"
     if kind == "object":
         inner = next(iter(schema.get("patternProperties", {}).values()), {})
-        return "table by name: " + value(inner) if value(inner) else "table by name"
+        return "tables by name" if value(inner) in ("", "table") else f"by name: {value(inner)}"
     return {"string": "text", "boolean": "`true`, `false`", "integer": "whole number", "number": "number"}.get(
         str(kind), ""
     )
@@ -221,15 +225,20 @@ def _given(key: str, definition: Mapping[str, Any]) -> str:
     )
 
 
-def keys(names: list[str], chosen: Callable[[str], bool]) -> str:
-    """The keys of tables of the file; of several tables those that mean the same share a row."""
+def keys(names: list[str], chosen: Callable[[str], bool], sections: Container[str] = ()) -> str:
+    """The keys of tables of the file; of several tables those that mean the same share a row.
+
+    A key leads to the section of its name, if the page has one.
+    """
     rows: dict[tuple[str, str, str, str], list[str]] = {}
     every = list(dict.fromkeys(kind for name in names for kind in _types(name)))
     for name in names:
         definition = definitions()[name]
         for key, schema in definition["properties"].items():
             if chosen(key):
-                row = (code(key), value(schema), _given(key, definition), plain(schema["description"]))
+                slug = key.replace("_", "-")
+                shown = f"[{code(key)}](#{slug})" if slug in sections else code(key)
+                row = (shown, value(schema), _given(key, definition), plain(schema["description"]))
                 rows.setdefault(row, []).extend(_types(name))
     several = len(every) > 1 and any(set(of) != set(every) for of in rows.values())
     lines = [
@@ -331,8 +340,8 @@ def _list(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
-def made(what: str, which: str) -> str:
-    """What stands in the place of a comment."""
+def made(what: str, which: str, sections: Container[str]) -> str:
+    """What stands in the place of a comment, on a page with these sections."""
     names, *conditions = which.split(";")
     said = dict(part.strip().split(": ", 1) for part in conditions)
     if what == "commands":
@@ -344,12 +353,14 @@ def made(what: str, which: str) -> str:
     if what == "variables":
         return variables(names, _list(said.get("without", "")))
     only, without = _list(said.get("only", "")), _list(said.get("without", ""))
-    return keys(_list(names), lambda key: (not only or key in only) and key not in without)
+    linked = sections if names.endswith("File") else ()
+    return keys(_list(names), lambda key: (not only or key in only) and key not in without, linked)
 
 
 def expanded(markdown: str) -> str:
     """A page with its tables."""
-    return MARK.sub(lambda found: made(found["what"], found["which"] or ""), markdown)
+    sections = {title.lower().replace(" ", "-") for title in re.findall(r"^#+ (.+)$", markdown, re.MULTILINE)}
+    return MARK.sub(lambda found: made(found["what"], found["which"] or "", sections), markdown)
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
