@@ -105,8 +105,10 @@ def _names(option: Any) -> str:
 
 def _default(option: Any) -> str:
     value = getattr(option.default, "value", option.default)
-    told = "default" in option.help or "left out" in option.help or option.secondary_opts
-    return "" if told or value in (None, False, 0, "") or callable(value) else code(value)
+    said = "default" in option.help or "left out" in option.help
+    if option.secondary_opts:
+        return code((option.opts if value else option.secondary_opts)[0])
+    return "" if said or option.is_flag or value is None or callable(value) else code(value)
 
 
 def commands() -> str:
