@@ -69,7 +69,7 @@ def linkage(p: Problem) -> dict[str, float]:
     at = {k: joint["first"] for k, joint in enumerate(spec["joints"])}
     place = np.array([point["at"][:2] for point in spec["points"]])
     rocker_pin = spec["joints"][2]["second"]
-    x, y, angle = p.mechanism.core.solve(p.drives)["output"][0]
+    x, y, angle = p.mechanism.core.trace(p.drives)["output"][0]
     pivot = place[at[3]]
     radii = [size for kind, size in p.sets if kind == "disc"]
     crank, coupler = place[at[1]][0], place[at[2]][0]

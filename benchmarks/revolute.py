@@ -118,7 +118,7 @@ class Revolute:
 def revolute(mechanism: Any, configuration: int = 0) -> Revolute:
     """A mechanism of revolute joints whose sources are all joints in order, then dimensions."""
     spec, core = mechanism.spec(), mechanism.core
-    solved = core.solve(mechanism.drive_values)
+    solved = core.trace(mechanism.drive_values)
     points, joints = spec["points"], spec["joints"]
     kinds = [s["kind"] for s in spec["sources"]]
     dimensions = [s for s in spec["sources"] if s["kind"] == "dimension"]

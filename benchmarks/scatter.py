@@ -89,7 +89,7 @@ def problem(mechanism: Any, samples: int = 1 << 12) -> Problem:
     """The first configuration of a mechanism."""
     core = mechanism.core
     drives = np.ascontiguousarray(mechanism.drive_values[:1])
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     kept = core.random(drives, poses, samples, 7, LEVELS, None, None, 1, True)
     if kept["failures"][0, 1:].any():
         raise RuntimeError("the peers compare solved samples only")

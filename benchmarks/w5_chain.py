@@ -58,7 +58,7 @@ class Chain:
         mechanism = jp.loads(chain(loops))
         self.loops, self.core = loops, mechanism.core
         self.drives = np.ascontiguousarray(mechanism.drive_values)
-        self.poses = self.core.solve(self.drives)["poses"]
+        self.poses = self.core.trace(self.drives)["poses"]
 
     def random(self) -> dict[str, Any]:
         """A Monte Carlo of one configuration."""

@@ -69,5 +69,5 @@ def of_spec(spec: dict[str, Any], parts: int = 100, starts: int = 24) -> Bounded
     """The same of a mechanism of the core at drive values of zero."""
     core = _core.Mechanism(json.dumps(spec))
     drives = np.zeros((1, len(spec["drives"])))
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     return bounded(core, drives, solved["poses"], parts, starts)

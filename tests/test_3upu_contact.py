@@ -53,6 +53,16 @@ def guide_support(w: Array, gap: float, half_length: float, half_width: float) -
     return gap * max(across, abs(w[2]) / half_width)
 
 
+def test_first_order_shares_of_a_map_are_those_of_a_path_where_a_planned_pivot_vanishes() -> None:
+    """Where a leg stands in its plane (x = 150 mm) the elimination as planned elsewhere lost half of the digits."""
+    edge = {"from": -150.0, "to": 150.0, "count": 21}
+    m = jp.loads(jp.examples.text("3-upu")).with_(FORCE_AND_COUPLE)
+    mapped = jp.map(m, "loaded", {"x": edge, "y": edge, "z": 300.0}).sel(x=150.0)
+    path = loaded_at([(150.0, y, 300.0) for y in mapped.y.values], **FORCE_AND_COUPLE).contribution.values
+    shares = mapped.contribution.transpose("y", "source", "component").values
+    np.testing.assert_allclose(shares, path, rtol=0, atol=1e-10 * np.abs(path).max())
+
+
 @pytest.mark.parametrize(
     ("x", "y"),
     [(-142.5, -45.0), (-127.5, -15.0), (-112.5, 97.5), (30.0, 52.5), (105.0, -150.0), (120.0, -90.0), (150.0, -75.0)],

@@ -81,7 +81,7 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
     if not mechanism.has_loads:
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     result = _on_every_width(lambda: core.loaded(drives, poses))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
@@ -112,7 +112,7 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
     if not mechanism.has_loads:
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     result = _on_every_width(lambda: core.loaded(drives, poses, exact=False))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1], exact=False) for i in range(len(drives))]
@@ -170,10 +170,10 @@ def test_traced_poses_equal_the_plain_path(name):
     core, drives = mechanism.core, _dense_path(mechanism, 400)
     traced = core.trace(drives)
     # Fewer rows than a block are followed one by one; full turns in between are not lost.
-    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
+    parts = [core.trace(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
     difference = np.abs(traced["poses"] - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-13
-    assert np.array_equal(traced["poses"], core.solve(drives)["poses"])
+    assert np.array_equal(traced["poses"], core.trace(drives)["poses"])
 
 
 @pytest.mark.parametrize("count", [64, 70, 100, 128, 130, 200])
@@ -182,7 +182,7 @@ def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(co
     mechanism = example("rssr")
     core, drives = mechanism.core, np.linspace(0.0, 2 * np.pi, count)[:, None]
     poses = core.trace(drives)["poses"]
-    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
+    parts = [core.trace(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
     difference = np.abs(poses - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-12
 
@@ -191,7 +191,7 @@ def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(co
 def test_worst_equals_the_plain_solver_on_every_width(name):
     mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 5)
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     first = _on_every_width(lambda: core.worst(drives, poses))
     # What becomes of a start does not depend on what is in the other lanes; the first configuration, in which
     # the elimination is planned, stays.

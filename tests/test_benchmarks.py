@@ -87,7 +87,7 @@ def test_the_three_upu_agrees_in_closed_form_and_with_closed_loops():
     errors = in_pinocchio(mechanism.spec(), at["poses"][0], at["drives"][0])(drawn["kept_parameters"])
     assert np.abs(errors - drawn["kept_errors"]).max() < 1e-9 * np.abs(errors).max()
     six = jp.loads(examples.text("stewart-gough"))
-    traced = six.core.solve(six_legs(six, grid()[:20]))["output"]
+    traced = six.core.trace(six_legs(six, grid()[:20]))["output"]
     np.testing.assert_allclose(traced, np.column_stack([grid()[:20], np.zeros((20, 3))]), rtol=0, atol=1e-10)
 
 
@@ -97,7 +97,7 @@ def test_a_chain_has_its_loops_and_is_decided_by_its_loads(loops):
 
     mechanism = jp.loads(chain(loops))
     assert len(mechanism.bodies) == 2 * loops + 1
-    found = mechanism.core.loaded(mechanism.drive_values, mechanism.core.solve(mechanism.drive_values)["poses"])
+    found = mechanism.core.loaded(mechanism.drive_values, mechanism.core.trace(mechanism.drive_values)["poses"])
     assert not found["status"].any()
 
 

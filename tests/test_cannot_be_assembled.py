@@ -251,7 +251,7 @@ def test_a_start_that_is_said_to_work_can_be_pasted(name: str) -> None:
     import tomllib
 
     better = cleared.with_({"start": tomllib.loads(pasted)["start"]})
-    assert np.isfinite(better.core.solve(np.ascontiguousarray(m.drive_values[:1]))["poses"]).all()
+    assert np.isfinite(better.core.trace(np.ascontiguousarray(m.drive_values[:1]))["poses"]).all()
     assert not what.found.cures or m.data.start
 
 

@@ -12,7 +12,7 @@ from jointplay import _core, answers, examples, spec
 from jointplay.analyses.nominal import nominal
 
 TYPES: dict[str, Any] = {
-    "solve": answers.Solved,
+    "measure": answers.Measured,
     "inverse": answers.Reached,
     "trace": answers.Traced,
     "nearness": answers.Nearness,
@@ -44,7 +44,7 @@ def asked(m: jp.Mechanism) -> dict[str, Any]:
     u = m.core.specimens(len(drives), 1)
     levels = np.array([0.5, 0.9, 0.99])
     found: dict[str, Any] = {
-        "solve": m.core.solve(drives),
+        "measure": m.core.measure(drives, poses),
         "trace": m.core.trace(drives),
         "given": m.core.given(drives, poses, u),
         "sensitivity": m.core.sensitivity(drives, poses),
@@ -81,7 +81,7 @@ def test_arrays_have_the_declared_elements_and_dimensions(name: str) -> None:
     for question, found in asked(m).items():
         declared = _core.COLUMNS[question]
         assert set(found) - set(declared) == TOTALS.get(question, set())
-        rows = len(next(found[name] for name in ("status", "reason", "closure") if name in found))
+        rows = len(next(found[name] for name in ("status", "reason", "closure", "singular_value") if name in found))
         for column, (element, dims) in declared.items():
             if column not in found:
                 continue

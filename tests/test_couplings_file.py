@@ -218,7 +218,7 @@ def test_a_pair_from_a_file_is_the_pair_that_the_core_was_tested_with(internal: 
     machine.length = m.length
     core = machine.core()
     drives = np.radians([[0.0], [100.0], [720.0]])
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     assert np.allclose(jp.solve(m).pose.values[..., 2], np.degrees(solved["poses"][..., 2]), atol=1e-10)
     expected = core.loaded(drives, solved["poses"])
     found = jp.loaded(m)

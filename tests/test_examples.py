@@ -9,6 +9,7 @@ import pytest
 
 from answers import EXAMPLES
 from jointplay import _core, examples
+from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError
 from jointplay.mobility import examine, require_determinate
 from jointplay.model import Mechanism, loads
@@ -18,15 +19,6 @@ OK, UNDETERMINED = (_core.STATUSES.index(status) for status in ("ok", "undetermi
 
 def mechanism(name: str) -> Mechanism:
     return loads(examples.text(name), f"{name}.toml")
-
-
-def solved(m: Mechanism) -> dict[str, np.ndarray]:
-    if m.drive_values is not None:
-        return m.core.solve(m.drive_values)
-    assert m.targets is not None
-    lengths = [component in ("x", "y", "z") for component in m.components]
-    weights = np.where(np.isnan(m.targets[0]), 0.0, np.where(lengths, 1.0, m.length))
-    return m.core.inverse(np.nan_to_num(m.targets), weights, m.start_drives)
 
 
 def test_every_file_is_listed() -> None:
@@ -45,17 +37,19 @@ class TestExample:
 
     def test_it_answers_all_questions(self, name: str) -> None:
         m = mechanism(name)
-        path = solved(m)
-        assert (path["status"] == OK).all()
+        path = nominal(m)
+        assert (path.status == OK).all()
         for answer in (
-            m.core.loaded(path["drives"], path["poses"]),
-            m.core.worst(path["drives"], path["poses"], starts=4),
-            m.core.random(path["drives"], path["poses"], 200, 1, np.array([0.5])),
+            m.core.loaded(path.drives, path.poses),
+            m.core.worst(path.drives, path.poses, starts=4),
+            m.core.random(path.drives, path.poses, 200, 1, np.array([0.5])),
         ):
             assert np.isin(answer["status"], (OK, UNDETERMINED)).all()
 
     def test_it_stays_well_away_from_singularities(self, name: str) -> None:
-        assert (solved(mechanism(name))["singular_value"] > 0.02).all()
+        m = mechanism(name)
+        path = nominal(m)
+        assert (m.core.measure(path.drives, path.poses)["singular_value"] > 0.02).all()
 
     def test_its_comments_survive_a_setting(self, name: str) -> None:
         before, after = examples.text(name), examples.text(name, {"title": '"My own"'})
@@ -123,5 +117,5 @@ def test_the_published_strokes_and_angles() -> None:
     """Both mechanisms of Jaiswal et al. carry the pin B through the same eleven positions, to their rounding."""
     four_bar, p3r = mechanism("four-bar"), mechanism("p3r")
     np.testing.assert_allclose(p3r.value("drives.v.from") + 4.5 * np.arange(11), np.linspace(90, 135, 11))
-    apart = solved(four_bar)["output"] - solved(p3r)["output"]
+    apart = nominal(four_bar).output - nominal(p3r).output
     assert np.abs(apart[:, :2]).max() < 0.03e-3

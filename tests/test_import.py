@@ -59,7 +59,7 @@ def matrix(pose: Floats) -> Floats:
 def solved(m: jp.Mechanism) -> Floats:
     """Poses of all bodies over the configurations, metres and quaternions."""
     assert m.drive_values is not None
-    found: Floats = m.core.solve(np.ascontiguousarray(m.drive_values))["poses"]
+    found: Floats = m.core.trace(np.ascontiguousarray(m.drive_values))["poses"]
     return found
 
 

@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
@@ -91,7 +92,8 @@ def layer(path: Path) -> str:
     return dotted(path)[1]
 
 
-def imports(path: Path) -> Iterator[Import]:
+@cache
+def imports(path: Path) -> list[Import]:
     """Every import of the module, those for the type checker left out."""
     package = dotted(path)[:-1]
 
@@ -112,7 +114,7 @@ def imports(path: Path) -> Iterator[Import]:
                 function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
                 yield from visit(child, at_import and not function)
 
-    yield from visit(ast.parse(path.read_text(encoding="utf-8"), str(path)), at_import=True)
+    return list(visit(ast.parse(path.read_text(encoding="utf-8"), str(path)), at_import=True))
 
 
 def inner(name: str) -> str | None:
@@ -123,39 +125,41 @@ def inner(name: str) -> str | None:
     return parts[1] if len(parts) > 1 and parts[1] in LAYERS else "__init__"
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: "/".join(dotted(path)[1:]))
-class TestModule:
-    def test_has_a_layer(self, path: Path) -> None:
-        assert layer(path) in (*LAYERS, "__init__"), f"give {path.name} its place in LAYERS"
-
-    def test_imports_only_from_the_layers_before_it(self, path: Path) -> None:
-        if layer(path) == "__init__":
-            return
-        allowed = LAYERS[: LAYERS.index(layer(path)) + 1]
-        # The public names are for users; inside, a module says which layer it takes a thing from.
-        wrong = [f"line {i.line}: {i.name}" for i in imports(path) if inner(i.name) not in (None, *allowed)]
-        assert not wrong
-
-    def test_hides_no_import_of_our_own(self, path: Path) -> None:
-        if layer(path) in ON_DEMAND:
-            return
-        hidden = [f"line {i.line}: {i.name}" for i in imports(path) if not i.at_import and inner(i.name)]
-        assert not hidden, "a hidden import is the mark of a missing layer"
-
-    def test_imports_nothing_heavy_with_itself(self, path: Path) -> None:
-        # They draw.
-        if layer(path) in ("plot", "viewer", "reporting", "serving"):
-            return
-        heavy = [f"line {i.line}: {i.name}" for i in imports(path) if i.at_import and i.name.split(".")[0] in HEAVY]
-        assert not heavy
+def test_every_module_has_a_layer() -> None:
+    assert {layer(path) for path in modules()} <= {*LAYERS, "__init__"}, "give it its place in LAYERS"
 
 
-@pytest.mark.parametrize("package", sorted({layer(p) for p in modules() if len(dotted(p)) > 2}))
-def test_modules_of_a_package_do_not_import_one_another_in_a_circle(package: str) -> None:
-    inside = [p for p in modules() if layer(p) == package]
-    names = {".".join(dotted(p)).removesuffix(".__init__") for p in inside}
+def test_modules_import_only_from_the_layers_before_theirs() -> None:
+    """The public names are for users; inside, a module says which layer it takes a thing from."""
+    height = {name: k for k, name in enumerate(LAYERS)}
+    inside = [path for path in modules() if layer(path) != "__init__"]
+    wrong = [
+        f"{path}, line {i.line}: {i.name}"
+        for path in inside
+        for i in imports(path)
+        if (to := inner(i.name)) is not None and height.get(to, len(LAYERS)) > height[layer(path)]
+    ]
+    assert not wrong
+
+
+def test_no_module_hides_an_import_of_our_own() -> None:
+    """A hidden import is the mark of a missing layer."""
+    inside = [path for path in modules() if layer(path) not in ON_DEMAND]
+    hidden = [f"{p}, line {i.line}: {i.name}" for p in inside for i in imports(p) if not i.at_import and inner(i.name)]
+    assert not hidden
+
+
+def test_only_what_draws_imports_anything_heavy_with_itself() -> None:
+    inside = [path for path in modules() if layer(path) not in ("plot", "viewer", "reporting", "serving")]
+    found = [(path, i) for path in inside for i in imports(path) if i.at_import and i.name.split(".")[0] in HEAVY]
+    assert not [f"{path}, line {i.line}: {i.name}" for path, i in found]
+
+
+def test_modules_do_not_import_one_another_in_a_circle() -> None:
+    """In the packages as well, whose modules share a layer."""
+    names = {".".join(dotted(path)).removesuffix(".__init__") for path in modules()}
     graph: dict[str, set[str]] = {}
-    for path in inside:
+    for path in (path for path in modules() if layer(path) not in ON_DEMAND):
         own = ".".join(dotted(path)).removesuffix(".__init__")
         found = {i.name if i.name in names else i.name.rpartition(".")[0] for i in imports(path) if i.at_import}
         graph[own] = (found & names) - {own}

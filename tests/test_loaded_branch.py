@@ -25,7 +25,7 @@ def loaded_loop(number: int) -> tuple[_core.Mechanism, np.ndarray, np.ndarray]:
     core = _core.Mechanism(json.dumps(spec))
     is_angle = np.array([spec["joints"][drive["joint"]]["kind"] == "revolute" for drive in spec["drives"]])
     drives = rng.uniform(-1, 1, (70, len(spec["drives"]))) * np.where(is_angle, 0.05, 0.05 * spec["length"] * 0.3)
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     assembled = np.asarray(solved["status"]) == OK
     return core, drives[assembled], np.asarray(solved["poses"])[assembled]
 

@@ -101,7 +101,7 @@ def every_pin_presses(spec: dict, seed: int) -> tuple[np.ndarray, np.ndarray, di
     """What the load does on every offset by differences of the closed mechanism, and what the sets allow."""
     core = _core.Mechanism(json.dumps(spec))
     drives = np.zeros((1, len(spec["drives"])))
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     assert solved["status"][0] == 0
     found = core.loaded(drives, solved["poses"])
     load = np.concatenate([spec["loads"][0]["force"], np.zeros(3)])

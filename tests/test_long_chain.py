@@ -47,7 +47,7 @@ def last_crank(m: jp.Mechanism, offsets: np.ndarray, angle: float) -> np.ndarray
 
 def test_samples_close_loop_by_loop(mechanism: jp.Mechanism) -> None:
     core, drives = mechanism.core, mechanism.drive_values[:1]
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     found = core.random(drives, poses, 200, 5, np.array([0.5]), None, keep=True)
     assert found["fallbacks"].sum() == 0
     offsets = np.vstack([np.zeros((1, len(mechanism.parameters))), found["kept_parameters"].reshape(200, -1)])
@@ -59,7 +59,7 @@ def test_samples_close_loop_by_loop(mechanism: jp.Mechanism) -> None:
 
 def test_a_load_that_turns_the_end_far_is_followed_on_lanes(mechanism: jp.Mechanism) -> None:
     core, drives = mechanism.core, mechanism.drive_values
-    poses = core.solve(drives)["poses"]
+    poses = core.trace(drives)["poses"]
     found = core.loaded(drives, poses)
     assert found["fallbacks"] == 0
     # More than the batch engine takes in one step.

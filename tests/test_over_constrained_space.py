@@ -86,7 +86,7 @@ def test_bodies_held_by_joints_of_all_kinds(seed: int) -> None:
     spec = stack(seed)
     core = _core.Mechanism(json.dumps(spec))
     assert len(core.rows) > 15
-    solved = core.solve(np.zeros((1, 0)))
+    solved = core.trace(np.zeros((1, 0)))
     assert _core.STATUSES[solved["status"][0]] == "ok"
     closure = Linearised(spec, solved["poses"][0])
     best = closure.maximise(closure.load())
@@ -114,7 +114,7 @@ def test_bodies_held_by_joints_of_all_kinds(seed: int) -> None:
 def test_the_worst_of_bodies_held_by_joints_of_all_kinds(seed: int) -> None:
     spec = stack(seed)
     core = _core.Mechanism(json.dumps(spec))
-    poses = core.solve(np.zeros((1, 0)))["poses"]
+    poses = core.trace(np.zeros((1, 0)))["poses"]
     found = core.worst(np.zeros((1, 0)), poses, 6)
     closure = Linearised(spec, poses[0])
     for k, weights in enumerate(closure.output()):

@@ -327,7 +327,7 @@ def test_loaded_specimens_are_where_loaded_puts_them_one_by_one(name: str, chang
     """Every unit asked by itself: status, offsets, error."""
     m = jp.loads(jp.examples.text(name)).with_(changes)
     assert m.drive_values is not None
-    n, drives, poses = 60, m.drive_values[:1], m.core.solve(m.drive_values)["poses"][:1]
+    n, drives, poses = 60, m.drive_values[:1], m.core.trace(m.drive_values)["poses"][:1]
     found = m.core.random(drives, poses, n, 5, np.array([0.5]), None, None, 1, keep=True, loaded=True)
     play = max(size.get("radius", 0.0) for source in m.core_spec["sources"] for size in source["set"].values())
     lengths = 2 if m.core_spec["space"] == "planar" else 3
@@ -367,7 +367,7 @@ def test_every_unit_closes_for_the_offsets_that_it_is_said_to_have(name: str) ->
     """Its offsets and deviations, given to the closure of all constraints."""
     m = jp.loads(jp.examples.text(name))
     assert m.drive_values is not None
-    drives, poses = m.drive_values[:1], m.core.solve(m.drive_values)["poses"][:1]
+    drives, poses = m.drive_values[:1], m.core.trace(m.drive_values)["poses"][:1]
     found = m.core.random(drives, poses, 300, 0, np.array([0.5]), None, "uniform", 1, keep=True)
     status = found["kept_status"]
     ok, strained = (status == STATUSES.tolist().index(name) for name in ("ok", "strained"))

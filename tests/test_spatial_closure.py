@@ -27,7 +27,7 @@ def core_of(spec: dict[str, Any]) -> _core.Mechanism:
 def start(core: _core.Mechanism, spec: dict[str, Any]) -> tuple[Array, Array]:
     """Drive values, all zero in the reference configuration but for a little, and the nominal poses there."""
     drives = np.full((1, len(spec["drives"])), 2e-3)
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     assert _core.STATUSES[solved["status"][0]] == "ok"
     return drives, solved["poses"]
 

@@ -213,7 +213,7 @@ def test_an_open_chain_starts_where_its_drives_are() -> None:
     assert m.drive_values is not None
     np.testing.assert_allclose([coordinate(m.core_spec, k, guess) for k in range(6)], m.drive_values[0], atol=1e-14)
     np.testing.assert_allclose(m.start_drives, m.drive_values[0], atol=1e-14)
-    np.testing.assert_allclose(m.core.solve(m.drive_values)["poses"][0], guess, atol=1e-12)
+    np.testing.assert_allclose(m.core.trace(m.drive_values)["poses"][0], guess, atol=1e-12)
 
 
 def test_leg_lengths_of_the_3_upu_in_closed_form() -> None:
@@ -224,7 +224,7 @@ def test_leg_lengths_of_the_3_upu_in_closed_form() -> None:
     angles = np.radians([0, 120, 240])
     u = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     lengths = np.linalg.norm(p[:, None] - 0.15 * u, axis=2)
-    solved = m.core.solve(lengths)
+    solved = m.core.trace(lengths)
     expected = np.concatenate([p, np.zeros_like(p)], axis=1)
     np.testing.assert_allclose(solved["output"], expected, rtol=0, atol=1e-10)
     targets = np.concatenate([p, np.full_like(p, np.nan)], axis=1)

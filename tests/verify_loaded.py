@@ -138,7 +138,7 @@ def beside(kind: str, seed: int) -> tuple[float, int] | None:
         push = {"force": force[:3].tolist(), "moment": [0.0] * 3}
     spec["loads"] = [{"point": spec["output"]["point"], **push}]
     core = _core.Mechanism(json.dumps(spec))
-    solved = core.solve(drives)
+    solved = core.trace(drives)
     poses = np.asarray(solved["poses"])
     if solved["status"][0] != OK:
         return None

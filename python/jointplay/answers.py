@@ -38,17 +38,17 @@ class TracedGrid(Traced):
     seed_crossing: Floats
 
 
-class Solved(Traced):
-    """Nominal configurations with their nearness to a singular one."""
+class Measured(TypedDict):
+    """How near nominal configurations are to a singular one."""
 
-    drives: Floats
     singular_value: Floats
     singular_motion: Floats
 
 
-class Reached(Solved):
+class Reached(Traced):
     """Nominal configurations at targets of the output."""
 
+    drives: Floats
     mismatch: Floats
 
 

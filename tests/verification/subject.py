@@ -59,7 +59,7 @@ class Subject:
     @classmethod
     def of_spec(cls, name: str, spec: dict[str, Any], drives: Array) -> Subject:
         core = _core.Mechanism(json.dumps(spec))
-        solved = core.solve(drives)
+        solved = core.trace(drives)
         return cls(name, spec, core, lambda: Path(drives, solved["poses"], solved["output"]))
 
     @cached_property

@@ -64,8 +64,9 @@ fn phases(c: &mut Criterion) {
     for subject in common::subjects().iter().filter(|s| s.name.starts_with('W')) {
         let m = &subject.mechanism;
         let drives = &subject.drives[..m.n_drives()];
-        let nominal = m.solve(1, drives)[0].state.clone().expect("an assembled mechanism");
-        let solver = Solver::new(m, &nominal.coordinates);
+        let trace = m.trace(1, drives);
+        let solver = Solver::new(m, &trace.coordinates);
+        let nominal = m.restore(&solver, &trace.coordinates, drives).expect("an assembled mechanism");
         let newton = Newton::record(&solver).expect("a mechanism with a plan");
         operations.insert(subject.name.clone(), newton.n_operations());
         let mut bound = newton.bind(m, &nominal, drives);

@@ -28,7 +28,6 @@ fn questions(c: &mut Criterion) {
             .collect();
         let mut group = c.benchmark_group(&subject.name);
         group.throughput(Throughput::Elements(rows as u64));
-        group.bench_function("solve", |b| b.iter(|| black_box(m.solve(rows, &subject.drives))));
         group.bench_function("trace", |b| b.iter(|| black_box(m.trace(rows, &subject.drives))));
         group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases, true, Keep::ALL))));
         group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS, true))));

@@ -180,13 +180,8 @@ impl Mechanism {
         self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
-    fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
-        self.table(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
-    }
-
-    /// Poses, output and status only: no singular values, for maps of many configurations. From the guess or from other
-    /// poses of all bodies.
+    /// Nominal poses for drive values given one after the other, on one assembly branch. From the guess or from other poses
+    /// of all bodies.
     #[pyo3(signature = (drives, start = None))]
     fn trace<'py>(
         &self,
@@ -279,7 +274,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        self.table(py, work(py, || self.core.solved(&self.core.measure(&cases)))?)
+        self.table(py, work(py, || self.core.measure(&cases))?)
     }
 
     fn inverse<'py>(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import poses
-from jointplay.answers import Solved
+from jointplay.answers import Reached
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
@@ -76,10 +76,6 @@ class Nominal:
         Pose of the output point, shape (configuration, component).
     status : ndarray
         The core's codes.
-    singular_value : ndarray
-        Smallest singular value of the length-scaled Jacobian.
-    singular_motion : ndarray
-        The motion that belongs to it, shape (configuration, body, component).
     units : Units or None
         Units that results are asked in, when not those of the mechanism's file.
     leaves : ndarray or None
@@ -92,8 +88,6 @@ class Nominal:
     poses: Floats
     output: Floats
     status: Codes
-    singular_value: Floats
-    singular_motion: Floats
     units: Units | None = None
     leaves: Texts | None = None
     misfit: str = ""
@@ -182,7 +176,8 @@ def bounded(m: Mechanism, at: Nominal, *, path: bool = False) -> Nominal:
 
 def at_drives(m: Mechanism, drives: Floats) -> Nominal:
     """Solve the nominal mechanism for drive values, SI, shape (configuration, drive)."""
-    return replace(_of(m.core.solve(drives)), drives=drives)
+    found = m.core.trace(np.ascontiguousarray(drives))
+    return Nominal(drives, found["poses"], found["output"], found["status"])
 
 
 def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
@@ -190,17 +185,7 @@ def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     # Pieces of an elastic body that only one of them has move with the body.
     own = [known.bodies.index(name if name in known.bodies else m.owners[k]) for k, name in enumerate(m.bodies)]
     poses = np.ascontiguousarray(at.poses[:, own])
-    if np.isnan(at.singular_value).all() or (known.bodies == m.bodies and known.length == m.length):
-        return replace(at, poses=poses, output=m.core.output(poses))
-    found = m.core.measure(at.drives, poses)
-    return replace(
-        at,
-        poses=poses,
-        output=found["output"],
-        status=np.where(at.status != 0, at.status, found["status"]),
-        singular_value=found["singular_value"],
-        singular_motion=found["singular_motion"],
-    )
+    return replace(at, poses=poses, output=m.core.output(poses))
 
 
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: Floats | None = None) -> Nominal:
@@ -238,15 +223,8 @@ def _arrays(at: Nominal) -> list[tuple[str, Any]]:
     return [(name, values) for name, values in vars(at).items() if isinstance(values, np.ndarray)]
 
 
-def _of(solved: Solved) -> Nominal:
-    return Nominal(
-        drives=solved["drives"],
-        poses=solved["poses"],
-        output=solved["output"],
-        status=solved["status"],
-        singular_value=solved["singular_value"],
-        singular_motion=solved["singular_motion"],
-    )
+def _of(found: Reached) -> Nominal:
+    return Nominal(found["drives"], found["poses"], found["output"], found["status"])
 
 
 #: how results are obtained, in the attribute `obtained`

@@ -78,11 +78,13 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     builder.add("coordinate", ("configuration", "joint"), values / scale, "coordinate of the joint")
     units = np.where(angular, m.units.angle_name, m.units.length_name)
     builder.coords["joint_unit"] = Variable(("joint",), units, "", "unit of the joint's coordinate")
-    builder.add("singular_value", "configuration", at.singular_value, "smallest singular value of the scaled Jacobian")
+    near = m.core.measure(at.drives, at.poses)
+    words = "smallest singular value of the scaled Jacobian"
+    builder.add("singular_value", "configuration", near["singular_value"], words)
     builder.add(
         "singular_motion",
         ("configuration", "body", "component"),
-        at.singular_motion,
+        near["singular_motion"],
         "motion that belongs to the smallest singular value",
         "component",
     )

@@ -231,7 +231,7 @@ def _as_drawn(probe: Probe, mobility: Mobility, smallest: float) -> Mobility:
     every = m.start_drives[None] if m.drive_values is None else m.drive_values
     taken = np.unique(np.linspace(0, len(every) - 1, CONFIGURATIONS).round().astype(int))
     drives = np.ascontiguousarray(every[taken])
-    solved = m.core.solve(drives)["poses"]
+    solved = m.core.trace(drives)["poses"]
     there = np.isfinite(solved).all(axis=(1, 2))
     open_ = misfit(m, drives[there], solved[there]) if there.any() else None
     if open_ is None:

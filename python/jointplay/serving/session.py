@@ -199,12 +199,4 @@ def _traced(m: Mechanism, start: Floats, poses: Floats, drives: Floats) -> Nomin
     """The mechanism at drive values that are reached from a configuration."""
     rows = np.concatenate([start[None], drives])
     found = m.core.trace(rows, np.ascontiguousarray(poses))
-    reached = m.core.measure(drives, found["poses"][1:])
-    return Nominal(
-        drives=drives,
-        poses=found["poses"][1:],
-        output=reached["output"],
-        status=np.where(found["status"][1:] != 0, found["status"][1:], reached["status"]),
-        singular_value=reached["singular_value"],
-        singular_motion=reached["singular_motion"],
-    )
+    return Nominal(drives, found["poses"][1:], found["output"][1:], found["status"][1:])

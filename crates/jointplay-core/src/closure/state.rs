@@ -34,7 +34,7 @@ impl Mechanism {
     }
 
     /// A nominal state from its coordinates; drive values are read off near the given ones.
-    pub(crate) fn restore(&self, solver: &Solver<'_>, coordinates: &[f64], near: &[f64]) -> Option<State> {
+    pub fn restore(&self, solver: &Solver<'_>, coordinates: &[f64], near: &[f64]) -> Option<State> {
         if coordinates.iter().any(|c| !c.is_finite()) {
             return None;
         }

@@ -10,26 +10,20 @@ use crate::nominal::path::Configuration;
 use crate::nominal::trace::Trace;
 
 columns! {
-    /// A configuration with its nearness to a singular one.
-    Solved in SolvedTable by SolvedRows from FreshSolved:
-    /// Coordinates of all bodies.
-    poses: f64 [Body, Coordinate];
-    /// Pose of the output.
-    output: f64 [Component];
-    /// Drive values.
-    drives: f64 [Drive];
+    /// How near a configuration is to a singular one.
+    Measured in MeasuredTable by MeasuredRows from FreshMeasured:
     /// Smallest singular value of the length-scaled closure Jacobian.
     singular_value: f64 [];
     /// The motion that belongs to it.
     singular_motion: f64 [Body, Component];
-    /// Outcome.
-    status: Status [];
 }
 
 columns! {
-    /// What is left to a target.
-    Missed in MissedTable by MissedRows from FreshMissed:
-    /// Distance from it.
+    /// The drives that bring the output to a target.
+    Commanded in CommandedTable by CommandedRows from FreshCommanded:
+    /// Drive values.
+    drives: f64 [Drive];
+    /// Distance from the target.
     mismatch: f64 [];
 }
 
@@ -60,30 +54,19 @@ columns! {
 }
 
 impl Mechanism {
-    /// Configurations, column by column.
-    #[must_use]
-    pub fn solved(&self, found: &[Configuration]) -> Answer {
-        let wanted = Wanted::all(self);
-        let solved = |c: &Configuration| {
-            let rest = Solved {
-                singular_value: c.singular_value,
-                singular_motion: c.singular_motion.clone(),
-                status: c.status,
-                ..Solved::unknown(&wanted)
-            };
-            let Some(State { coordinates, inputs, .. }) = &c.state else { return rest };
-            let output = self.output(coordinates, inputs);
-            Solved { poses: coordinates.clone(), output, drives: inputs.drives.clone(), ..rest }
-        };
-        let rows: Vec<Solved> = found.iter().map(solved).collect();
-        Answer::of_rows(rows.iter(), &wanted)
-    }
-
     /// Configurations of the inverse kinematics, column by column.
     #[must_use]
     pub fn reached(&self, found: &[Configuration]) -> Answer {
-        let missed: Vec<Missed> = found.iter().map(|c| Missed { mismatch: c.mismatch }).collect();
-        self.solved(found).beside(Answer::of_rows(missed.iter(), &Wanted::all(self)))
+        let wanted = Wanted::all(self);
+        let row = |c: &Configuration| {
+            let (traced, reached) = (Traced { status: c.status, ..Traced::unknown(&wanted) }, Commanded::unknown(&wanted));
+            let Some(State { coordinates, inputs, .. }) = &c.state else { return (traced, reached) };
+            let output = self.output(coordinates, inputs);
+            let reached = Commanded { drives: inputs.drives.clone(), mismatch: c.mismatch };
+            (Traced { poses: coordinates.clone(), output, ..traced }, reached)
+        };
+        let (traced, reached): (Vec<Traced>, Vec<Commanded>) = found.iter().map(row).unzip();
+        Answer::of_rows(traced.iter(), &wanted).beside(Answer::of_rows(reached.iter(), &wanted))
     }
 
     /// Poses, column by column.
@@ -100,9 +83,9 @@ impl Mechanism {
 #[must_use]
 pub fn declared() -> [(&'static str, Vec<Declared>); 4] {
     [
-        ("solve", Solved::DECLARED.to_vec()),
-        ("inverse", [Solved::DECLARED, Missed::DECLARED].concat()),
         ("trace", Traced::DECLARED.to_vec()),
+        ("measure", Measured::DECLARED.to_vec()),
+        ("inverse", [Traced::DECLARED, Commanded::DECLARED].concat()),
         ("nearness", Nearness::DECLARED.to_vec()),
     ]
 }

@@ -26,7 +26,7 @@ impl Mechanism {
             return self.inverse_on_basis(targets, weights, start);
         }
         let Some((solver, mut state)) = self.first_state(start) else {
-            return targets.iter().map(|_| self.unsolved(Status::NotAssembled)).collect();
+            return targets.iter().map(|_| Self::unsolved(Status::NotAssembled)).collect();
         };
         targets
             .iter()
@@ -35,16 +35,16 @@ impl Mechanism {
                     let asked = weights.iter().filter(|w| **w > 0.0).count();
                     let missed = asked <= self.n_drives && mismatch > 1e-9 * self.length;
                     if missed {
-                        return self.unsolved(Status::NotAssembled);
+                        return Self::unsolved(Status::NotAssembled);
                     }
-                    let reached = Configuration { mismatch, ..self.judge(next) };
+                    let reached = Configuration { status: self.nominal_status(&next), state: Some(next), mismatch };
                     // From a singular pose the branches part: the next target is reached from the last one before.
                     if let (Status::Ok, Some(regular)) = (reached.status, &reached.state) {
                         state.clone_from(regular);
                     }
                     reached
                 }
-                Err(status) => self.unsolved(status),
+                Err(status) => Self::unsolved(status),
             })
             .collect()
     }

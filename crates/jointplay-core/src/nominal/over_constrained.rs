@@ -76,14 +76,15 @@ impl Mechanism {
                 let found = basis.kept.inverse(targets, weights, start);
                 found.into_iter().map(|c| self.judged_anew(c)).collect()
             }
-            Err(status) => targets.iter().map(|_| self.unsolved(status)).collect(),
+            Err(status) => targets.iter().map(|_| Self::unsolved(status)).collect(),
         }
     }
 
     fn judged_anew(&self, found: Configuration) -> Configuration {
         let Some(State { coordinates, inputs, negative }) = found.state else { return found };
         let inputs = Inputs::nominal(self, &inputs.drives);
-        Configuration { mismatch: found.mismatch, ..self.judge(State { coordinates, inputs, negative }) }
+        let state = State { coordinates, inputs, negative };
+        Configuration { status: self.nominal_status(&state), state: Some(state), mismatch: found.mismatch }
     }
 
     /// The grid of the basis, judged by all rows: that of the basis alone may become singular where they do not.

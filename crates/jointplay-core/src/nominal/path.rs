@@ -6,21 +6,21 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Component;
 use crate::mechanism::Mechanism;
+use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::Row as _;
+use crate::mechanism::dim::Wanted;
 use crate::mechanism::status::Status;
+use crate::nominal::columns::Measured;
 
-/// One configuration of the nominal mechanism.
+/// One configuration of the nominal mechanism, brought to a target.
 #[derive(Clone, Debug)]
 pub struct Configuration {
     /// The assembled state, where there is one.
     pub state: Option<State>,
     /// Outcome.
     pub status: Status,
-    /// Smallest singular value of the length-scaled closure Jacobian.
-    pub singular_value: f64,
-    /// The motion that belongs to it: a twist of every body, the largest part of unit size.
-    pub singular_motion: Vec<f64>,
-    /// Distance left to the target (inverse kinematics).
+    /// Distance left to the target.
     pub mismatch: f64,
 }
 
@@ -57,18 +57,29 @@ impl Mechanism {
         (assembly.converged && self.nominal_status(&state) == Status::Singular).then_some(state)
     }
 
-    pub(crate) fn unsolved(&self, status: Status) -> Configuration {
-        Configuration {
-            state: None,
-            status,
-            singular_value: f64::NAN,
-            singular_motion: vec![f64::NAN; self.n_unknowns()],
-            mismatch: f64::NAN,
-        }
+    pub(crate) fn unsolved(status: Status) -> Configuration {
+        Configuration { state: None, status, mismatch: f64::NAN }
     }
 
-    pub(crate) fn judge(&self, state: State) -> Configuration {
-        let (value, mut motion) = self.singular_value_at(&state);
+    /// How near every case is to a singular state, at its nominal coordinates.
+    #[must_use]
+    pub fn measure(&self, cases: &[Case<'_>]) -> Answer {
+        let wanted = Wanted::all(self);
+        let measured = |case: &Case<'_>| {
+            if case.coordinates.iter().any(|c| c.is_nan()) {
+                return Measured::unknown(&wanted);
+            }
+            let inputs = Inputs::nominal(self, case.drives);
+            let state = State { coordinates: case.coordinates.to_vec(), inputs, negative: false };
+            let (singular_value, singular_motion) = self.singular_value_at(&state);
+            Measured { singular_value, singular_motion: self.of_unit_size(singular_motion) }
+        };
+        let rows: Vec<Measured> = cases.par_iter().map(measured).collect();
+        Answer::of_rows(rows.iter(), &wanted)
+    }
+
+    /// A length-scaled motion of all bodies, its largest part a radian or the characteristic length.
+    fn of_unit_size(&self, mut motion: Vec<f64>) -> Vec<f64> {
         let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         for (j, v) in motion.iter_mut().enumerate() {
             *v /= largest;
@@ -76,37 +87,6 @@ impl Mechanism {
                 *v *= self.length;
             }
         }
-        let status = if value < self.singular_value { Status::Singular } else { Status::Ok };
-        Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
-    }
-
-    /// Measures how near every case is to a singular state, at its nominal coordinates.
-    #[must_use]
-    pub fn measure(&self, cases: &[Case<'_>]) -> Vec<Configuration> {
-        let measured = |case: &Case<'_>| {
-            if case.coordinates.iter().any(|c| c.is_nan()) {
-                return self.unsolved(Status::NotAssembled);
-            }
-            let inputs = Inputs::nominal(self, case.drives);
-            self.judge(State { coordinates: case.coordinates.to_vec(), inputs, negative: false })
-        };
-        cases.par_iter().map(measured).collect()
-    }
-
-    /// Solves the nominal mechanism for `n` rows of drive values given one after the other, keeping to
-    /// the assembly branch, and measures how near each is to a singular state.
-    #[must_use]
-    pub fn solve(&self, n: usize, drives: &[f64]) -> Vec<Configuration> {
-        let trace = self.trace(n, drives);
-        let (width, numbers) = (self.n_drives, self.n_coordinates());
-        let judged = |k: usize| {
-            let coordinates = &trace.coordinates[k * numbers..(k + 1) * numbers];
-            if coordinates.iter().any(|c| c.is_nan()) {
-                return self.unsolved(trace.status[k]);
-            }
-            let inputs = Inputs::nominal(self, &drives[k * width..(k + 1) * width]);
-            self.judge(State { coordinates: coordinates.to_vec(), inputs, negative: false })
-        };
-        (0..n).into_par_iter().map(judged).collect()
+        motion
     }
 }

@@ -26,8 +26,6 @@ from .contact import Contacts
 from .lattice import Lattice
 
 QUESTIONS = ("loaded", "worst", "random", "given", "solve")
-#: questions whose results do not say how near a node is to a singularity
-MEASURED = ("solve", "worst", "random")
 #: what a map has beside the answers at its nodes
 CROSSING = "singular_crossing"
 OWN = ("across", "contact_change", CROSSING)
@@ -120,7 +118,7 @@ class Asking:
         """The answer at the nodes of a chunk, of which these are the configurations."""
         number, at, crossing = chunk
         m = self.ask.m
-        at = bounded(m, measured(m, at) if self.ask.question in MEASURED else at)
+        at = bounded(m, at)
         part, states = self._part(number, at, crossing)
         contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
         if self.writer is None:
@@ -175,13 +173,6 @@ def face(values: Array, axis: int, side: int) -> Array:
     return np.asarray(np.take(values, -side, axis=axis))
 
 
-def measured(m: Mechanism, at: Nominal) -> Nominal:
-    """Configurations with their nearness to a singularity."""
-    found = m.core.measure(at.drives, at.poses)
-    status = np.where(at.status != 0, at.status, found["status"])
-    return replace(at, status=status, singular_value=found["singular_value"], singular_motion=found["singular_motion"])
-
-
 def leading(m: Mechanism) -> Mechanism:
     """The mechanism that is brought to the nodes of a grid: with the output that the grid speaks of.
 
@@ -213,10 +204,8 @@ def _configurations_first(result: Result) -> Result:
 def unassembled(m: Mechanism, ask: Ask) -> Result:
     """What the question answers where nothing is assembled: the names that all its answers have."""
     require_determinate(m, over_constrained=True)
-    bodies, components = len(m.bodies), len(m.components)
-    value, pose, motion = (np.full((1, *shape), np.nan) for shape in ((), (bodies, m.pose_size), (bodies, components)))
-    output, status = np.full((1, components), np.nan), np.array([NOT_ASSEMBLED], dtype=np.uint8)
-    return ask(Nominal(m.start_drives[None], pose, output, status, value, motion))
+    pose, output = (np.full((1, *shape), np.nan) for shape in ((len(m.bodies), m.pose_size), (len(m.components),)))
+    return ask(Nominal(m.start_drives[None], pose, output, np.array([NOT_ASSEMBLED], dtype=np.uint8)))
 
 
 def drive_names(m: Mechanism, grid: Grid, flat: Result) -> dict[str, str]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core, poses
-from jointplay.analyses.nominal import Floats, Nominal
+from jointplay.analyses.nominal import Floats, Nominal, at_drives
 from jointplay.answers import TracedGrid
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
@@ -150,12 +150,9 @@ class Reach:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
         found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
-        there, n = found["poses"], len(rows)
-        drives = rows
-        if self.grid.of_output:
-            drives = self.m.core.drive_values(there, self.start.drives[0])
-        nothing = np.full((n, 0), np.nan)
-        at = Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
+        there = found["poses"]
+        drives = self.m.core.drive_values(there, self.start.drives[0]) if self.grid.of_output else rows
+        at = Nominal(drives, there, found["output"], found["status"])
         return Solved(at, found["crossing"], found["seed_crossing"])
 
     def _straight(self, first: Seeds, rows: Floats) -> TracedGrid:
@@ -179,20 +176,11 @@ def _start(m: Mechanism) -> Nominal:
     """The mechanism where it is assembled: at the first values of its drives, else as the file says it starts."""
     rows = [m.start_drives] if m.drive_values is None else [m.drive_values[0], m.start_drives]
     for row in rows:
-        found = m.core.solve(np.array([row]))
-        if np.isfinite(found["poses"]).all():
-            break
-    else:
-        problem = "the mechanism cannot be assembled at its start, from which the grid is reached"
-        raise InputError(problem, file=m.file, key="start")
-    return Nominal(
-        np.array([row]),
-        found["poses"],
-        found["output"],
-        found["status"],
-        found["singular_value"],
-        found["singular_motion"],
-    )
+        found = at_drives(m, np.array([row]))
+        if np.isfinite(found.poses).all():
+            return found
+    problem = "the mechanism cannot be assembled at its start, from which the grid is reached"
+    raise InputError(problem, file=m.file, key="start")
 
 
 def _commanding_output(m: Mechanism, grid: Grid, commanded: list[str], start: Nominal) -> _core.Mechanism:

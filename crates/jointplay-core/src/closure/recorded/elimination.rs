@@ -10,8 +10,17 @@ pub(crate) trait Linear<'r> {
     fn solve(&self, right: &mut [Symbol<'r>], twists: &mut [Symbol<'r>]);
     /// Multipliers of the rows for a cost per twist component; overwrites the cost.
     fn solve_transposed(&self, cost: &mut [Symbol<'r>], multipliers: &mut [Symbol<'r>]);
+    /// The elimination behind it.
+    fn eliminated(&self) -> (&Elimination, &Factors<Symbol<'r>>);
     /// Vanishes and changes sign with the determinant.
-    fn pivot_product(&self) -> Symbol<'r>;
+    fn pivot_product(&self) -> Symbol<'r> {
+        self.eliminated().1.pivot_product()
+    }
+    /// How many times the rounding of numbers may grow: the order of the pivots is that of another pose.
+    fn growth(&self) -> Symbol<'r> {
+        let (plan, factors) = self.eliminated();
+        plan.growth(factors).fold(Symbol::Constant(0.0), |largest, growth| largest.max(growth.abs()))
+    }
     /// An estimate of the smallest singular value of the length-scaled Jacobian from what a probe of the rows
     /// moves.
     fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r>;
@@ -32,8 +41,8 @@ impl<'r> Linear<'r> for Eliminated<'_, 'r> {
         self.plan.solve_transposed(&self.factors, cost, multipliers);
     }
 
-    fn pivot_product(&self) -> Symbol<'r> {
-        self.factors.pivot_product()
+    fn eliminated(&self) -> (&Elimination, &Factors<Symbol<'r>>) {
+        (self.plan, &self.factors)
     }
 
     /// As [`Mechanism::singular_estimate`].

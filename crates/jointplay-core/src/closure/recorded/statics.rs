@@ -1,19 +1,22 @@
 //! Recorded statics: the work of the loads along every parameter, reactions and first-order maps at a pose.
 
 use crate::closure::equations::Inputs;
-use crate::closure::newton::Solver;
+use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::{Layout, Symbolic};
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::Cost;
+use crate::math::lanes::block::Block;
 use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
 
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
-pub(crate) const SAME_DRIVES: f64 = 1e-12;
+const SAME_DRIVES: f64 = 1e-12;
+/// Growth of rounding up to which first-order maps are as good as by an elimination of their own.
+const LARGEST_GROWTH: f64 = 1e5;
 
 /// Reactions and gradient of the work of the loads at a pose.
 pub(crate) struct Statics<'r> {
@@ -27,7 +30,8 @@ pub(crate) struct StaticsOutputs {
     pub gradient: usize,
     pub scale: usize,
     pub pivots: usize,
-    pub clear: usize,
+    clear: usize,
+    growth: usize,
     pub output: usize,
     pub map: usize,
     pub drives: usize,
@@ -43,11 +47,23 @@ impl StaticsOutputs {
             scale: n_u,
             pivots: n_u + 1,
             clear: n_u + 2,
-            output: n_u + 3,
-            map: n_u + 3 + m.size(),
-            drives: n_u + 3 + m.size() + m.size() * n_u,
-            reactions: n_u + 3 + m.size() + m.size() * n_u + m.n_drives(),
+            growth: n_u + 3,
+            output: n_u + 4,
+            map: n_u + 4 + m.size(),
+            drives: n_u + 4 + m.size() + m.size() * n_u,
+            reactions: n_u + 4 + m.size() + m.size() * n_u + m.n_drives(),
         }
+    }
+
+    /// Whether the statics of a lane are those of its nominal pose; not where its coordinates are no numbers.
+    #[inline(always)]
+    pub fn is_sound<'b>(&self, m: &Mechanism, out: impl Fn(usize) -> &'b Block, lane: usize) -> bool {
+        let is_clear = out(self.clear).0[lane] >= CLEAR * m.singular_value;
+        let mut is_sound = is_clear && out(self.growth).0[lane] <= LARGEST_GROWTH;
+        for d in 0..m.n_drives() {
+            is_sound &= out(self.drives + d).0[lane].abs() <= SAME_DRIVES;
+        }
+        is_sound
     }
 }
 
@@ -126,7 +142,7 @@ pub(crate) fn statics_outputs<'r>(
     let statics = load_statics(m, linear, symbolic);
     let poses = poses_of(m, symbolic);
     let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m)]);
+    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m), linear.growth()]);
     outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);

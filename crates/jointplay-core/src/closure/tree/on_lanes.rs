@@ -138,8 +138,8 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
         }
     }
 
-    fn pivot_product(&self) -> Symbol<'r> {
-        self.factors.pivot_product()
+    fn eliminated(&self) -> (&Elimination, &Factors<Symbol<'r>>) {
+        (&self.plan, &self.factors)
     }
 
     /// A singular pose is one of the loops: they are probed, and no body moves by more than all free components

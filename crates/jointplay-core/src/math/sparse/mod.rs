@@ -165,6 +165,11 @@ impl Elimination {
         }
     }
 
+    /// How many times smaller than planned each pivot is: as many times the rounding of numbers grows.
+    pub fn growth<'f, S: Real>(&'f self, f: &'f Factors<S>) -> impl Iterator<Item = S> + 'f {
+        self.pivots.iter().zip(&f.inverse_pivots).map(|(pivot, &inverse)| S::from_f64(pivot.planned) * inverse)
+    }
+
     fn negative(&self, f: &Factors<f64>) -> bool {
         f.inverse_pivots.iter().filter(|p| **p < 0.0).count() % 2 == usize::from(!self.odd)
     }

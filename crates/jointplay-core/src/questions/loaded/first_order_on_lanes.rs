@@ -2,9 +2,9 @@
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::UNDECIDED;
-use crate::closure::newton::{CLEAR, Solver};
+use crate::closure::newton::Solver;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
+use crate::closure::recorded::statics::{StaticsOutputs, poses_of, record_statics, statics_outputs};
 use crate::closure::recorded::step::evaluate;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNOBSERVABLE;
@@ -86,11 +86,7 @@ impl<'m> FirstOrder<'m> {
         let out = |k: usize| self.statics.output(registers, k);
         let mut good = [false; LANES];
         for i in 0..LANES {
-            // Coordinates that are no numbers leave none here.
-            good[i] = out(at.clear).0[i] >= CLEAR * m.singular_value;
-            for d in 0..m.n_drives() {
-                good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
-            }
+            good[i] = at.is_sound(m, out, i);
         }
 
         let tolerance = out(at.scale).mul(&Block::splat(UNDECIDED));

@@ -8,9 +8,9 @@
 //! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
 
 use crate::clearance::{Set, Unforced};
-use crate::closure::newton::{CLEAR, Solver};
+use crate::closure::newton::Solver;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
+use crate::closure::recorded::statics::{StaticsOutputs, load_statics, record_finish, record_statics};
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::flanks::run_at_flanks;
@@ -116,10 +116,7 @@ impl<'m> Contact<'m> {
         let out = |k: usize| self.statics.output(statics, k);
         let mut good = [false; LANES];
         for (i, case) in cases.iter().enumerate() {
-            good[i] = case.coordinates.iter().all(|c| c.is_finite()) && out(at.clear).0[i] >= CLEAR * m.singular_value;
-            for d in 0..m.n_drives() {
-                good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
-            }
+            good[i] = case.coordinates.iter().all(|c| c.is_finite()) && at.is_sound(m, out, i);
         }
         let inputs = n_u + self.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
