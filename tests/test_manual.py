@@ -20,7 +20,7 @@ from numpydoc.validate import validate
 
 import jointplay as jp
 from hooks import hook
-from jointplay import examples
+from jointplay import _core, examples
 from jointplay.cli.commands import program
 from jointplay.schema import json_schema
 
@@ -154,6 +154,11 @@ def test_variables_that_only_some_mechanisms_have_are_explained() -> None:
     m = jp.loads(examples.text("five-bar", {"limits.joints": "{ A = [0, 180] }"}))
     missing = sorted({str(name) for name in jp.solve(m).data_vars} - code_words("questions.md"))
     assert not missing
+
+
+def test_every_status_is_explained() -> None:
+    table = re.findall(r"^\| `(\w+)` \|", section("questions.md", "What all results share"), re.MULTILINE)
+    assert set(_core.STATUSES) <= set(table)
 
 
 # --- the Python interface --------------------------------------------------------------------------------------------
