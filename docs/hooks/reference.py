@@ -28,7 +28,7 @@ MARK = re.compile(r"^<!-- (?P<what>commands|options|command|keys|variables)(?:: 
 #: an option that so many commands explain in the same words is explained once
 SHARED = 4
 #: what Markdown would take for more than a letter
-SPECIAL = re.compile(r"([\\*_<>$|])")
+SPECIAL = re.compile(r"([\\*_<>$|{}])")
 #: a table with more keys than these is not written out where it may stand
 FEW = 4
 #: tables of the file that have a section of their own on the page
@@ -60,8 +60,8 @@ def plain(text: str) -> str:
 
 
 def code(text: object) -> str:
-    """A word of a program, also in a table."""
-    return "`" + str(text).replace("|", "\\|") + "`"
+    """A word of a program. (Within one, bars end no cell of a table.)"""
+    return f"`{text}`"
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
