@@ -80,7 +80,8 @@ def mapped(core: Any, drives: Array) -> None:
 
 def linear(core: Any, drives: Array) -> Array:
     """Errors of all rows to first order, what is undetermined and status, without anything else."""
-    found: Array = core.loaded_along(drives, exact=False, offset=False, details=False)["error"]
+    poses = core.trace(drives)["poses"]
+    found: Array = core.loaded(drives, poses, exact=False, offset=False, details=False)["error"]
     return found
 
 

@@ -134,6 +134,23 @@ class TestSolve:
         assert list(from_dataset(result).drives) == ["drive_theta1"]
 
 
+def test_two_results_subtract_variable_by_variable_but_not_as_a_whole() -> None:
+    """What the manual says of differences: a count of the one that is smaller is no 18446744073709551615 more."""
+    m = example("four-bar")
+    loose, tight = jp.worst(m), jp.worst(m.with_({"joints.*.clearance.radial": 0.5}))
+    with pytest.raises(TypeError):
+        loose - tight
+    words = {str(name) for name, variable in loose.data_vars.items() if variable.dtype.kind in "Ub"}
+    assert {"status", "limit_met"} <= words
+    difference = loose.drop_vars(words) - tight.drop_vars(words)
+    np.testing.assert_array_equal(difference.worst_position, loose.worst_position - tight.worst_position)
+    unsettled = tight.unsettled - (loose.unsettled + 1)
+    assert unsettled.dtype.kind == "i"
+    assert (unsettled == -1).all()
+    compared = jp.compare(m, m.with_({"joints.*.clearance.radial": 0.5}), names=("loose", "tight")).worst_position
+    np.testing.assert_allclose(-compared.diff("mechanism")[0], difference.worst_position, rtol=1e-9)
+
+
 def test_results_say_how_they_were_obtained() -> None:
     m = example("four-bar")
     for result in (jp.given(m), jp.loaded(m), jp.worst(m), jp.random(m, samples=256)):

@@ -133,37 +133,6 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
         assert np.array_equal(light[key], result[key], equal_nan=True), key
 
 
-@pytest.mark.parametrize("exact", [True, False])
-@pytest.mark.parametrize("name", ["four-bar", "3-upu"])
-def test_errors_along_drive_values_are_those_of_the_traced_poses(name, exact):
-    mechanism = example(name)
-    # More rows than one task has, and a way back.
-    drives = _dense_path(mechanism, 1200)
-    drives = np.vstack([drives, drives[::-1]])
-    traced = mechanism.core.trace(drives)
-    expected = mechanism.core.loaded(drives, traced["poses"], exact)
-    found = mechanism.core.loaded_along(drives, exact)
-    # Rounding differs, as the first pose of a path is not told to its last bit.
-    for key in ("error", "error_first_order", "undetermined", "undetermined_contribution", "contribution", "offset"):
-        assert np.abs(expected[key] - found[key]).max() < 1e-13 * mechanism.length, key
-    assert np.array_equal(expected["decided"], found["decided"])
-    np.testing.assert_allclose(
-        found["reaction"], expected["reaction"], rtol=0, atol=1e-11 * np.abs(found["reaction"]).max()
-    )
-    status = np.where(traced["status"] != 0, traced["status"], expected["status"])
-    assert np.array_equal(found["status"], status)
-    few = mechanism.core.loaded_along(drives, exact, offset=False, details=False)
-    assert set(few) == {"status", "error", "undetermined", "iterations", "equilibria", "fallbacks"}
-    for key, value in few.items():
-        assert np.array_equal(value, found[key], equal_nan=True), key
-
-
-def test_errors_along_drive_values_that_nothing_assembles_are_told_so():
-    found = example("four-bar").core.loaded_along(np.full((3, 1), np.nan), False)
-    assert (found["status"] == 1).all()
-    assert np.isnan(found["error"]).all()
-
-
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_traced_poses_equal_the_plain_path(name):
     mechanism = example(name)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 
 import pytest
 
-from jointplay.analyses.questions import PUBLIC
+from jointplay.analyses.questions import options_of
 from jointplay.cli import run
+from jointplay.questions import asked_by
 
 ARM = """
 format = 1
@@ -39,12 +39,14 @@ OPTIONS = {
     ("--sizes", "largest"): "sizes",
     ("--first-order",): "exact",
     ("--no-details",): "details",
+    ("--corrects", "given"): "corrects",
+    ("--target", "0.1,0.1"): "target",
 }
 COMMANDS = {
-    "error": ([], ["loaded", "worst", "random"]),
-    "map": (["-g", "q=0:10:2"], ["loaded", "worst", "random", "given", "solve"]),
-    "sweep": (["-s", "joints.J1.clearance.radial=0.1:0.2:2"], ["loaded", "worst", "random", "solve"]),
-    "compare": (["arm.toml"], ["loaded", "worst", "random"]),
+    "error": [],
+    "map": ["-g", "q=0:10:2"],
+    "sweep": ["-s", "joints.J1.clearance.radial=0.1:0.2:2"],
+    "compare": ["arm.toml"],
 }
 
 
@@ -54,11 +56,10 @@ def test_an_option_is_heard_or_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("arm.toml").write_text(ARM)
-    more, questions = COMMANDS[command]
-    for question in questions:
-        known = inspect.signature(PUBLIC[question]).parameters
+    for question in asked_by(command):
+        known = options_of(question)
         for option, argument in OPTIONS.items():
-            code = run([command, "arm.toml", *more, "-q", question, *option])
+            code = run([command, "arm.toml", *COMMANDS[command], "-q", question, *option])
             said = capsys.readouterr().err
             if "No such option" in said:
                 continue

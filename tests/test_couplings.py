@@ -504,8 +504,7 @@ def test_lanes_answer_as_one_by_one(seed):
     poses = _followed(core, drives)
     for exact in (True, False):
         together = core.loaded(drives, poses, exact=exact)
-        # Where a force may turn within the play, other places are looked for one by one.
-        assert together["fallbacks"] == 0 or exact
+        assert together["fallbacks"] == 0
         for k in (0, 64, 129):
             alone = core.loaded(drives[k : k + 1], poses[k : k + 1], exact=exact)
             for name in ("error", "error_first_order", "offset", "contribution"):

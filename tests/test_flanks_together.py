@@ -70,20 +70,23 @@ def deviations(ours: np.ndarray, expected: np.ndarray, rng: np.random.Generator)
     return np.asarray((a - b)[moving] / np.sqrt(va + vb)[moving])
 
 
-def compared(seed: int, samples: int = SAMPLES) -> tuple[float, int]:
+def compared(
+    seed: int, samples: int = SAMPLES, proposed: dict[int, int] = PROPOSED, near: dict[int, float] = NEAR
+) -> tuple[float, int]:
     """The largest deviation in standard errors over two orders of the joints, and how many specimens were kept."""
     wheels, rng = drawn(seed), np.random.default_rng(seed)
     count = len(wheels.meshes)
-    proposed = PROPOSED[count] * samples // SAMPLES
-    near = NEAR[count] / (3.0 if wheels.normal else 1.0)
-    expected = np.vstack([wheels.kept(AT_ONCE, near, rng) for _ in range(proposed // AT_ONCE)])
+    blocks = proposed[count] * samples // SAMPLES // AT_ONCE
+    least = near[count] / (3.0 if wheels.normal else 1.0)
+    expected = np.vstack([wheels.kept(AT_ONCE, least, rng) for _ in range(blocks)])
     orders = [list(range(count + 2)), [1, *range(count + 1, 1, -1), 0]]
     worst = max(np.abs(deviations(specimens(wheels, order, samples), expected, rng)).max() for order in orders)
     return float(worst), len(expected)
 
 
-#: a crossed belt beside a gear; three meshes, normal laws and a rigid bearing; eccentric wheels; a rigid bearing
-SEEDS = (1, 2, 4, 7)
+#: a crossed belt beside a gear; three meshes, normal laws and a rigid bearing; eccentric wheels; a rigid bearing; a
+#: crossed belt with unequal slack beside an eccentric gear, most of which could not be assembled in the second order
+SEEDS = (1, 2, 4, 7, 21)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -19,6 +19,7 @@ PACKAGE = ROOT / "python" / "jointplay"
 #: each layer may import from those before it, and a package from its own modules
 LAYERS = (
     "errors",
+    "questions",
     "typed",
     "files",
     "toml",

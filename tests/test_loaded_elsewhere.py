@@ -92,8 +92,11 @@ def test_other_questions_give_the_same_place(question: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_place_of_more_work_in_space(seed: int) -> None:
-    found = beside("loop", seed)
+@pytest.mark.parametrize("kind", ["loop", "platform", "train"])
+def test_no_place_of_more_work_in_space_and_with_gears(kind: str, seed: int) -> None:
+    """The independent search left out the known deviations of wheels and ratios, and moved what nothing pushes: it told
+    of up to 7 % more work than `loaded` finds."""
+    found = beside(kind, seed)
     assert found is None or found[0] < FOUND
 
 

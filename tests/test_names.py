@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from answers import EXAMPLES, OVER_CONSTRAINED, example
-from jointplay.analyses.map import QUESTIONS as MAPPED
 from jointplay.analyses.map import open_map
+from jointplay.questions import asked_by
 from jointplay.result import coordinate_names, from_dataset, merge, to_dataset
 from jointplay.result.names import HIDING, LATER
 
@@ -78,7 +78,7 @@ def test_no_name_of_the_other_commands_is_hidden_by_xarray() -> None:
     assert not hidden(jp.assemble(example("antenna-support"), "worst"))
     assert not hidden(jp.compare(m, example("p3r"), "loaded"))
     assert not hidden(jp.sweep(m, "joints.J1.clearance.radial", [0.5, 1.0], "loaded"))
-    for question in MAPPED:
+    for question in asked_by("map"):
         assert not hidden(mapped(question, m, {"theta1": [30, 40]}))
     assert not hidden(jp.map(example("five-bar"), "loaded", {"x": [-40, 0], "y": [150, 190]}))
 
@@ -158,7 +158,7 @@ def test_a_drive_may_have_any_name_in_every_question(drive: str, tmp_path: Path)
 @pytest.mark.parametrize("drive", AWKWARD)
 def test_a_drive_may_have_any_name_in_maps(drive: str, tmp_path: Path) -> None:
     m, usual = driven(drive), driven("theta1")
-    for question in MAPPED:
+    for question in asked_by("map"):
         found = mapped(question, m, {drive: [30, 40, 50]})
         same_but_for_the_drive(found, mapped(question, usual, {"theta1": [30, 40, 50]}), drive)
         assert found.sizes[found.attrs["grid"]] == 3

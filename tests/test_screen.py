@@ -19,6 +19,7 @@ from answers import example
 from jointplay.cli import run
 from jointplay.cli.help import LINES
 from jointplay.conclusions import Sentence, conclude
+from jointplay.questions import QUESTIONS
 from jointplay.result import from_dataset
 from jointplay.table import Answer, Column, Console, Table, numbers, show, tables
 from jointplay.table.fit import MOST_ROWS, chosen_rows, fitted
@@ -385,7 +386,7 @@ def test_shells_are_told_how_to_complete(shell: str) -> None:
 # --- Python ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("question", sorted({*jp._QUESTIONS}))
+@pytest.mark.parametrize("question", sorted(QUESTIONS))
 def test_a_question_that_is_asked_of_a_file_says_what_to_do(question: str) -> None:
     """A text, a path, and the content of a file."""
     ask = getattr(jp, question)

@@ -491,6 +491,8 @@ class TestInABrowser:
         page.wait(EXACT)
         m = jp.loads(FOUR_BAR)
         assert page.text("h1") == m.title
+        colours = "[...document.querySelectorAll('#numbers th')].map((cell) => getComputedStyle(cell).borderLeftColor)"
+        assert page.run(colours)[-3:] == ["rgb(0, 114, 178)", "rgb(192, 79, 0)", "rgb(0, 121, 90)"]
         before = value(page, "worst")
         slider = "[data-name='joints.J2.clearance'] input"
         x, y, width = page.middle(slider)

@@ -283,7 +283,8 @@ def test_a_search_that_counting_contradicts_is_not_believed() -> None:
     counted = of(1e-4, 5e-5, 2e-4, tails.COUNTED)
     found = tails._with_counts(of(1e-6, 9e-7, 1.1e-6, tails.SEARCHED), counted)
     assert found.method == tails.REFUTED
-    assert (found.share, found.low, found.high) == (1e-4, 5e-5, 2e-4)
+    # Which of them is wrong is not known: of 20 loops one had a wrong count, and what was found is what it was.
+    assert (found.share, found.low, found.high) == (1e-4, 9e-7, 2e-4)
     agreed = of(1.8e-4, 1.7e-4, 1.9e-4, tails.SEARCHED)
     assert tails._with_counts(agreed, counted) == agreed
 
@@ -334,9 +335,6 @@ def test_what_cannot_be_searched_is_refused() -> None:
         jp.random(jp.loads(PIN), rare=True)
     with pytest.raises(InputError, match="determinate"):
         jp.random(example("planetary-gear").with_({"limits": {"rotation": 1}}), rare=True)
-    loaded = example("slider-crank").with_({"limits": {"position": 1}})
-    with pytest.raises(InputError, match="contact 'scattered'"):
-        jp.random(loaded, contact="loaded", rare=True)
 
 
 def test_the_verdict_says_how_small_the_share_is_and_how_it_was_found(

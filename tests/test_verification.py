@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import jointplay as jp
+import pages
 from hooks import hook
 from oracles.frames import Frame
 from structures import KINDS as STRUCTURES
@@ -115,3 +118,12 @@ def test_finite_elements_see_a_bar_that_is_too_short_in_place_of_too_long(monkey
 
     monkeypatch.setattr(Frame, "displaced", wrong)
     assert not any(Row(s.name, check, check.compare(s)).good for check in elastic.CHECKS)
+
+
+def test_every_table_of_the_checks_is_written_by_a_program_of_make_verify() -> None:
+    here = Path(__file__).parent
+    programs = "".join(path.read_text(encoding="utf-8") for path in here.glob("verify_*.py"))
+    names = re.findall(r"<!-- ([a-z]+) -->", pages.CHECKS.read_text(encoding="utf-8"))
+    assert names
+    assert [name for name in names if f'put_table("{name}"' not in programs] == []
+    assert "for program in tests/verify_*.py" in (here.parent / "Makefile").read_text(encoding="utf-8")

@@ -41,10 +41,10 @@ def test_an_interval_covers_the_share_as_often_as_it_says() -> None:
 
 def test_intervals_of_replicates_are_those_of_student_and_never_nothing() -> None:
     shares = np.random.default_rng(1).normal(0.3, 0.01, 16)
-    low, high = confidence.of_replicates(shares, 1000)
+    low, high = confidence.of_errors(shares.mean(), stats.sem(shares), 16, np.array(16_000))
     expected = stats.t.interval(0.95, 15, shares.mean(), stats.sem(shares))
     np.testing.assert_allclose([low, high], expected, rtol=1e-10)
-    low, high = confidence.of_replicates(np.zeros(16), 1000)
+    low, high = confidence.of_errors(np.zeros(()), np.zeros(()), 16, np.array(16_000))
     assert (float(low), float(high)) == (0.0, pytest.approx(stats.beta.ppf(0.975, 1, 16_000)))
 
 

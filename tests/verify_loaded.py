@@ -35,6 +35,8 @@ KNOWN = 5e-3
 #: the same of the largest work and of a decided pose
 FOUND = 1e-5
 OK = _core.STATUSES.index("ok")
+#: what has a pose
+POSED = ("ok", "undetermined")
 #: verdicts where nothing differs; where the play reaches a singular pose nothing is compared
 NO_DIFFERENCE = ("agrees", "not found", "singular")
 #: `loaded` finds an equilibrium, which is not always the one with the most work: as a part of all mechanisms
@@ -75,7 +77,7 @@ class Comparison:
     @property
     def verdict(self) -> str:
         """What differs first; where the optimiser did not find every end, the others agree."""
-        if self.status not in ("ok", "undetermined"):
+        if self.status not in POSED:
             return self.status
         if math.isnan(self.lack):
             return "not found"
@@ -106,12 +108,13 @@ def compare(text: str, starts: int = 2) -> Comparison:
     moves = reach > 1e-9 * np.array([link.length, link.length, 1.0])
     part = np.where(moves, 1.0 / np.where(moves, reach, 1.0), 0.0)
     play = float(search.play) / link.length
-    best = next(iter(search.maxima(starts)), None)
+    status = str(result.status.item())
+    best = next(iter(search.maxima(starts)), None) if status in POSED else None
     values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))
     offsets = {label: values[label] * link.scale(label) for label in link.labels}
     return Comparison(
         play=play,
-        status=str(result.status.item()),
+        status=status,
         undecided=not bool(result.decided.all()),
         told=result.undetermined.values * unit * part,
         found=search.half_widths(best) * part if best else np.full(3, np.nan),
@@ -123,7 +126,8 @@ def compare(text: str, starts: int = 2) -> Comparison:
 
 def beside(kind: str, seed: int) -> tuple[float, int] | None:
     """What `loaded` lacks of the most work, as a part of what the load does within the play, and how many places it has
-    seen: of a train, a loop in space or a platform under one force on its output. Nothing where it has no pose."""
+    seen: of a train, a loop in space or a platform under one force on its output. What nothing pushes where the load
+    holds it stays in the middle. Nothing where there is no play or no pose."""
     rng = np.random.default_rng([34, seed])
     if kind == "train":
         machine, start = trains.drawn(10_000 + seed, parts=1 + seed % 2)
@@ -140,12 +144,13 @@ def beside(kind: str, seed: int) -> tuple[float, int] | None:
     core = _core.Mechanism(json.dumps(spec))
     solved = core.trace(drives)
     poses = np.asarray(solved["poses"])
-    if solved["status"][0] != OK:
+    if solved["status"][0] != OK or not any(source["kind"] == "clearance" for source in spec["sources"]):
         return None
     found = core.loaded(drives, poses)
     if found["status"][0] != OK:
         return None
-    most, unit = Press(core, spec, drives, poses, force).most(STARTS, seed)
+    press = Press(core, spec, drives, poses, force)
+    most, unit = press.most(STARTS, seed, press.silent(np.asarray(found["offset"])[0]))
     done = float(np.asarray(found["error"])[0] @ force)
     return (most - done) / unit if unit > 0.0 else 0.0, int(found["equilibria"][0])
 
@@ -166,9 +171,9 @@ def main(count: int = 3000, first: int = 0) -> int:
     for name, kind in BESIDE.items():
         found = list(on_all_cores(of_other, [(kind, seed) for seed in range(first, first + others)]))
         posed = [one for one in found if one is not None]
-        more = [seed for seed, one in enumerate(found, first) if one is not None and one[0] > FOUND]
+        more = [(seed, one) for seed, one in enumerate(found, first) if one is not None and one[0] > FOUND]
         if more:
-            print(f"{name}: more work elsewhere in seeds {more}", flush=True)
+            print(f"{name}: more work elsewhere in {more}", flush=True)
         table.append((name, others, len(posed), sum(one[1] > 1 for one in posed), len(more)))
     for seed, found in enumerate(on_all_cores(of_seed, range(first, first + count)), first):
         rows.setdefault(math.floor(math.log10(found.play)), []).append(found)
@@ -184,7 +189,7 @@ def main(count: int = 3000, first: int = 0) -> int:
         print(f"| 1e{decade} to 1e{decade + 1} | {' | '.join(map(str, counts))} | {100 * most:.2g} % |")
     linkages = [c for group in rows.values() for c in group]
     verdicts = [c.verdict for c in linkages]
-    posed = [c for c in linkages if c.status in ("ok", "undetermined")]
+    posed = [c for c in linkages if c.status in POSED]
     several = sum(c.equilibria > 1 for c in posed)
     table.insert(0, ("linkages in the plane", count, len(posed), several, verdicts.count(ELSEWHERE)))
     table.append(("all", *(sum(row[k] for row in table) for k in range(1, 5))))

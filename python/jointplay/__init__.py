@@ -14,6 +14,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .questions import QUESTIONS
+
 if TYPE_CHECKING:
     from . import examples, plot
     from .analyses.allocate import allocate
@@ -85,24 +87,7 @@ __all__ = [
     "worst",
 ]
 
-_QUESTIONS = (
-    "allocate",
-    "allow",
-    "assemble",
-    "check",
-    "compare",
-    "compensate",
-    "given",
-    "loaded",
-    "map",
-    "random",
-    "region",
-    "singularities",
-    "solve",
-    "sweep",
-    "worst",
-)
-_HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
+_HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     **dict.fromkeys(("backlash", "bearing", "diametral", "fit", "gap", "radial"), "builder.sizes"),
     "Builder": "builder.build",
     "InputError": "errors",

@@ -49,21 +49,10 @@ def of_counts(counts: Floats, samples: Floats, level: float = LEVEL) -> tuple[Fl
     return low.reshape(counts.shape), high.reshape(counts.shape)
 
 
-def of_replicates(shares: Floats, samples: float, level: float = LEVEL) -> tuple[Floats, Floats]:
-    """The same from the shares in independent replicates, along the first axis, of so many specimens each.
-
-    Where hardly any specimen is on one side the interval is at least that of the counts: replicates that agree by
-    chance prove nothing.
-    """
-    count = len(shares)
-    errors = shares.std(axis=0, ddof=1) / math.sqrt(count)
-    return of_errors(shares.mean(axis=0), errors, count, np.full(errors.shape, count * samples), level)
-
-
 def of_errors(
     mean: Floats, errors: Floats, replicates: int, total: Floats, level: float = LEVEL
 ) -> tuple[Floats, Floats]:
-    """The same from the share in all specimens of some replicates, and its standard error by them.
+    """Intervals of shares from the share in all specimens of some replicates, and its standard error by them.
 
     Examples
     --------

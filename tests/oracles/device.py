@@ -57,8 +57,9 @@ class Device:
         return own * u.get("temperature.difference", 0.0)
 
     def _deviations(self, key: str, body: str, joint: str) -> list[tuple[str, Raw]]:
-        """Of the joint itself and of those at the same place of the body."""
-        found = [(name, d) for name, d in self.raw.get(key, {}).items() if d["body"] == body]
+        """Of the joint itself and of those at the same place of the body; where one begins, it moves nothing."""
+        own = [(name, d) for name, d in self.raw.get(key, {}).items() if d["body"] == body]
+        found = [(name, d) for name, d in own if d["between"][0] != joint]
         return [
             (n, d) for n, d in found if np.allclose(self.at[body, d["between"][1]], self.at[body, joint], atol=1e-9)
         ]

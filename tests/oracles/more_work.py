@@ -4,8 +4,8 @@ Formula: with the error e(u) of the point on which the force f acts, and the mom
 
     W(u) = f . e_position(u) + m e_angle(u),    u <- argmax over the sets of  grad W(u) . u
 
-from starts all over the sets. Gradients are differences of W, support points those of support functions (`supports`).
-Only poses at given offsets are asked of the core.
+from starts all over the sets, with the known deviations of everything else. Gradients are differences of W, support
+points those of support functions (`supports`). Only poses at given offsets are asked of the core.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 
 #: of a difference, as a part of a set
 STEP = 1e-3
+#: an ascent ends where no offset moves by more than this part of its set
+STILL = 1e-5
+#: a force that does less over its set, as a part of what all do, pushes nothing: differences leave more than rounding
+UNFELT = 1e-7
 #: rounds of an ascent
 ROUNDS = 12
 
@@ -41,6 +45,11 @@ class Press:
         """Which parameters are offsets within a clearance."""
         kinds = [[s["kind"] == "clearance"] * len(s["centre"]) for s in self.spec["sources"]]
         return np.array([flag for flags in kinds for flag in flags])
+
+    @property
+    def centre(self) -> Array:
+        """The known deviations."""
+        return np.concatenate([np.asarray(source["centre"], dtype=float) for source in self.spec["sources"]])
 
     def work(self, offsets: Array) -> Array:
         """Of rows of offsets; nan where there is no pose."""
@@ -81,22 +90,33 @@ class Press:
         ends = [self.work((offsets[:, None] + sign * steps).reshape(-1, n)).reshape(-1, n) for sign in (1.0, -1.0)]
         return np.asarray(np.where(self.clearances, (ends[0] - ends[1]) / (2 * STEP * own), 0.0))
 
-    def most(self, starts: int, seed: int = 0) -> tuple[float, float]:
-        """The most work found, and what the load does within the play to first order."""
+    def silent(self, offsets: Array) -> Array:
+        """Which clearances nothing pushes at offsets where the load holds the mechanism: those stay in the middle."""
+        felt = np.abs(self.gradient(offsets[None])[0]) * self.widths()
+        return np.asarray(felt < UNFELT * felt.sum())
+
+    def most(self, starts: int, seed: int = 0, silent: Array | bool = False) -> tuple[float, float]:
+        """The most work where an ascent ends, and what the load does within the play to first order.
+
+        `silent` stays in the middle. Ascents that lead to where the mechanism cannot be assembled have no end.
+        """
         rng = np.random.default_rng(seed)
-        n = len(self.clearances)
-        middle = np.zeros((1, n))
-        slope = self.gradient(middle)
-        own = self.widths()
-        drawn = rng.normal(size=(starts, n)) / own
-        u = np.where(self.clearances, self.support_points(np.concatenate([slope, drawn])), 0.0)
-        best = -np.inf
+        gives_way = self.clearances & ~np.asarray(silent)
+        slope, own = self.gradient(self.centre[None]), self.widths()
+
+        def pressed(w: Array) -> Array:
+            return np.where(gives_way, self.support_points(np.where(gives_way, w, 0.0)), self.centre)
+
+        rests: list[Array] = []
+        u = pressed(np.concatenate([slope, rng.normal(size=(starts, len(own))) / own]))
         for _ in range(ROUNDS):
-            work = self.work(u)
-            best = max(best, float(np.nanmax(work, initial=-np.inf)))
-            slope_there = self.gradient(u)
-            alive = np.isfinite(slope_there).all(axis=1)
-            if not alive.any():
+            w = self.gradient(u)
+            alive = np.isfinite(w).all(axis=1)
+            before, u = u[alive], pressed(w[alive])
+            moved = (np.abs(u - before) > STILL * own).any(axis=1)
+            rests.append(u[~moved])
+            u = u[moved]
+            if not len(u):
                 break
-            u = np.where(self.clearances, self.support_points(slope_there[alive]), 0.0)
-        return best, float(supports.support(self.spec, slope)[0])
+        best = float(np.nanmax(self.work(np.concatenate([*rests, u])), initial=-np.inf))
+        return best, float((supports.support(self.spec, slope) - slope @ self.centre)[0])

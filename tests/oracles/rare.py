@@ -202,6 +202,8 @@ class Chain:
     angle: list[Law]
     #: radius and law of the offset of the arm's pin
     disc: tuple[float, str] | None = None
+    #: direction of a force at the arm's pin, degrees, which presses the pin to the edge of its disc
+    load: float | None = None
     #: a slider with its direction, degrees
     askew: tuple[Law, float] | None = None
     #: two rows whose first drives are correlated and normal, and the rank correlation
@@ -238,11 +240,15 @@ class Chain:
             *drives,
             f'[output]\nbody = "{body}"\nat = [{self.at[0]}, {self.at[1]}]',
         ]
+        if self.load is not None:
+            force = [round(100.0 * f(math.radians(self.load)), 6) for f in (math.cos, math.sin)]
+            parts.append(f'[[loads]]\nbody = "{body}"\nat = [0, 0]\nforce = {force}')
         if self.tied is not None:
             first, second, rank = self.tied
             names = f'["{first[0]}0", "{second[0]}{int(first == second)}"]'
             parts.append(f"[[correlations]]\nsources = {names}\nrank = {rank}")
-        return "\n".join([*parts, self.limits.text()]) + "\n"
+        contact = [] if self.load is None else ['contact = "loaded"']
+        return "\n".join([*parts, self.limits.text(), *contact]) + "\n"
 
     def outside(self, limits: Limits | None = None, fine: float = 1.0) -> float:
         """The share of the specimens outside."""
@@ -274,6 +280,9 @@ class Chain:
     def _moved(self, fine: float) -> tuple[Floats, Floats, dict[str, list[Law]]]:
         rows = {"x": list(self.x), "y": list(self.y), "angle": list(self.angle)}
         count = round(fine * COMMON)
+        if self.disc is not None and self.load is not None:
+            radius, a = self.disc[0], math.radians(self.load)
+            return np.ones(1), np.array([[radius * math.cos(a)], [radius * math.sin(a)], [0.0]]), rows
         if self.disc is not None:
             return *_of_disc(*self.disc, fine), rows
         if self.askew is not None:
@@ -323,6 +332,8 @@ def _of_disc(radius: float, law: str, fine: float) -> tuple[Floats, Floats]:
 
 #: kinds of chains in a family, in turn
 KINDS = ("plain", "disc", "askew", "tied", "arm")
+#: that of chains whose pin is pressed to one side by a load
+PRESSED = "pressed"
 
 
 @dataclass(frozen=True)
@@ -338,11 +349,11 @@ class Case:
     known: float = 0.005
 
 
-def case(seed: int) -> Case:
-    """A random one; the share is from 1e-9 to 1e-2, or nothing at all is outside."""
+def case(seed: int, kind: str = "") -> Case:
+    """A random one; the share is from 1e-9 to 1e-2, or nothing at all is outside. Kinds take turns if left out."""
+    kind = kind or KINDS[seed % len(KINDS)]
     for attempt in range(100):
         rng = np.random.default_rng([seed, attempt])
-        kind = KINDS[seed % len(KINDS)]
         chain = _random_chain(kind, rng)
         if not _with_limits(chain, rng):
             continue
@@ -366,9 +377,10 @@ def _random_chain(kind: str, rng: np.random.Generator) -> Chain:
         sizes = size * 10.0 ** rng.uniform(-1.0, 0.0, int(rng.integers(least, most + 1)))
         return [random_law(rng, one, unbounded=unbounded) for one in sizes]
 
-    x, y, angle = laws(1, 4, 0.1), laws(int(kind in ("disc", "arm")), 3, 0.1), laws(0, 2, 0.5)
+    x, y, angle = laws(1, 4, 0.1), laws(int(kind in ("disc", "arm", PRESSED)), 3, 0.1), laws(0, 2, 0.5)
     chain = Chain(x, y, angle)
-    if kind == "disc":
+    if kind in ("disc", PRESSED):
+        chain.load = float(rng.integers(360)) if kind == PRESSED else None
         chain.disc = _short(0.1 * 10.0 ** rng.uniform(-1.0, 0.0)), str(rng.choice(["uniform", "boundary", "normal"]))
     elif kind == "askew":
         chain.askew = random_law(rng, 0.1, unbounded=unbounded), float(rng.integers(-85, 86))

@@ -393,24 +393,6 @@ impl Mechanism {
         self.table(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
     }
 
-    /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
-    #[pyo3(signature = (drives, exact = true, offset = true, details = true))]
-    fn loaded_along<'py>(
-        &self,
-        py: Python<'py>,
-        drives: PyReadonlyArray2<'py, f64>,
-        exact: bool,
-        offset: bool,
-        details: bool,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let core = &self.core;
-        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        let found = work(py, || core.loaded_along(n, &rows, exact, Keep { offset, details }))?;
-        let refused =
-            "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first";
-        self.table(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
-    }
-
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
     fn loaded_specimens<'py>(
         &self,

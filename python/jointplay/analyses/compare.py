@@ -21,13 +21,11 @@ from jointplay.result import Result, Variable, align, axes_of, split, stack, to_
 from jointplay.typed import typed
 
 from .nominal import Nominal, bounded, follow, nominal, report, within_another
-from .questions import check_options, computation
+from .questions import check, computation
 from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
-
-QUESTIONS = ("loaded", "worst", "random", "compensate")
 
 
 @typed
@@ -48,7 +46,8 @@ def compare(
         Gives the path: the nominal poses of its output.
     b : Mechanism
         Its drives are solved from the path; its own drive values do not matter.
-    question : {"worst", "loaded", "random", "compensate"}
+    question : str
+        Such as ``worst``; `jointplay compare --help` lists all that can be asked.
     components : sequence of str, optional
         What `b` has to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all with as
         many drives or more, else the position.
@@ -86,8 +85,8 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `compare`."""
-    ask = computation(question, QUESTIONS)
-    check_options(question, options, "compare")
+    check(question, options, "compare")
+    ask = computation(question, "compare")
     if a.components != b.components:
         spaces = f"{a.data.space} and {b.data.space}"
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from jointplay.answers import Loaded
 from jointplay.compile import LENGTHS
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, shown
 from jointplay.gaps import attributes
 from jointplay.model import Mechanism
+from jointplay.questions import asked_by, require_known
 from jointplay.result import Result, axes_of, split, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
@@ -36,7 +37,6 @@ from .several import of_each
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("loaded", "given")
 STEPS = 40
 #: shortest part of a step that is tried
 SHORTEST = 2.0**-10
@@ -141,6 +141,25 @@ def compute(
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
+def corrected(
+    m: Mechanism,
+    *,
+    corrects: str | None = None,
+    weights: tuple[float, float] | None = None,
+    target: Sequence[float] | NDArray[np.float64] | None = None,
+) -> Result:
+    """`compensate` as others ask it: of the error under the load where there is one."""
+    return compute_corrected(m, corrects=corrects, weights=weights, target=target)
+
+
+def compute_corrected(
+    m: Mechanism, *, corrects: str | None = None, at: Nominal | None = None, **options: Any
+) -> Result:
+    """The light form of `corrected`."""
+    known = "loaded" if m.has_loads and options.get("target") is None else "given"
+    return compute(m, corrects or known, at=at, **options)
+
+
 def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats) -> Correction:
     """Damped Gauss-Newton steps on all configurations at once; see the top of the file.
 
@@ -227,8 +246,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
             return found["error"], at.worse(found["status"], places)
 
         return by_offsets
-    if question != "loaded":
-        raise InputError(not_known(question, "an error that drives can correct", QUESTIONS), key="question")
+    require_known(question, asked_by("compensate"), "an error that drives can correct")
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)

@@ -129,16 +129,14 @@ def compute(
         builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     if details:
         _details(builder, found)
-    builder.add(
-        "iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact had converged"
-    )
+    builder.add("iterations", "configuration", found["iterations"], "steps until contact had converged")
     if not m.core.isostatic:
         words = "clearance scale factor required for assembly of the rigid bodies"
         builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
         if details:
             _strain(m, builder, found)
     words = "places found where the load may hold the mechanism; the one with the most work is given"
-    builder.add("equilibria", "configuration", found["equilibria"].astype(np.int64), words)
+    builder.add("equilibria", "configuration", found["equilibria"], words)
     judge(builder)
     unfinished = ""
     if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:

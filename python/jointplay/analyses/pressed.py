@@ -20,8 +20,8 @@ from jointplay.result import Result, Variable, coordinate_names
 from .nominal import Nominal, Progress, carried
 from .several import share
 
-#: what is found of every share
-ENDS = ("", "_low", "_high")
+#: what is found of every share, and how where it was searched for
+ENDS = ("", "_low", "_high", "_method")
 #: asks a part of the mechanism at its configurations
 Ask = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
 #: specimens that are drawn first
@@ -66,11 +66,12 @@ def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
     unknown = np.isnan(high).any(axis=0)
     largest = np.where(unknown, 0, np.where(np.isnan(high), -np.inf, high).argmax(axis=0))
     data = dict(result.data)
-    for end in ENDS:
+    for end in (end for end in ENDS if f"outside{end}" in result.data):
         values = np.stack([answer.get(f"outside{end}") for answer in answers])
         chosen = np.take_along_axis(values, largest[None], axis=0)[0]
         words = f"{result.data[f'outside{end}'].long_name}, where the load decides the offsets"
-        data[f"outside_loaded{end}"] = Variable(own.dims, np.where(unknown, np.nan, chosen), "", words)
+        nothing: str | float = "" if end == "_method" else np.nan
+        data[f"outside_loaded{end}"] = Variable(own.dims, np.where(unknown, nothing, chosen), "", words)
     if m.load_cases:
         names = np.array([name for name, _ in cases(m)])
         words = "load case with the largest share"

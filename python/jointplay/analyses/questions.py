@@ -1,69 +1,41 @@
-"""The questions that sweeps, comparisons and maps ask again and again."""
+"""The questions that others ask: what computes them, and which options they have."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from jointplay.errors import InputError, not_known
-from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS, asked_by, named, require_known
 from jointplay.result import Result
 from jointplay.typed import options
 
-from . import compensate, given, loaded, random, solve, worst
-from .nominal import Nominal
+
+def computation(question: str, asker: str) -> Callable[..., Result]:
+    """The light form of a question, or a refusal that names those that can be asked."""
+    require_known(question, asked_by(asker))
+    return named(__package__, f"{question}.{QUESTIONS[question].compute}")
 
 
-def corrected(
-    m: Mechanism,
-    *,
-    corrects: str | None = None,
-    weights: tuple[float, float] | None = None,
-    target: Sequence[float] | NDArray[np.float64] | None = None,
-) -> Result:
-    """`compensate` as others ask it: of the error under the load where there is one."""
-    return _corrected(m, corrects=corrects, weights=weights, target=target)
+def public(question: str) -> Callable[..., Any]:
+    """The function whose arguments are the options of a question."""
+    return named(__package__, f"{question}.{QUESTIONS[question].options or question}")
 
 
-def _corrected(m: Mechanism, *, corrects: str | None = None, at: Nominal | None = None, **options: Any) -> Result:
-    known = "loaded" if m.has_loads and options.get("target") is None else "given"
-    return compensate.compute(m, corrects or known, at=at, **options)
+def options_of(question: str) -> tuple[str, ...]:
+    """The options of a question."""
+    return tuple(inspect.signature(public(question)).parameters)[1:]
 
 
-COMPUTE: dict[str, Callable[..., Result]] = {
-    "loaded": loaded.compute,
-    "worst": worst.compute,
-    "random": random.compute,
-    "given": given.compute,
-    "solve": solve.compute,
-    "compensate": _corrected,
-}
-PUBLIC: dict[str, Callable[..., Any]] = {
-    "loaded": loaded.loaded,
-    "worst": worst.worst,
-    "random": random.random,
-    "given": given.given,
-    "solve": solve.solve,
-    "compensate": corrected,
-}
-
-
-def computation(question: str, known: tuple[str, ...]) -> Callable[..., Result]:
-    """The light form of a question, or a refusal that names the known ones."""
-    if question not in known:
-        raise InputError(not_known(str(question), "a question that can be asked here", known), key="question")
-    return COMPUTE[question]
-
-
-def check_options(question: str, given: Mapping[str, Any], asked_by: str) -> None:
-    """Check the options of a question as the question does.
+def check(question: str, given: Mapping[str, Any], asker: str) -> None:
+    """Check a question, and its options as it does.
 
     Raises
     ------
+    InputError
+        When it cannot be asked here.
     TypeError
         When it has no such option, or the value is of the wrong type.
     """
-    options(PUBLIC[question], given, asked_by)
+    require_known(question, asked_by(asker))
+    options(public(question), given, asker)

@@ -94,7 +94,7 @@ def random(
         0 for all cores.
     rare : bool
         Search for specimens outside the limits, by subset simulation, where fewer than 1000 of the samples are: of a
-        determinate mechanism with limits whose clearances scatter.
+        determinate mechanism with limits. Under a load it takes a hundred times as long.
     scheduler : distributed.Client or str, optional
         A Dask client, or the address of a scheduler, whose workers are asked in place of this process, configuration by
         configuration. The result has the same bits; the attribute `retried` says how many tasks had to be begun again,
@@ -119,7 +119,8 @@ def random(
         (predicted capability by quantiles) with `_standard_error`. Where both contacts count, `outside_loaded`,
         `outside_loaded_low` and `outside_loaded_high` as well: the share where the load decides the offsets of the same
         specimens, of several load cases that with the largest share, `outside_loaded_case`. It is counted in the first
-        16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all.
+        16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all;
+        with `rare`, `outside_loaded_method` says how it was found.
         The attribute `contact` says how all other variables were found, where the file has loads.
 
         Of a determinate mechanism whose offsets scatter: `repeatability` of the output point (ISO 9283) with
@@ -143,9 +144,9 @@ def random(
     ------
     InputError
         When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
-        shall be at their boundary, where they cannot be compatible; when `indices` are asked for, or rare specimens are
-        to be searched for, of an over-constrained mechanism or with offsets that the load decides; when the scheduler
-        does not answer, or a worker is not like this process.
+        shall be at their boundary, where they cannot be compatible; when `indices` are asked for of an over-constrained
+        mechanism or with offsets that the load decides, or rare specimens are to be searched for of an over-constrained
+        mechanism; when the scheduler does not answer, or a worker is not like this process.
 
     Examples
     --------
@@ -191,9 +192,11 @@ def compute(
     scheduler: Any = None,
 ) -> Result:
     """The light form of `random`; `path` asks for what is of all configurations together or of one specimen."""
+    if rare:
+        require_rare(m)
     both = contact is None and pressed.counts_too(m)
     own = contact or m.limits.contact or SCATTERED
-    common: dict[str, Any] = {"sampling": sampling, "threads": threads, "scheduler": scheduler}
+    common: dict[str, Any] = {"sampling": sampling, "threads": threads, "rare": rare, "scheduler": scheduler}
     whole = 1 + len(pressed.cases(m)) if both else 1
     result = _of_contact(
         m,
@@ -203,7 +206,6 @@ def compute(
         contact=own,
         probabilities=probabilities,
         indices=indices,
-        rare=rare,
         at=at,
         progress=None if progress is None else share(progress, 0, whole),
         path=path,
@@ -251,8 +253,6 @@ def _of_contact(
     is_loaded = _is_loaded(m, contact)
     if indices:
         require_determinate_scatter(m, is_loaded)
-    if rare:
-        require_rare(m, is_loaded)
     at = (at or nominal(m)).with_errors
     if not is_loaded:
         _require_room(m, law, at)
@@ -292,7 +292,7 @@ def _of_contact(
     waiting = "rare specimens were searched for at all configurations"
     try:
         if rare and drawn == samples:
-            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened, workers)
+            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened, is_loaded, workers)
         waiting = "the Sobol' indices"
         if indices and whole:
             add_indices(builder, find_indices(m, at, samples, seed, law, sampling, slack, workers))

@@ -52,13 +52,12 @@ def add_distribution(builder: Builder, found: Random, levels: NDArray[np.float64
     resolution = found["quantile_resolution"]
     builder.add("quantile_resolution", per, resolution, "width within which the quantile is known", "quantity")
     builder.add("largest", per, found["largest"], "largest size met", "quantity")
-    builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "specimens in the bin")
+    builder.add("histogram", (*per, "bin"), found["histogram"], "specimens in the bin")
     builder.add("edge", (*per, "bin_edge"), found["edges"], "edges of the bins", "quantity")
     if "size" in m.source_kinds:
         words = "share of the specimens in which hole and pin have interference, and no play"
         builder.add("interference", ("configuration", "source"), found["interference"], words)
-    failures = found["failures"].astype(np.int64)
-    builder.add("failures", ("configuration", "outcome"), failures, "specimens by outcome")
+    builder.add("failures", ("configuration", "outcome"), found["failures"], "specimens by outcome")
 
 
 def add_shares(builder: Builder, found: Random, limits: Floats, samples: int, count: int, sampling: str) -> None:

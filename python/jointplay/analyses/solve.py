@@ -39,8 +39,9 @@ def solve(m: Mechanism) -> xr.Dataset:
         divided by the characteristic one) and `singular_motion` (the motion of the bodies that belongs to it; its
         largest part is one radian or one characteristic length), `status`; with a path `target` and `mismatch`
         (nominal - target), with ranges of joints or drives `leaves_range` (which of them leaves its range). Where
-        configurations cannot be assembled, the attribute `failure` says in sentences which loop stays open, at which
-        joint and by how much, and what would close it.
+        `nominal` is nan, the configuration has no pose, and `status` says why. Where drive values cannot be assembled,
+        the attribute `failure` says in sentences which loop stays open, at which joint and by how much, and what would
+        close it.
 
     Raises
     ------
@@ -50,9 +51,15 @@ def solve(m: Mechanism) -> xr.Dataset:
     Examples
     --------
     >>> import jointplay as jp
-    >>> result = jp.solve(jp.loads(jp.examples.text("four-bar")))
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> result = jp.solve(m)
     >>> result.nominal.sel(component=["x", "y"])[0].values.round(2)
     array([22.02, 87.25])
+    >>> apart = jp.solve(m.with_({"joints.J3.on.coupler": [10, 0]}))
+    >>> apart.nominal[0].values, str(apart.status[0].item())
+    (array([nan, nan, nan]), 'not_assembled')
+    >>> print(apart.attrs["failure"].splitlines()[0])
+    Configurations 0 to 4, 10 (of 0 to 10) cannot be assembled.
     """
     return to_dataset(compute(m))
 

@@ -38,6 +38,8 @@ SMALLEST = 1e-9
 LEAST = 1e-13
 #: draws of specimens whose normal scores are truncated together
 DRAWS = 10_000
+#: a specimen under load takes some hundred times as long as another one: so many times fewer are solved
+FEWER = 4
 
 
 class Specimens:
@@ -47,11 +49,20 @@ class Specimens:
     ----------
     drives, poses : ndarray
         Of one configuration, as a row.
+    is_loaded : bool
+        Whether the load decides the offsets; scores of offsets then change nothing.
     """
 
-    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None) -> None:
+    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None, is_loaded: bool = False) -> None:
         self.m, self.drives, self.poses, self.law = m, drives, poses, law
         self.scores = m.core.count_scores(law)
+        self.is_loaded, self.fewer = is_loaded, FEWER if is_loaded else 1
+        self._offsets = np.array([m.source_kinds[s] == "clearance" for s, _ in m.core.parameters], dtype=bool)
+
+    @property
+    def scatter(self) -> bool:
+        """Whether one specimen differs from another."""
+        return bool(self.scores) and not (self.is_loaded and self._offsets.all())
 
     def first(self, count: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Scores of random specimens, and their parameters."""
@@ -72,7 +83,10 @@ class Specimens:
 
     def errors(self, u: Floats) -> Floats:
         """Errors of specimens by component, nan without a pose."""
-        return self.m.core.errors_of(self.drives, self.poses, u)
+        core = self.m.core
+        if self.is_loaded:
+            u = core.loaded_specimens(self.drives, self.poses, np.where(self._offsets, self.m.centre, u))["offset"]
+        return core.errors_of(self.drives, self.poses, u)
 
     def moved(
         self, way: Way, z: Floats, errors: Floats, level: float, size: float, rng: np.random.Generator

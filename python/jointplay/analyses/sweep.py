@@ -18,7 +18,7 @@ from jointplay.schema import NotAnExpression, Variables, variables_of
 from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
-from .questions import check_options, computation
+from .questions import check, computation
 from .recorded import recorded
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from jointplay.cluster import Scheduler
 
-QUESTIONS = ("worst", "loaded", "random", "given", "solve", "compensate")
 #: more than anybody waits for
 MOST_VALUES = 100_000
 LENGTHS = frozenset(
@@ -62,7 +61,8 @@ def sweep(
         same value.
     values : iterable of float or str
         In the units of the file; expressions in its variables may be among them.
-    question : {"worst", "loaded", "random", "given", "solve", "compensate"}
+    question : str
+        Such as ``worst``; `jointplay sweep --help` lists all that can be asked.
     name : str, optional
         Of the new dimension; the last word of the key if left out, or the whole key where the results have that word.
     by : mapping, optional
@@ -117,8 +117,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `sweep`."""
-    computation(question, QUESTIONS)
-    check_options(question, options, "sweep")
+    check(question, options, "sweep")
     keys, values = (key,) if isinstance(key, str) else tuple(key), list(islice(values, MOST_VALUES + 1))
     workers: Here | Workers = scheduler
     ask = partial(workers.each, _asked, (keys, question, options))
@@ -134,7 +133,7 @@ def _asked(
     """The answer of a mechanism with a value at the keys."""
     m, value = item
     copy, reached = changed(m, dict.fromkeys(keys, value))
-    return computation(question, QUESTIONS)(copy, **options), reached
+    return computation(question, "sweep")(copy, **options), reached
 
 
 def _over_values(

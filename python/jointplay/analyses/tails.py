@@ -7,8 +7,8 @@ were found counts in each of them by 1 / N:
 
 A way is left out where the worst case excludes it. Where specimens were brought below the least share without reaching
 the limit, the share is below that. Where they do not move on, or bounded laws end before the limit, the search knows
-nothing, and what counting leaves open is added to the interval. Counting has the last word: a search whose interval
-has nothing in common with that of the counted specimens is not believed.
+nothing, and what counting leaves open is added to the interval. A search whose interval has nothing in common with that
+of the counted specimens is not believed: the share is theirs. Either may be wrong, and the interval holds both.
 """
 
 from __future__ import annotations
@@ -54,6 +54,8 @@ PARTLY = "by subset simulation, by counting where it did not get to the limit"
 NEGLECTED, NOT_FOUND = "by subset simulation, which found none", "by counting: the search did not get to the limit"
 UNCERTAIN = "by counting: the replicates of subset simulation disagree"
 REFUTED = "by counting, which subset simulation contradicts"
+#: all of them; chunks of a map have the room of the longest one
+METHODS = np.array(["", COUNTED, SEARCHED, EXCLUDED, PARTLY, NEGLECTED, NOT_FOUND, UNCERTAIN, REFUTED])
 
 
 @dataclass(frozen=True)
@@ -67,14 +69,25 @@ class Tail:
     method: str
 
 
-def tail(m: Mechanism, drives: Floats, poses: Floats, seed: int, law: str | None, limits: Floats) -> Tail:
-    """The share of the specimens outside the limits at one configuration of a determinate mechanism."""
-    specimens = Specimens(m, drives, poses, law)
+def tail(
+    m: Mechanism,
+    drives: Floats,
+    poses: Floats,
+    seed: int,
+    law: str | None,
+    limits: Floats,
+    is_loaded: bool = False,
+) -> Tail:
+    """The share of the specimens outside the limits at one configuration of a determinate mechanism.
+
+    With `is_loaded` the loads of the mechanism decide where the offsets are; they are within their sets, so that the
+    worst case excludes the same.
+    """
+    specimens = Specimens(m, drives, poses, law, is_loaded)
     limited = np.flatnonzero(np.isfinite(limits).any(axis=1)).tolist()
     nothing = np.zeros(1 + len(limited))
     ways = ways_out(m, limits)
-    if not specimens.scores:
-        # Nothing scatters.
+    if not specimens.scatter:
         errors = specimens.errors(m.centre[None])
         apart = bool(np.isnan(errors).any())
         out = [apart or any(way.is_out(errors)[0] for way in ways if way.quantity == q) for q in limited]
@@ -91,8 +104,13 @@ def tail(m: Mechanism, drives: Floats, poses: Floats, seed: int, law: str | None
     return _joined(known, limited, shares, plain, rest)
 
 
-def _tail_at(m: Mechanism, seed: int, law: str | None, limits: Floats, at: Nominal) -> Tail:
-    return tail(m, at.drives, at.poses, seed, law, limits)
+def _tail_at(
+    m: Mechanism, seed: int, law: str | None, limits: Floats, is_loaded: bool, place: tuple[int, Nominal]
+) -> Tail:
+    """That of a configuration with this number."""
+    k, at = place
+    own = m.under_loads_of(k) if is_loaded else m
+    return tail(own, at.drives, at.poses, seed, law, limits, is_loaded)
 
 
 def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
@@ -164,13 +182,14 @@ def _shares(
     shares = np.zeros((REPLICATES, 1 + len(limited)))
     plain = np.zeros(1 + len(limited))
     climbing = {way: got.levels for way, got in known.found.items() if got.levels}
-    each = max(SAMPLES // max(len(climbing), 1), SAMPLES_EACH)
+    each = max(SAMPLES // max(len(climbing), 1), SAMPLES_EACH) // specimens.fewer
+    count = PLAIN // (REPLICATES * specimens.fewer)
     counts = {way: each // (REPLICATES * MOVES * len(levels)) for way, levels in climbing.items()}
     starts: dict[Way, list[tuple[float, Floats, Floats]]] = {way: [] for way in climbing}
     every = (*known.found, *known.rest, *known.small)
 
     for r in range(REPLICATES):
-        z, errors = specimens.drawn(PLAIN // REPLICATES, rng)
+        z, errors = specimens.drawn(count, rng)
         plain += _outside(every, errors, limited).sum(axis=0)
         for way, part in known.parts(errors, limited).items():
             if way not in climbing:
@@ -186,7 +205,7 @@ def _shares(
         share, errors = ascend(specimens, way, climbing[way], z, errors, _generator(one))
         for r, last in enumerate(errors.reshape(REPLICATES, counts[way], -1)):
             shares[r] += starts[way][r][0] * share[r] * known.parts(last, limited)[way]
-    return shares, _Counts(plain, REPLICATES * (PLAIN // REPLICATES))
+    return shares, _Counts(plain, REPLICATES * count)
 
 
 def _outside(ways: Sequence[Way], errors: Floats, limited: Sequence[int]) -> NDArray[np.bool_]:
@@ -201,7 +220,7 @@ def _counted_rest(specimens: Specimens, known: _Known, limited: Sequence[int], s
     """Specimens that are outside in ways that the search knows nothing of, and in no other one."""
     rng = _generator(seed)
     counts, drawn = np.zeros(1 + len(limited)), 0
-    most = min(max(NUMBERS // specimens.scores, PLAIN), COUNTED_MOST)
+    most = min(max(NUMBERS // specimens.scores, PLAIN), COUNTED_MOST) // specimens.fewer
     while drawn < most:
         _, errors = specimens.drawn(CHUNK, rng)
         drawn += CHUNK
@@ -248,21 +267,20 @@ def _estimate(shares: Floats, plain: _Counts) -> tuple[tuple[Floats, Floats, Flo
 
 
 def _with_counts(found: Tail, counted: Tail) -> Tail:
-    """What was searched for, but where its interval has nothing in common with that of the counted specimens."""
+    """What was searched for; the counted share where the two intervals have nothing in common, with both of them."""
     apart = (found.low > counted.high) | (found.high < counted.low)
-    parts = ("share", "error", "low", "high")
-    values = {name: np.where(apart, getattr(counted, name), getattr(found, name)) for name in parts}
-    return Tail(**values, method=REFUTED if apart[0] else found.method)
+    share, error = (np.where(apart, *pair) for pair in ((counted.share, found.share), (counted.error, found.error)))
+    low = np.where(apart, np.minimum(counted.low, found.low), found.low)
+    high = np.where(apart, np.maximum(counted.high, found.high), found.high)
+    return Tail(share, error, low, high, REFUTED if apart[0] else found.method)
 
 
-def require_rare(m: Mechanism, is_loaded: bool) -> None:
+def require_rare(m: Mechanism) -> None:
     """Refuse the search for rare specimens where it is not possible, or where nothing says which they are."""
-    if is_loaded:
-        raise InputError("rare specimens are searched for with contact 'scattered', not 'loaded'", key="rare")
-    if not m.core.isostatic:
+    if not all(part.core.isostatic for part in m.every_part):
         problem = "rare specimens are searched for in determinate mechanisms; this one is over-constrained or elastic"
         raise InputError(problem, file=m.file, key="rare")
-    if not m.limits.errors:
+    if not any(part.limits.errors for part in m.every_part):
         raise InputError(
             "rare specimens are those outside the limits, and the file has none", file=m.file, key="limits"
         )
@@ -276,6 +294,7 @@ def search_rare(
     seed: int,
     law: str | None,
     limits: Floats,
+    is_loaded: bool,
     workers: Here | Workers,
 ) -> None:
     """Put the shares of rare specimens in the place of the counted ones, and say how each was found.
@@ -287,13 +306,13 @@ def search_rare(
     workers : Here or Workers
         Who searches, configuration by configuration.
     """
-    methods = [COUNTED] * len(at)
+    methods = np.full(len(at), COUNTED, dtype=METHODS.dtype)
     ends = (("", "share"), ("_standard_error", "error"), ("_low", "low"), ("_high", "high"))
     names = [f"outside{of}{end}" for of in ("", "_quantity") for end, _ in ends]
     values = {name: builder.data[name].values.copy() for name in names}
     limited = np.isfinite(limits).any(axis=1)
     rare = np.flatnonzero((counts < FEWEST) & np.isfinite(at.poses).all(axis=(1, 2))).tolist()
-    tails = workers.each(_tail_at, (m, seed, law, limits), (at.at(k) for k in rare))
+    tails = workers.each(_tail_at, (m, seed, law, limits, is_loaded), ((k, at.at(k)) for k in rare))
     for k, searched in zip(rare, tails, strict=True):
         counted = {
             attribute: np.append(values[f"outside{end}"][k], values[f"outside_quantity{end}"][k, limited])
@@ -306,4 +325,5 @@ def search_rare(
             values[f"outside{end}"][k], values[f"outside_quantity{end}"][k, limited] = value[0], value[1:]
     for name, array in values.items():
         builder.data[name] = replace(builder.data[name], values=array)
-    builder.add("outside_method", "configuration", np.array(methods), "how the share outside the limits was found")
+    methods[np.isnan(values["outside"])] = ""
+    builder.add("outside_method", "configuration", methods, "how the share outside the limits was found")

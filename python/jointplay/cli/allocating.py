@@ -11,9 +11,9 @@ import typer
 from jointplay.files import require_writable
 
 from . import answer, arguments
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import Allocated, Assumed, File, Point, Samples, Seed, Settings
+from .options import File, Point, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 @prints()
 @with_figure("panel")
+@asks(
+    "allocate",
+    "In which question the limits have to hold. [default: worst, without --probability]",
+    None,
+    *("contact", "samples", "seed"),
+    samples=32_768,
+)
 def allocate(
     file: File,
-    question: Annotated[
-        Allocated | None,
-        typer.Option(
-            "--question",
-            "-q",
-            help="In which question the limits have to hold. [default: worst, without --probability]",
-        ),
-    ] = None,
+    question: str | None = None,
     probability: Annotated[
         float | None,
         typer.Option(
@@ -51,12 +51,10 @@ def allocate(
     changes: Annotated[
         bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
     ] = False,
-    contact: Assumed = None,
     digits: Annotated[
         int, typer.Option("--digits", metavar="N", help="Digits of sizes by formula, which are rounded down.")
     ] = 3,
-    samples: Samples = 32_768,
-    seed: Seed = 0,
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     settings: Settings = None,
     output: Annotated[
@@ -76,26 +74,14 @@ def allocate(
     """
     from jointplay.analyses.allocate import compute
 
-    refuse_unheard([question.value if question else "random" if probability is not None else "worst"])
-
+    options.refuse_unheard(question or ("random" if probability is not None else "worst"))
     m = answer.mechanism(file, settings, output_point)
     factors = [] if curve is None else arguments.several(curve, "--curve", answer.reader(m))
     found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        found.append(
-            compute(
-                m,
-                question.value if question else None,
-                probability=probability,
-                curve=factors,
-                contact=contact.value if contact else None,
-                digits=digits,
-                samples=samples,
-                seed=seed,
-                progress=progress,
-            )
-        )
+        every = {"probability": probability, "curve": factors, "digits": digits, "progress": progress, **options.of(m)}
+        found.append(compute(m, question, **every))
         return found[0]
 
     to_file = output is not None and output.suffix.lower() == ".toml"

@@ -7,24 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import DONE, NOT_OK, answer
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import (
-    Allowed,
-    Assumed,
-    File,
-    LoadCase,
-    Output,
-    Point,
-    Points,
-    Samples,
-    Sampling,
-    Scatter,
-    Seed,
-    Settings,
-    Sized,
-    Sizes,
-)
+from .options import File, LoadCase, Output, Point, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -34,11 +19,16 @@ if TYPE_CHECKING:
 
 @prints()
 @with_figure("panel")
+@asks(
+    "allow",
+    "In which question the limits have to hold.",
+    "worst",
+    *("samples", "seed", "law", "sampling", "contact", "sizes"),
+    samples=20_000,
+)
 def allow(
     file: File,
-    question: Annotated[
-        Allowed, typer.Option("--question", "-q", help="In which question the limits have to hold.")
-    ] = Allowed.worst,
+    question: str = "",
     probability: Annotated[
         float | None,
         typer.Option(
@@ -50,12 +40,7 @@ def allow(
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the sizes.")
     ] = 1e-4,
-    samples: Samples = 20_000,
-    seed: Seed = 0,
-    law: Scatter = None,
-    sampling: Points = Sampling.sobol,
-    contact: Assumed = None,
-    sizes: Sizes = Sized.middle,
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -68,18 +53,11 @@ def allow(
     """
     from jointplay.analyses.allow import compute, keeps
 
-    refuse_unheard([question.value])
-    options: dict[str, Any] = {}
-    if question is Allowed.random:
-        options = answer.scatter(samples, seed, law, sampling) | ({"contact": contact.value} if contact else {})
-    if question is Allowed.loaded:
-        options = {"sizes": sizes.value}
     found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        found.append(
-            compute(m, question.value, probability=probability, tolerance=tolerance, progress=progress, **options)
-        )
+        every = {"probability": probability, "tolerance": tolerance, "progress": progress, **options.of(m, question)}
+        found.append(compute(m, question, **every))
         return found[0]
 
     m = answer.mechanism(file, settings, output_point, load_case)

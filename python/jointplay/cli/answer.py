@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from jointplay.table import Console
 
     from .drawing import Figure
-    from .options import Law, Sampling
 
 #: characters of a line that is not read on a terminal
 PLAIN = 80
@@ -80,11 +79,6 @@ def offsets(m: Mechanism, given: Sequence[str] | None) -> dict[str, Any]:
 def target(m: Mechanism, text: str | None) -> Any:
     """An error to reach."""
     return None if text is None else numbers(text, "--target", (2, 3, 6), reader(m))
-
-
-def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dict[str, Any]:
-    """The options of random specimens."""
-    return {"samples": samples, "seed": seed, "law": law.value if law else None, "sampling": sampling.value}
 
 
 def check_paths(output: Path | None) -> None:

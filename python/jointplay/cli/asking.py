@@ -2,66 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.questions import QUESTIONS, asked_by
+
 from . import answer, arguments
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import (
-    Assumed,
-    Certify,
-    Correctable,
-    File,
-    LoadCase,
-    Offset,
-    Output,
-    Parts,
-    Point,
-    Points,
-    Question,
-    Samples,
-    Sampling,
-    Scatter,
-    Scheduler,
-    Seed,
-    Settings,
-    Shares,
-    Sized,
-    Sizes,
-    Target,
-)
+from .options import File, LoadCase, Offset, Output, Point, Settings, Target
 from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
+#: all questions that need nothing more than the file
+ALL = "all"
+
 
 @prints()
 @with_figure("panel", "configuration", "quantity")
+@asks(
+    "error",
+    "Which question; if left out: loaded, worst and random.",
+    None,
+    *("offset", "samples", "seed", "law", "sampling", "contact", "indices", "rare", "certify", "parts"),
+    *("scheduler", "sizes"),
+    own=(ALL,),
+    several=True,
+)
 def error(
     file: File,
-    question: Annotated[
-        list[Question] | None,
-        typer.Option("--question", "-q", help="Which question; if left out: loaded, worst and random."),
-    ] = None,
-    offset: Offset = None,
-    samples: Samples = 131_072,
-    seed: Seed = 0,
-    law: Scatter = None,
-    sampling: Points = Sampling.sobol,
-    contact: Assumed = None,
-    indices: Shares = False,
-    rare: Annotated[
-        bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
-    ] = False,
-    certify: Certify = False,
-    parts: Parts = 100,
-    scheduler: Scheduler = None,
-    sizes: Sizes = Sized.middle,
+    question: Sequence[str] = (),
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -77,59 +54,47 @@ def error(
     Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
     where limits.probability asks for a yield).
     """
-    from jointplay.analyses import given, loaded, random, worst
+    from jointplay.analyses.given import at_worst
     from jointplay.analyses.nominal import within_another
+    from jointplay.analyses.questions import computation
 
     m = answer.mechanism(file, settings, output_point, load_case)
-    put = answer.offsets(m, offset)
-    asked = set(question or [Question.all])
-    if Question.all in asked:
-        asked |= {Question.worst, Question.random} | ({Question.loaded} if m.has_loads else set())
-    if put:
-        asked.add(Question.given)
-    refuse_unheard([which.value for which in Question if which in asked])
-    found: dict[str, Result] = {}
+    known = {name: options.of(m, name) for name in asked_by("error")}
+    put = {name for name, own in known.items() if own.get("offsets")}
+    named = {*(question or [ALL]), *put}
+
+    def is_asked(name: str) -> bool:
+        usual = "offsets" not in known[name] and (m.has_loads or not QUESTIONS[name].needs_loads)
+        return name in named or (ALL in named and usual)
+
+    asked = [name for name in known if is_asked(name)]
+    options.refuse_unheard(*asked)
+    asks: dict[str, Callable[..., Result]] = {
+        name: partial(computation(name, "error"), **own) for name, own in known.items()
+    }
+    known_worst = asks["worst"]
+    worst: list[Result] = []
 
     def ask_worst(m: Mechanism, progress: Any) -> Result:
-        found["worst"] = worst.compute(m, certify=certify, parts=parts, progress=progress)
-        return found["worst"]
+        worst[:] = worst or [known_worst(m, progress=progress)]
+        return worst[0]
 
-    def ask_random(m: Mechanism, progress: Any) -> Result:
-        options = answer.scatter(samples, seed, law, sampling) | {
-            "contact": contact and contact.value,
-            "indices": indices,
-            "rare": rare,
-            "scheduler": scheduler,
-        }
-        return random.compute(m, **options, progress=progress)
-
-    def ask_given(m: Mechanism, progress: Any) -> Result:
-        if put:
-            return given.compute(m, put, sizes=sizes.value)
+    def ask_at_worst(m: Mechanism, progress: Any) -> Result:
         with within_another():
-            worst_of_it = found.get("worst") or ask_worst(m, progress)
-        return given.at_worst(m, worst_of_it)
+            of_worst = ask_worst(m, progress)
+        return at_worst(m, of_worst)
 
-    def ask_loaded(m: Mechanism) -> Result:
-        return loaded.compute(m, sizes=sizes.value)
-
-    asks: dict[Question, Callable[..., Result]] = {
-        Question.loaded: ask_loaded,
-        Question.worst: ask_worst,
-        Question.random: ask_random,
-        Question.given: ask_given,
-    }
-    return answer.answer({which.value: ask for which, ask in asks.items() if which in asked}, m, output, plot)
+    asks["worst"] = ask_worst
+    asks |= {name: ask_at_worst for name, own in known.items() if "offsets" in own and name not in put}
+    return answer.answer({name: asks[name] for name in asked}, m, output, plot)
 
 
 @prints()
 @with_figure("panel", "quantity")
+@asks("compensate", "Which error is corrected. [default: given with --offset]", None)
 def compensate(
     file: File,
-    question: Annotated[
-        Correctable | None,
-        typer.Option("--question", "-q", help="Which error is corrected. [default: given with --offset]"),
-    ] = None,
+    question: str | None = None,
     offset: Offset = None,
     weights: Annotated[
         str | None,
@@ -151,7 +116,7 @@ def compensate(
 
     m = answer.mechanism(file, settings, output_point, load_case)
     put = answer.offsets(m, offset)
-    which = (question or (Correctable.given if put else Correctable.loaded)).value
+    which = question or ("given" if put else "loaded")
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
     aim: Any = answer.target(m, target)
 

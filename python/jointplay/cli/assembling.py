@@ -7,22 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import (
-    Assembled,
-    Best,
-    File,
-    LoadCase,
-    Output,
-    Point,
-    Points,
-    Samples,
-    Sampling,
-    Scatter,
-    Seed,
-    Settings,
-)
+from .options import Best, File, LoadCase, Output, Point, Settings
 from .printing import prints
 from .progress import bar
 
@@ -33,12 +20,17 @@ if TYPE_CHECKING:
 
 @prints()
 @with_figure("panel")
+@asks(
+    "assemble",
+    "One built specimen (unit), the worst case, or random specimens.",
+    "unit",
+    *("samples", "seed", "law", "sampling"),
+    own=("unit",),
+    samples=2_000,
+)
 def assemble(
     file: File,
-    question: Annotated[
-        Assembled,
-        typer.Option("--question", "-q", help="One built specimen (unit), the worst case, or random specimens."),
-    ] = Assembled.unit,
+    question: str = "",
     configuration: Annotated[
         int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
     ] = 0,
@@ -46,10 +38,7 @@ def assemble(
         Best | None,
         typer.Option("--best", help="Put the steps into the order with the smallest forces or errors on the way."),
     ] = None,
-    samples: Samples = 2_000,
-    seed: Seed = 0,
-    law: Scatter = None,
-    sampling: Points = Sampling.sobol,
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -62,16 +51,14 @@ def assemble(
     """
     from jointplay.analyses.assemble import best_order, compute
 
-    refuse_unheard([question.value])
     answer.check_paths(output)
     m = answer.mechanism(file, settings, output_point, load_case)
     plot.check(m, ["assemble"])
     if best is not None:
         with bar("order") as progress:
             m = best_order(m, best.value, configuration=configuration, progress=progress)
-    scatter = answer.scatter(samples, seed, law, sampling)
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, question.value, configuration=configuration, progress=progress, **scatter)
+        return compute(m, question, configuration=configuration, progress=progress, **options.of(m))
 
     return answer.answer({"assemble": ask}, m, output, plot)

@@ -1,42 +1,124 @@
-"""Options that belong to questions: what is typed for a question that is not asked is refused, as in Python."""
+"""Options that belong to questions: commands get them here, and refuse those of a question that is not asked."""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Any
 
 from jointplay.errors import InputError, listed
+from jointplay.questions import asked_by
 
+from . import answer
+from .options import OF_QUESTIONS, Command, choice, exchanged, option_of
 from .printing import printed
 
-#: options that are called otherwise than the arguments of the questions
-CALLED = {"offset": "offsets", "first_order": "exact"}
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+
+#: options that are called or written otherwise than the arguments of the questions
+WRITTEN: dict[str, tuple[str, Callable[[Mechanism, Any], Any]]] = {
+    "offset": ("offsets", answer.offsets),
+    "target": ("target", answer.target),
+    "first_order": ("exact", lambda _, value: not value),
+}
 
 
-def refuse_unheard(asked: Sequence[str], own: Sequence[str] = ()) -> None:
-    """Refuse options of questions that are not asked.
+@dataclass(frozen=True)
+class Options:
+    """Options of questions that a command has, as they were typed or left out."""
+
+    asker: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    def of(self, m: Mechanism, question: str = "") -> dict[str, Any]:
+        """Those that a question has, as its arguments; without a question all. What has no value is left out."""
+        from jointplay.analyses.questions import options_of
+
+        found = {}
+        for name, value in self.values.items():
+            argument, read = WRITTEN.get(name, (name, lambda _, value: _plain(value)))
+            if not question or argument in options_of(question):
+                found[argument] = read(m, value)
+        return {name: value for name, value in found.items() if value is not None}
+
+    def refuse_unheard(self, *asked: str) -> None:
+        """Refuse what was typed for questions that are not asked.
+
+        Raises
+        ------
+        InputError
+            Naming the first such option and the questions that have it.
+        """
+        typed = [name for name in printed().typed if name in self.values]
+        if not typed:
+            return
+        from jointplay.analyses.questions import options_of
+
+        for name in typed:
+            argument, _ = WRITTEN.get(name, (name, None))
+            owners = [question for question in asked_by(self.asker) if argument in options_of(question)]
+            if not {*owners} & {*asked}:
+                problem = f"is an option of {listed(owners)}; asked: {listed(asked)}"
+                raise InputError(problem, key=f"--{name.replace('_', '-')}")
+
+
+#: what commands are given that are called without any
+NO_OPTIONS = Options()
+
+
+def _plain(value: Any) -> Any:
+    return value.value if isinstance(value, Enum) else value
+
+
+def asks(
+    asker: str,
+    words: str,
+    default: str | None,
+    *names: str,
+    own: Sequence[str] = (),
+    several: bool = False,
+    **left_out: Any,
+) -> Callable[[Command], Command]:
+    """Give a command `--question` and options of questions, which it gets as its parameters `question` and `options`.
+
+    Where one question is asked, options of others are refused.
 
     Parameters
     ----------
-    asked : sequence of str
-        The questions.
+    asker : str
+        The command, as declarations of questions know it.
+    words : str
+        Help of `--question`.
+    default : str or None
+        The question if it is left out; None where the command finds it.
+    *names : str
+        Which options, in the order of the help.
     own : sequence of str
-        Options that the command itself hears, whatever is asked.
-
-    Raises
-    ------
-    InputError
-        Naming the first such option and the questions that have it.
+        What only this command asks.
+    several : bool
+        Whether several questions can be asked.
+    **left_out
+        What is taken for an option that is left out, where it differs from other commands.
     """
-    typed = [name for name in printed().typed if name not in own]
-    if not typed:
-        return
-    from jointplay.analyses.questions import PUBLIC
+    kind: Any = choice(*own, *asked_by(asker))
+    kind = list[kind] if several else kind
+    option = option_of(kind if default else kind | None, "--question", "-q", help=words)
+    added = {name: (OF_QUESTIONS[name][0], left_out.get(name, OF_QUESTIONS[name][1])) for name in names}
 
-    for name in typed:
-        argument = CALLED.get(name, name)
-        owners = [question for question, f in PUBLIC.items() if argument in inspect.signature(f).parameters]
-        if owners and not {*owners} & {*asked}:
-            raise InputError(
-                f"is an option of {listed(owners)}; asked: {listed(asked)}", key=f"--{name.replace('_', '-')}"
-            )
+    def extended(command: Command) -> Command:
+        @functools.wraps(command)
+        def run(*, question: Any, **values: Any) -> int:
+            options = Options(asker, {name: values.pop(name) for name in names})
+            if several:
+                return command(question=[*map(_plain, question or ())], options=options, **values)
+            if question is not None:
+                options.refuse_unheard(_plain(question))
+            heard = {"options": options} if names else {}
+            return command(question=_plain(question), **heard, **values)
+
+        return exchanged(run, command, {"question": {"question": (option, default)}, "options": added})
+
+    return extended

@@ -2,30 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import answer, arguments
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import (
-    Assumed,
-    Compared,
-    Corrects,
-    First,
-    LoadCase,
-    Output,
-    Point,
-    Points,
-    Samples,
-    Sampling,
-    Scatter,
-    Second,
-    Seed,
-    Settings,
-    Target,
-)
+from .options import First, LoadCase, Output, Point, Second, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -35,10 +19,16 @@ if TYPE_CHECKING:
 
 @prints()
 @with_figure("panel", "quantity")
+@asks(
+    "compare",
+    "What both are asked.",
+    "worst",
+    *("samples", "seed", "law", "sampling", "contact", "corrects", "target"),
+)
 def compare(
     first: First,
     second: Second,
-    question: Annotated[Compared, typer.Option("--question", "-q", help="What both are asked.")] = Compared.worst,
+    question: str = "",
     components: Annotated[
         str | None,
         typer.Option(
@@ -47,13 +37,7 @@ def compare(
             help="What B follows; if left out, the position, or all components if B has as many drives.",
         ),
     ] = None,
-    samples: Samples = 131_072,
-    seed: Seed = 0,
-    law: Scatter = None,
-    sampling: Points = Sampling.sobol,
-    contact: Assumed = None,
-    corrects: Corrects = None,
-    target: Target = None,
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -66,16 +50,10 @@ def compare(
     """
     from jointplay.analyses.compare import compute
 
-    refuse_unheard([question.value])
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
-    options: dict[str, Any] = {}
-    if question is Compared.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
-    if question is Compared.compensate:
-        options = {"corrects": corrects.value if corrects else None, "target": answer.target(a, target)}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
-        return compute(m, b, question.value, components=followed, **options)
+        return compute(m, b, question, components=followed, **options.of(a, question))
 
     return answer.answer({"compare": ask}, a, output, plot)

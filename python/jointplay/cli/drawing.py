@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,12 +12,12 @@ import typer
 
 from jointplay.errors import InputError
 
+from .options import Command, exchanged
+
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.plot import Choice, Style
     from jointplay.result import Result
-
-Command = Callable[..., int]
 
 Size = Annotated[
     str | None,
@@ -144,22 +143,12 @@ def with_figure(*names: str, draws: str = "Draw the result: .png, .svg or .pdf."
     path = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help=draws)]
 
     def extended(command: Command) -> Command:
-        signature = inspect.signature(command, eval_str=True)
-
         @functools.wraps(command)
         def run(**values: Any) -> int:
             options = {name: values.pop(name) for name in wanted}
             return command(**{**values, "plot": Figure(values["plot"], options)})
 
-        kept = [p for p in signature.parameters.values() if p.name != "plot"]
-        added = {"plot": path} | {name: OPTIONS[name] for name in wanted}
-        parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in kept]
-        parameters += [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
-            for name, annotation in added.items()
-        ]
-        run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-        run.__annotations__ = {p.name: p.annotation for p in parameters}
-        return run
+        added = {"plot": (path, None)} | {name: (OPTIONS[name], None) for name in wanted}
+        return exchanged(run, command, {"plot": added})
 
     return extended

@@ -13,25 +13,9 @@ import typer
 from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
-from .belonging import refuse_unheard
+from .belonging import NO_OPTIONS, Options, asks
 from .drawing import NO_FIGURE, Figure, with_figure
-from .options import (
-    Assumed,
-    Certify,
-    File,
-    LoadCase,
-    Mapped,
-    Offset,
-    Parts,
-    Point,
-    Points,
-    Samples,
-    Sampling,
-    Scatter,
-    Scheduler,
-    Seed,
-    Settings,
-)
+from .options import File, LoadCase, Point, Scheduler, Settings
 from .printing import prints
 from .progress import bar
 
@@ -70,6 +54,13 @@ class Kept:
 
 @prints(csv=False)
 @with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
+@asks(
+    "map",
+    "What is asked at every node.",
+    "loaded",
+    *("offset", "first_order", "details", "certify", "parts", "samples", "seed", "law", "sampling", "contact", "rare"),
+    samples=1_024,
+)
 def map_(
     file: File,
     grid: Annotated[
@@ -81,24 +72,8 @@ def map_(
             help="Axis of the map, a drive or x, y, angle of the output; NAME=VALUE holds it. In place of the file's.",
         ),
     ] = None,
-    question: Annotated[Mapped, typer.Option("--question", "-q", help="What is asked at every node.")] = Mapped.loaded,
-    offset: Offset = None,
-    first_order: Annotated[
-        bool, typer.Option("--first-order", help="loaded, worst: to first order only, several times faster.")
-    ] = False,
-    details: Annotated[
-        bool,
-        typer.Option(
-            "--details/--no-details", help="loaded: reactions, offsets and shares of the sources at every node, too."
-        ),
-    ] = True,
-    certify: Certify = False,
-    parts: Parts = 100,
-    samples: Samples = 1_024,
-    seed: Seed = 0,
-    law: Scatter = None,
-    sampling: Points = Sampling.sobol,
-    contact: Assumed = None,
+    question: str = "",
+    options: Options = NO_OPTIONS,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -113,27 +88,17 @@ def map_(
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
     ] = None,
     scheduler: Scheduler = None,
-    plot: Figure = NO_FIGURE,
     variable: Annotated[
         str | None,
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
     ] = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Compute the error over a grid of drives or of positions."""
-    refuse_unheard([question.value], own=("scheduler",))
     m = answer.mechanism(file, settings, output_point, load_case)
-    options: dict[str, Any] = {}
-    if question is Mapped.loaded:
-        options = {"exact": not first_order, "details": details}
-    if question is Mapped.worst:
-        options = {"exact": not first_order, "certify": certify, "parts": parts}
-    if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
-    if question is Mapped.given:
-        options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     kept = Kept(output, overwrite, chunk, scheduler)
-    return _answered(m, question.value, ranges, options, kept, plot, variable)
+    return _answered(m, question, ranges, options.of(m, question), kept, plot, variable)
 
 
 def _answered(

@@ -1,114 +1,48 @@
-"""Arguments and options that commands share."""
+"""Arguments and options that commands share, and those of questions, which `belonging.asks` gives to commands."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from jointplay.questions import asked_by
+
 from . import completing
 
-
-class Question(StrEnum):
-    """What `error` can be asked."""
-
-    all = "all"
-    loaded = "loaded"
-    worst = "worst"
-    random = "random"
-    given = "given"
+Command = Callable[..., int]
 
 
-class Correctable(StrEnum):
-    """What `compensate` can correct."""
-
-    loaded = "loaded"
-    given = "given"
+def choice(*names: str) -> Any:
+    """One of some words, as the type of an option."""
+    return StrEnum("Choice", {name: name for name in names})
 
 
-class Swept(StrEnum):
-    """What `sweep` can ask."""
-
-    worst = "worst"
-    loaded = "loaded"
-    random = "random"
-    given = "given"
-    solve = "solve"
-    compensate = "compensate"
+def option_of(kind: Any, *names: str, **settings: Any) -> Any:
+    """An option as the annotation of a parameter."""
+    return Annotated[kind, typer.Option(*names, **settings)]
 
 
-class Compared(StrEnum):
-    """What `compare` can ask."""
-
-    worst = "worst"
-    loaded = "loaded"
-    random = "random"
-    compensate = "compensate"
-
-
-class Allowed(StrEnum):
-    """In which question `allow` has the limits hold."""
-
-    worst = "worst"
-    loaded = "loaded"
-    random = "random"
+def exchanged(run: Command, command: Command, places: Mapping[str, Mapping[str, tuple[Any, Any]]]) -> Command:
+    """What runs a command, with parameters in place of some of those of the command: annotation and default by name."""
+    signature = inspect.signature(command, eval_str=True)
+    parameters = [
+        one.replace(name=name, kind=one.KEYWORD_ONLY, annotation=annotation, default=usual)
+        for one in signature.parameters.values()
+        for name, (annotation, usual) in places.get(one.name, {one.name: (one.annotation, one.default)}).items()
+    ]
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
 
 
-class Allocated(StrEnum):
-    """In which question `allocate` has the limits hold."""
-
-    worst = "worst"
-    random = "random"
-
-
-class Law(StrEnum):
-    """How clearances scatter."""
-
-    uniform = "uniform"
-    boundary = "boundary"
-    normal = "normal"
-
-
-class Sampling(StrEnum):
-    """Which points random specimens are drawn by."""
-
-    sobol = "sobol"
-    plain = "plain"
-
-
-class Contact(StrEnum):
-    """Where clearances are in every specimen."""
-
-    scattered = "scattered"
-    loaded = "loaded"
-
-
-class Sized(StrEnum):
-    """Which sizes clearances have that scatter."""
-
-    middle = "middle"
-    largest = "largest"
-    smallest = "smallest"
-
-
-class Mapped(StrEnum):
-    """What `map` can ask."""
-
-    loaded = "loaded"
-    worst = "worst"
-    random = "random"
-    given = "given"
-    solve = "solve"
-
-
-class Assembled(StrEnum):
-    """What `assemble` can ask."""
-
-    unit = "unit"
-    worst = "worst"
-    random = "random"
+def _option(kind: Any, left_out: Any, *names: str, **settings: Any) -> tuple[Any, Any]:
+    """An option, and what is taken if it is left out."""
+    return option_of(kind, *names, **settings), left_out
 
 
 class Best(StrEnum):
@@ -180,46 +114,74 @@ Offset = Annotated[
         autocompletion=completing.offsets,
     ),
 ]
-Corrects = Annotated[
-    Correctable | None,
-    typer.Option("--corrects", help="compensate: which error. [default: loaded where there is a load]"),
-]
 Target = Annotated[
     str | None,
     typer.Option(
         "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
     ),
 ]
-Samples = Annotated[
-    int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")
-]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
-Scatter = Annotated[
-    Law | None, typer.Option("--law", help="How every clearance scatters, in place of the file's laws.")
-]
-Points = Annotated[
-    Sampling, typer.Option("--sampling", help="random: scrambled Sobol points, or pseudo-random numbers.")
-]
-Shares = Annotated[
-    bool,
-    typer.Option("--indices", help="random: Sobol' indices of every source as well, where the first order may miss."),
-]
-Touching = Annotated[
-    Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
-]
-Assumed = Annotated[
-    Contact | None,
-    typer.Option(
+
+#: of questions, by the name of the parameter; each is one of the questions that have an argument of its name
+OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
+    "offset": (Offset, None),
+    "first_order": _option(
+        bool, False, "--first-order", help="loaded, worst: to first order only, several times faster."
+    ),
+    "details": _option(
+        bool,
+        True,
+        "--details/--no-details",
+        help="loaded: reactions, offsets and shares of the sources at every node, too.",
+    ),
+    "certify": _option(bool, False, "--certify", help="worst: upper bounds that no offsets within the sets exceed."),
+    "parts": _option(
+        int, 100, "--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."
+    ),
+    "samples": _option(
+        int, 131_072, "--samples", metavar="N", help="Random specimens per configuration; best a power of two."
+    ),
+    "seed": (Seed, 0),
+    "law": _option(
+        choice("uniform", "boundary", "normal") | None,
+        None,
+        "--law",
+        help="How every clearance scatters, in place of the file's laws.",
+    ),
+    "sampling": _option(
+        choice("sobol", "plain"),
+        "sobol",
+        "--sampling",
+        help="random: scrambled Sobol points, or pseudo-random numbers.",
+    ),
+    "contact": _option(
+        choice("scattered", "loaded") | None,
+        None,
         "--contact",
         help="random: clearances scatter, or the load decides where they are. [default: as limits.contact says; with"
         " loads both]",
     ),
-]
-Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]
-Parts = Annotated[
-    int,
-    typer.Option("--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."),
-]
-Sizes = Annotated[
-    Sized, typer.Option("--sizes", help="loaded, given: clearances that scatter have the sizes of this play.")
-]
+    "indices": _option(
+        bool,
+        False,
+        "--indices",
+        help="random: Sobol' indices of every source as well, where the first order may miss.",
+    ),
+    "rare": _option(
+        bool, False, "--rare", help="random: search for specimens outside the limits where hardly any are."
+    ),
+    "sizes": _option(
+        choice("middle", "largest", "smallest"),
+        "middle",
+        "--sizes",
+        help="loaded, given: clearances that scatter have the sizes of this play.",
+    ),
+    "corrects": _option(
+        choice(*asked_by("compensate")) | None,
+        None,
+        "--corrects",
+        help="compensate: which error. [default: loaded where there is a load]",
+    ),
+    "target": (Target, None),
+    "scheduler": (Scheduler, None),
+}

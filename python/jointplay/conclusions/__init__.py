@@ -5,18 +5,18 @@ Tables, reports and the command line say the same sentences.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
+from jointplay.questions import QUESTIONS, named
 from jointplay.result import Result, parts
 from jointplay.verdict import rounding
 
-from .building import FITS, VERDICTS, of_assemble, of_check
-from .errors import figure, figures, of_errors, quantile
-from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
+from .building import FITS, VERDICTS
+from .errors import quantile
+from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
-from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
+from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
 from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which
 
@@ -32,8 +32,6 @@ __all__ = [
     "beyond",
     "conclude",
     "decide",
-    "figure",
-    "figures",
     "first_missed",
     "leaving",
     "missed",
@@ -49,20 +47,6 @@ __all__ = [
     "tops",
     "which",
 ]
-
-ANSWERS: dict[str, Callable[[Result], Conclusion]] = {
-    "allocate": of_allocate,
-    "allow": of_allow,
-    "assemble": of_assemble,
-    "check": of_check,
-    "compensate": of_compensate,
-    "given": of_errors,
-    "loaded": of_errors,
-    "random": of_errors,
-    "singularities": of_singularities,
-    "solve": of_solve,
-    "worst": of_errors,
-}
 
 
 def conclude(result: Result) -> Conclusion:
@@ -94,7 +78,8 @@ def _answer(result: Result) -> Conclusion:
         return of_sweep(result)
     if "grid" in result.attrs:
         return of_map(result)
-    return ANSWERS[str(result.attrs["question"])](result)
+    said: Conclusion = named(__package__, QUESTIONS[str(result.attrs["question"])].conclusion)(result)
+    return said
 
 
 def _of_the_worst(heading: str, worst: Conclusion, count: int) -> tuple[Sentence, ...]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import TYPICAL, Array, Result, size, typical, unit_of
+from jointplay.result import Array, Result, figure, typical
 from jointplay.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
 
 from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which
@@ -41,21 +41,9 @@ def judged_in(found: Verdict) -> Iterator[Sentence]:
         yield Sentence(text, is_alarm, is_answer=k < found.answers, state=state)
 
 
-def value_of(result: Result, quantity: str) -> tuple[Array, str]:
-    """The number of every configuration by which errors are compared, and its unit."""
-    question = str(result.attrs["question"])
-    if question == "worst":
-        name = f"worst_{quantity}"
-        return result.get(name), result.unit(name)
-    if question == "random":
-        values = result.get("error_quantile", probability=typical(result), quantity=quantity)
-        return values, result.unit("error_quantile", quantity=quantity)
-    return size(result, "error", quantity), unit_of(result, quantity)
-
-
 def _largest(result: Result, quantity: str) -> tuple[float, str, int] | None:
     """The largest value of a quantity, its unit, and the configuration."""
-    values, unit = value_of(result, quantity)
+    values, unit = figure(result, quantity)
     configuration = farthest(values, result.get("status"))
     return None if configuration is None else (float(values[configuration]), unit, configuration)
 
@@ -132,36 +120,6 @@ def blamed(result: Result, quantity: str, configuration: int) -> str:
     return caused(result, quantity, "high", configuration, "; to blame")
 
 
-def figures(question: str) -> list[tuple[str, dict[str, object], str]]:
-    """The figures that sweeps and comparisons show: variable, labels, words."""
-    if question == "worst":
-        return [("worst_position", {}, "largest position error"), ("worst_rotation", {}, "largest rotation")]
-    if question == "random":
-        at: dict[str, object] = {"quantity": "position"}
-        return [
-            ("error_quantile", at, "95 % position error"),
-            ("error_quantile", {"quantity": "rotation"}, "95 % rotation"),
-        ]
-    if question == "solve":
-        return [("singular_value", {}, "smallest singular value")]
-    if question == "compensate":
-        return [(f"residual_{size}", {}, f"{size} after the correction") for size in SIZES]
-    return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
-
-
-def figure(result: Result, name: str, at: dict[str, object]) -> tuple[Array, str]:
-    """The values of a figure, and their unit."""
-    if name == "error":
-        quantity = str(at["size"])
-        return size(result, "error", quantity), unit_of(result, quantity)
-    if name == "error_quantile":
-        quantity = str(at["quantity"])
-        return quantile(result, quantity, TYPICAL), result.unit(name, quantity=quantity)
-    return result.get(name, **at), result.unit(name, **at)
-
-
 def quantile(result: Result, quantity: str, probability: float) -> Array:
     """What a share of the specimens stays below, the one of the result that is nearest to it."""
-    levels = result.labels("probability")
-    nearest = min(levels, key=lambda level: abs(level - probability))
-    return np.asarray(result.get("error_quantile", probability=nearest, quantity=quantity))
+    return np.asarray(result.get("error_quantile", probability=typical(result, probability), quantity=quantity))

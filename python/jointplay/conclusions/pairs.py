@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay.result import Array, Result, first_largest
+from jointplay.result import Array, Result, figure, figures, first_largest
 from jointplay.verdict import Verdict, there, verdict
 
-from .errors import blamed, figure, figures
-from .series import each, ranked, summed_up
+from .errors import blamed
+from .series import each, extreme, ranked, summed_up
 from .words import Conclusion, Sentence, plural, say
 
 
@@ -52,16 +52,15 @@ def rows_of(result: Result) -> list[Result]:
 def tops(result: Result) -> list[Tops]:
     """The worst figures over the configurations."""
     found = []
-    for name, which, words in figures(str(result.attrs["question"])):
-        values, unit = figure(result, name, which)
+    for name, declared in figures(result).items():
+        values, unit = figure(result, name)
         # Of nearness to a singularity the smallest counts.
         is_least = name == "singular_value"
         sign = -1.0 if is_least else 1.0
         sizes = np.where(np.isfinite(values), sign * np.abs(values), -np.inf)
         largest = sizes.max(axis=2)
-        short = "singular value" if is_least else "position" if "position" in words else "rotation"
         worst = np.where(np.isfinite(largest), sign * largest, np.nan)
-        found.append(Tops(short, words, unit, worst, first_largest(sizes), is_least))
+        found.append(Tops(name.replace("_", " "), declared.words, unit, worst, first_largest(sizes), is_least))
     return found
 
 
@@ -98,7 +97,7 @@ def of_pairs(result: Result) -> Conclusion:
         part = each(rows_of(result)[high[0]])[high[1]]
         k = int(found.where[high])
         cause = blamed(part, found.name, k) if not found.is_least else ""
-        words = found.words if found.words.startswith(("largest", "smallest")) else f"largest {found.words}"
+        words = extreme(found.words)
         span = f"{say(found.values[high], found.unit)} with {pair_in_words(result, high)}"
         if say(found.values[low]) != say(found.values[high]):
             span = f"{say(found.values[low], found.unit)} with {pair_in_words(result, low)}; {span}"

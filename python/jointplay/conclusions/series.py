@@ -9,18 +9,19 @@ import numpy as np
 from jointplay.result import (
     Array,
     Result,
+    figure,
+    figures,
     first_largest,
     in_words,
     judged_alone,
     largest,
     parts_by_cause,
-    quantities,
     quantity,
     split,
 )
 from jointplay.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
 
-from .errors import WORDS, blamed, figure, figures, proved
+from .errors import WORDS, blamed, proved
 from .motion import largest_change
 from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
 
@@ -47,7 +48,7 @@ def each(result: Result) -> list[Result]:
 
 def of_sweep(result: Result) -> Conclusion:
     """Where the largest error over the motion is least and largest, and at which values limits are missed."""
-    dim, question = str(result.attrs["sweep"]), str(result.attrs["question"])
+    dim = str(result.attrs["sweep"])
     along = result.coords[dim]
 
     def value(k: int) -> str:
@@ -56,8 +57,8 @@ def of_sweep(result: Result) -> Conclusion:
 
     sentences = [*_missed_values(result, value), *_bad(result)]
     severity = 0.0
-    for name, which, words in figures(question):
-        values, unit = figure(result, name, which)
+    for name, declared in figures(result).items():
+        values, unit = figure(result, name)
         sizes = np.abs(values)
         # Of nearness to a singularity the smallest counts.
         sign = -1.0 if name == "singular_value" else 1.0
@@ -66,17 +67,21 @@ def of_sweep(result: Result) -> Conclusion:
         if not known.any() or not tops[known].any():
             continue
         low, high = (int(np.where(known, part, np.inf).argmin()) for part in (sign * tops, -sign * tops))
-        severity = max(severity, float(sign * tops[high])) if "position" in words else severity
+        severity = max(severity, float(sign * tops[high])) if name == "position" else severity
         k = int(first_largest(worst[high]))
         part = each(result)[high]
-        kind = "position" if "position" in words else "rotation"
-        cause = blamed(part, kind, k) if question != "solve" else ""
-        words = words if words.startswith(("largest", "smallest")) else f"largest {words}"
+        cause = blamed(part, name, k) if sign > 0.0 else ""
+        words = extreme(declared.words)
         span = f"{say(tops[high], unit)} with {value(high)}"
         if say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
     return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+
+
+def extreme(words: str) -> str:
+    """Some names say already that it is the smallest or the largest one."""
+    return words if words.startswith(("largest", "smallest")) else f"largest {words}"
 
 
 def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
@@ -142,7 +147,7 @@ def _bad(result: Result) -> Iterator[Sentence]:
 
 def of_compare(result: Result) -> Conclusion:
     """How the errors of the second mechanism compare with those of the first."""
-    names, question = result.labels("mechanism"), str(result.attrs["question"])
+    names, is_corrected = result.labels("mechanism"), "correction" in result.data
     two = each(result)
     sentences = []
     verdicts = judged(result)
@@ -156,9 +161,8 @@ def of_compare(result: Result) -> Conclusion:
         elif found.outcome == NOT_SHOWN:
             text = f"Not shown: whether limits hold in {name}; {found.gist}."
             sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
-    for name, which, words in figures(question):
-        values, unit = figure(result, name, which)
-        kind = "position" if "position" in words else "rotation"
+    for kind, declared in figures(result).items():
+        values, unit = figure(result, kind)
         known = np.isfinite(values)
         if not known.any(axis=1).all() or not np.nan_to_num(values).any():
             continue
@@ -171,9 +175,9 @@ def of_compare(result: Result) -> Conclusion:
                 f"{one} {say(float(row[k]), unit)}{there(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}"
             )
         if tops:
-            said = words if question == "compensate" else WORDS[kind]
+            said = declared.words if is_corrected else WORDS[kind]
             sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
-    for name, part in zip(names, two, strict=True) if question == "compensate" else ():
+    for name, part in zip(names, two, strict=True) if is_corrected else ():
         sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
     for name, part in zip(names, two, strict=True):
         bad = part.get("status") != "ok"
@@ -198,7 +202,7 @@ def of_map(result: Result) -> Conclusion:
 def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
     """The worst value of every quantity, and where it is."""
     axes = str(result.attrs["grid"]).split(", ")
-    for name in quantities(str(result.attrs["question"])):
+    for name in figures(result):
         variable = quantity(result, name)
         sign = -1.0 if name == "singular_value" else 1.0
         bad = np.where(good, sign * variable.values, -np.inf)
@@ -209,9 +213,7 @@ def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
             f"{axis} = {say(float(result.coords[axis].values[k]), result.coords[axis].units)}"
             for axis, k in zip(axes, node, strict=True)
         )
-        # Some names say already that it is the smallest or the largest one.
-        is_extreme = name == "singular_value" or variable.long_name.startswith("largest")
-        head = variable.long_name if is_extreme else f"largest {variable.long_name}"
+        head = variable.long_name if sign < 0.0 else extreme(variable.long_name)
         text = f"{head[0].upper()}{head[1:]}: {say(float(variable.values[node]), variable.units)} at {where}"
         yield Sentence(f"{text}{_blamed_over_nodes(result, good, name)}.")
 

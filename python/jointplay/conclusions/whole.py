@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, percent, verdict
 
 from .words import Sentence
-
-#: the questions that decide, in words
-ASKED = {
-    "loaded": "under the load",
-    "worst": "in the worst case",
-    "random": "in the required {} of the specimens",
-    "given": "at the given offsets",
-}
 
 #: the results of a question, of every output and load case, each with its heading
 Parts = Sequence[tuple[str, Result]]
@@ -38,7 +31,7 @@ def decide(answers: Mapping[str, Parts]) -> Sentence | None:
         return None
     told: dict[str, list[str]] = {MISSED: [], NOT_SHOWN: [], HELD: []}
     for question, parts in answers.items():
-        if question in ASKED and parts:
+        if QUESTIONS[question].judged and parts:
             heading, part, found = max(_judged(parts), key=lambda one: (RANK[one[2].outcome], one[2].used))
             if found.outcome:
                 told[found.outcome].append(rests(question, part, found, heading))
@@ -60,7 +53,7 @@ def _judged(parts: Parts) -> list[tuple[str, Result, Verdict]]:
 def rests(question: str, part: Result, found: Verdict, heading: str = "") -> str:
     """What a verdict rests on, and where limits do not hold what decides it."""
     share = float(part.attrs.get("required_yield", float("nan")))
-    words = f"{ASKED[question].format(percent(share))}{found.basis}"
+    words = f"{QUESTIONS[question].judged.format(percent(share))}{found.basis}"
     if not found.gist:
         return words
     where = f"{heading[:1].lower()}{heading[1:]}: " if heading else ""

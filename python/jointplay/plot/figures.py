@@ -301,7 +301,7 @@ def curves(result: Result, quantity: str) -> list[Curve]:
         level = typical(result)
         values = result.get("error_quantile", probability=level, quantity=quantity)
         return [Curve(f"{100 * level:g} %", values, result.unit("error_quantile", quantity=quantity))]
-    if "residual" in result.data:
+    if "correction" in result.data:
         pairs = (("as commanded", "error"), ("corrected", "residual"))
         return [Curve(words, *_of_error(result, name, quantity)) for words, name in pairs]
     if "error" in result.data:

@@ -43,8 +43,6 @@ CLOUD = 300
 MOST_SHOWN = 121
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
-#: questions and what they are called on the page
-NAMES = ("worst", "loaded", "random", "compensate", "region", "sizes", "singularities", "allow")
 
 
 @dataclass
@@ -108,8 +106,13 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
     at = nominal(m.first)
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled; `jointplay solve` says where it stays open", file=m.file)
-    outputs = m.outputs or ("",)
-    steps = len(outputs) * len(NAMES) + 2
+    chapters = []
+    for name in m.outputs or ("",):
+        own = m.only(name or None, None)
+        first = own.first
+        chapters.append(Chapter(own, name, at if first.of == m.first.of else carried(at, m.first, first)))
+    asked = [_questions(chapter, samples, seed) for chapter in chapters]
+    steps = sum(map(len, asked)) + 2
     done = 0
 
     def step() -> None:
@@ -118,13 +121,8 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
         if progress is not None:
             progress(done, steps)
 
-    chapters = []
-    for name in outputs:
-        own = m.only(name or None, None)
-        first = own.first
-        chapter = Chapter(own, name, at if first.of == m.first.of else carried(at, m.first, first))
-        _ask(chapter, samples, seed, step)
-        chapters.append(chapter)
+    for chapter, questions in zip(chapters, asked, strict=True):
+        _ask(chapter, questions, seed, step)
     answers = Answers(m, samples, seed, check.compute(m), chapters)
     if m.assembly is not None:
         answers.assembly = assemble.compute(m.first)
@@ -138,9 +136,10 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
     return answers
 
 
-def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) -> None:
+def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callable[[], Result]]:
+    """What is asked about an output."""
     m, first = chapter.m, chapter.m.first
-    questions: Mapping[str, Callable[[], Result]] = {
+    return {
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
         "random": lambda: random.compute(m, samples, seed),
@@ -150,6 +149,9 @@ def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) ->
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
     }
+
+
+def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: int, step: Callable[[], None]) -> None:
     for name, question in questions.items():
         try:
             chapter.results[name] = question()
@@ -157,7 +159,7 @@ def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) ->
             chapter.reasons[name] = str(problem.problem)
         step()
     if "random" in chapter.results:
-        chapter.cloud = specimens(first, chapter.at, seed)
+        chapter.cloud = specimens(chapter.m.first, chapter.at, seed)
 
 
 def _sizes(m: Mechanism) -> Result:

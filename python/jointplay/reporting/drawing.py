@@ -10,14 +10,15 @@ import numpy as np
 
 from jointplay import viewer
 from jointplay.analyses import displaced
-from jointplay.result import in_words, size
+from jointplay.questions import QUESTIONS
+from jointplay.result import figure, figures, in_words
 from jointplay.verdict import cause, place, verdict
 from jointplay.viewer import Displaced, scene
 
 from .answers import Chapter, reproduces, shown
 
-#: what the questions are called in headings and sentences
-WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
+#: what the questions are called in headings and sentences that judge, the one first that says most
+WORDS = {name: QUESTIONS[name].label for name in ("worst", "loaded", "random")}
 #: draws every scene of the page; what is folded is printed, too
 START = """
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
@@ -53,11 +54,11 @@ def _states(chapter: Chapter) -> Iterator[tuple[str, displaced.Displaced]]:
         case = chapter.m.only(None, str(part.coords["load_case"].values) if heading else None)
         moved = displaced.under_load(case, chapter.at)
         if reproduces(case, chapter.at, part, moved):
-            yield ", ".join(filter(None, ("under load", heading))), moved
+            yield ", ".join(filter(None, (QUESTIONS["loaded"].displaced, heading))), moved
     for _, part in chapter.parts("worst"):
         moved = displaced.at_offsets(chapter.m.first, chapter.at, part.get("worst_offset", extreme="position"))
         if reproduces(chapter.m.first, chapter.at, part, moved):
-            yield "at the largest position error", moved
+            yield QUESTIONS["worst"].displaced, moved
 
 
 def _text(chapter: Chapter, k: int) -> list[str]:
@@ -69,14 +70,11 @@ def _text(chapter: Chapter, k: int) -> list[str]:
                 where = place(part, k)
                 lines.append(f"{where[:1].upper()}{where[1:]}")
             label = ", ".join(filter(None, (WORDS[question], heading)))
-            if question == "worst":
-                value, unit = float(part.get("worst_position")[k]), part.unit("worst_position")
-                found = cause(part, "position", "high", k)
-                whose = f", to blame first: {in_words(*found)}" if found else ""
-                lines.append(f"largest position error {value:.4g} {unit}{whose}")
-            else:
-                value = float(size(part, "error", "position")[k])
-                lines.append(f"{label} {value:.4g} {part.unit('error', component='x')}")
+            values, unit = figure(part, "position")
+            found = cause(part, "position", "high", k) if question == "worst" else None
+            said = figures(part)["position"].words if question == "worst" else label
+            whose = f", to blame first: {in_words(*found)}" if found else ""
+            lines.append(f"{said} {float(values[k]):.4g} {unit}{whose}")
             mark = (verdict(part).marks or ("",) * (k + 1))[k]
             if mark:
                 lines.append(f"{label}: beyond the limit: {mark}")

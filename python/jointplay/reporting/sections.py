@@ -18,7 +18,7 @@ from jointplay.analyses.hints import hints
 from jointplay.conclusions import Sentence, conclude, decide
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
-from jointplay.result import Result, in_words, size, today, typical
+from jointplay.result import Result, figure, in_words, today
 from jointplay.table import tables
 from jointplay.table.html import folded, paragraphs, table
 from jointplay.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
@@ -72,14 +72,7 @@ def of_chapter(chapter: Chapter) -> Iterator[Section]:
 def worst_place(chapter: Chapter) -> int:
     """The configuration with the largest position error."""
     question = next(name for name in ("worst", "random", "loaded") if name in chapter.results)
-    part = chapter.parts(question)[0][1]
-    if question == "worst":
-        sizes = part.get("worst_position")
-    elif question == "random":
-        sizes = part.get("error_quantile", quantity="position", probability=typical(part))
-    else:
-        sizes = size(part, "error", "position")
-    return int(np.nan_to_num(sizes).argmax())
+    return int(np.nan_to_num(figure(chapter.parts(question)[0][1], "position")[0]).argmax())
 
 
 def _verdict(chapter: Chapter) -> str:

@@ -8,7 +8,19 @@ from .names import coordinate_names
 from .origin import Origin, attributes, today
 from .origin import label as origin_label
 from .outcomes import UNREACHABLE, counted
-from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
+from .quantity import (
+    TYPICAL,
+    bounds,
+    commanded,
+    figure,
+    figures,
+    first_largest,
+    quantity,
+    size,
+    split,
+    typical,
+    unit_of,
+)
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
 
@@ -37,6 +49,8 @@ __all__ = [
     "commanded",
     "coordinate_names",
     "counted",
+    "figure",
+    "figures",
     "first_largest",
     "from_dataset",
     "in_words",
@@ -46,7 +60,6 @@ __all__ = [
     "origin_label",
     "parts",
     "parts_by_cause",
-    "quantities",
     "quantity",
     "rows",
     "shares",

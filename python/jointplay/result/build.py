@@ -160,6 +160,8 @@ class Builder:
         for dim in dims:
             self._label(dim)
         values = np.asarray(values)
+        if values.dtype.kind == "u":
+            values = values.astype(np.int64)  # the difference of two counts may be negative
         along = [unit] if isinstance(unit, str) else list(unit)
         for key in along:
             if key in self.axes:

@@ -6,12 +6,14 @@ angle.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError, not_known
+from jointplay.questions import QUESTIONS, Figure
 
 from .dataset import from_dataset
 from .structure import Array, Result, Variable
@@ -19,14 +21,6 @@ from .structure import Array, Result, Variable
 if TYPE_CHECKING:
     import xarray as xr
 
-#: the variable behind each quantity of a question
-BEHIND = {
-    "loaded": {"position": "error", "rotation": "error"},
-    "given": {"position": "error", "rotation": "error"},
-    "worst": {"position": "worst_position", "rotation": "worst_rotation"},
-    "random": {"position": "error_quantile", "rotation": "error_quantile"},
-    "solve": {"singular_value": "singular_value"},
-}
 #: relative difference of numbers of which none is the larger one
 ALIKE = 1e-9
 #: part of the largest drive value, or of one, that is rounding
@@ -85,14 +79,20 @@ def _chosen(result: Result, quantity: str) -> list[str]:
     return lengths if quantity == "position" else angles
 
 
-def typical(result: Result) -> float:
-    """The one of the probabilities of a scatter that is nearest to `TYPICAL`."""
-    return float(min(result.labels("probability"), key=lambda level: abs(level - TYPICAL)))
+def typical(result: Result, probability: float = TYPICAL) -> float:
+    """The one of the probabilities of a scatter that is nearest to one."""
+    return float(min(result.labels("probability"), key=lambda level: abs(level - probability)))
 
 
-def quantities(question: str) -> tuple[str, ...]:
-    """The quantities of a question, the most telling one first."""
-    return tuple(BEHIND[question])
+def figures(result: Result | xr.Dataset) -> Mapping[str, Figure]:
+    """By quantity the figures of its question, the most telling one first."""
+    return QUESTIONS[str(result.attrs["question"])].figures
+
+
+def figure(result: Result, name: str) -> tuple[Array, str]:
+    """The values of a quantity, and their unit."""
+    found = quantity(result, name)
+    return found.values, found.units
 
 
 def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
@@ -112,13 +112,13 @@ def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
     InputError
         When there is no such variable, or its labels do not pick one number per node.
     """
-    behind = BEHIND[str(result.attrs["question"])]
+    behind = _behind(result)
     name = name or next(iter(behind))
     variable, *labels = name.split(".")
     source = behind.get(name, variable)
     light = _only(result, source, [*behind, name])
     if name in behind:
-        return _behind(light, source, name)
+        return _of_quantity(light, source, name)
     grid = str(light.attrs.get("grid", "configuration")).split(", ")
     found = light.data[source]
     for dim in [dim for dim in found.dims if dim not in grid]:
@@ -148,7 +148,7 @@ def bounds(result: Result | xr.Dataset, name: str | None = None) -> tuple[float,
     name : str, optional
         As of `quantity`.
     """
-    behind = BEHIND[str(result.attrs["question"])]
+    behind = _behind(result)
     name = name or next(iter(behind))
     variable, *labels = name.split(".")
     if behind.get(name, variable) not in ERRORS or "limit" not in _names(result):
@@ -172,7 +172,12 @@ def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
     return from_dataset(result[[source]])
 
 
-def _behind(result: Result, source: str, name: str) -> Variable:
+def _behind(result: Result | xr.Dataset) -> dict[str, str]:
+    """The variable behind each quantity."""
+    return {name: one.variable for name, one in figures(result).items()}
+
+
+def _of_quantity(result: Result, source: str, name: str) -> Variable:
     found = result.data[source]
     if source == "error_quantile":
         level = typical(result)

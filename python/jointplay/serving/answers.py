@@ -14,18 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses import given, loaded, pressed, random, region, worst
+from jointplay.analyses import pressed, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.linear_worst import is_linear, linear_region
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
+from jointplay.analyses.questions import computation, options_of
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
 from jointplay.compile import ANGULAR, LENGTHS
 from jointplay.conclusions import Sentence, conclude, rests, rounding
-from jointplay.conclusions.errors import value_of
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS, Question, asked_by
 from jointplay.reporting.answers import reproduces, specimens
-from jointplay.result import STATUSES, Result, blame, in_words
+from jointplay.result import STATUSES, Result, blame, figure, in_words
 from jointplay.verdict import cause, verdict
 from jointplay.viewer import Displaced, scene
 
@@ -43,8 +44,6 @@ MOST_LIVE = 60
 ROUGH = 16
 #: sources with the largest shares that are shown
 MOST_SHARES = 8
-#: what is drawn of every question
-DRAWN = {"loaded": "under load", "worst": "at the largest position error", "given": "at the given offsets"}
 QUANTITIES = ("position", "rotation")
 
 Json = dict[str, Any]
@@ -111,8 +110,8 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
 
     def ask(own: Mechanism, where: Nominal) -> dict[str, Result]:
         if samples:
-            return _random(own, where, samples, path=len(where) > 1, check=check)
-        return _loaded(own, where) | {"worst": worst.compute(own, at=where, progress=check)}
+            return _possible("random", own, where, samples=samples, path=len(where) > 1, progress=check)
+        return _possible("loaded", own, where) | {"worst": worst.compute(own, at=where, progress=check)}
 
     if "problem" not in told:
         answers = ask(m_here, at)
@@ -122,7 +121,12 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
         else:
             answers |= _given(m_here, at, asked)
             # Of random specimens the few are drawn; their numbers come with the next stage.
-            drawn = Here(m_here, at, _random(m_here, at, FEW, path=False) | answers, _region(m_here, at, check))
+            drawn = Here(
+                m_here,
+                at,
+                _few(m_here, at) | answers,
+                _region(m_here, at, check),
+            )
             told |= _drawing(drawn, asked) | _numbers(answers)
     told["path"] = session.kept(key, lambda: _path(ask(m, path)))
     seconds = time.perf_counter() - begin
@@ -147,7 +151,13 @@ def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
     """All questions while sliders move."""
-    return _loaded(m, at) | {"worst": worst.compute(m, exact=False, at=at)} | _random(m, at, FEW, path=False)
+    rough = worst.compute(m, at=at, **QUESTIONS["worst"].asked_by["studio"])
+    return _possible("loaded", m, at) | {"worst": rough} | _few(m, at)
+
+
+def _few(m: Mechanism, at: Nominal) -> dict[str, Result]:
+    """The specimens that are drawn."""
+    return _possible("random", m, at, samples=FEW, **QUESTIONS["random"].asked_by["studio"])
 
 
 def _growth(m: Mechanism, samples: int, following: int) -> float:
@@ -155,22 +165,23 @@ def _growth(m: Mechanism, samples: int, following: int) -> float:
     return 2.0 if samples >= pressed.FEW and pressed.counts_too(m) else following / samples
 
 
-def _random(m: Mechanism, at: Nominal, samples: int, *, path: bool, check: Check | None = None) -> dict[str, Result]:
-    """Nothing where a law is not possible; the report says why."""
+def _possible(question: str, m: Mechanism, at: Nominal, **options: Any) -> dict[str, Result]:
+    """Nothing where nothing loads the mechanism, or a law is not possible; the report says why."""
     with suppress(InputError):
-        return {"random": random.compute(m, samples, at=at, path=path, progress=check)}
+        return {question: computation(question, "studio")(m, at=at, **options)}
     return {}
 
 
-def _loaded(m: Mechanism, at: Nominal) -> dict[str, Result]:
-    """Nothing where nothing loads it."""
-    return {"loaded": loaded.compute(m, at=at)} if m.has_loads or not m.core.isostatic else {}
+def _takes_offsets(question: str) -> bool:
+    """Whether a question is about offsets that somebody gives."""
+    return question in asked_by("studio") and "offsets" in options_of(question)
 
 
 def _given(m: Mechanism, at: Nominal, asked: Asked) -> dict[str, Result]:
-    if asked.question != "given":
+    """What is asked about the offsets that the sliders give."""
+    if not _takes_offsets(asked.question):
         return {}
-    return {"given": given.compute(m, dict(asked.offsets), at=at)}
+    return {asked.question: computation(asked.question, "studio")(m, offsets=dict(asked.offsets), at=at)}
 
 
 def _here(m: Mechanism, at: Nominal, asked: Asked) -> Here:
@@ -221,7 +232,7 @@ def _drawing(here: Here, asked: Asked) -> Json:
 def _displaced(here: Here, question: str) -> list[Displaced]:
     """The mechanism where the answer to a question has it."""
     m, at = here.m, here.at
-    if question not in DRAWN or question not in here.answers:
+    if question not in here.answers or not QUESTIONS[question].displaced:
         return []
     result = here.answers[question]
     at_extreme = {"extreme": "position"} if question == "worst" else {}
@@ -229,8 +240,8 @@ def _displaced(here: Here, question: str) -> list[Displaced]:
     is_elastic = question == "loaded" and not m.core.isostatic
     moved = under_load(m, at) if is_elastic else at_offsets(m, at, offset)
     # Where offsets alone tell the poses there is nothing to compare; to first order they are not those of the error.
-    is_known = question == "given" or (question == "worst" and m.core.isostatic)
-    return [Displaced(DRAWN[question], *moved)] if is_known or reproduces(m, at, result, moved) else []
+    is_known = _takes_offsets(question) or (question == "worst" and m.core.isostatic)
+    return [Displaced(QUESTIONS[question].displaced, *moved)] if is_known or reproduces(m, at, result, moved) else []
 
 
 def _numbers(answers: Mapping[str, Result]) -> Json:
@@ -243,7 +254,7 @@ def _one(question: str, result: Result) -> Json:
     told: Json = {"status": str(result.get("status")[0])}
     told["sentences"] = list(map(_sentence, said.sentences))
     for quantity in QUANTITIES:
-        values, unit = value_of(result, quantity)
+        values, unit = figure(result, quantity)
         blamed = cause(result, quantity, "high", 0)
         told[quantity] = {
             "value": _number(0.0 if abs(values[0]) <= rounding(result, unit) else values[0]),
@@ -302,7 +313,7 @@ def _path(answers: Mapping[str, Result]) -> Json:
         said, judged = conclude(result), verdict(result)
         curves = {}
         for quantity in QUANTITIES:
-            values, unit = value_of(result, quantity)
+            values, unit = figure(result, quantity)
             limit = result.get("limit", quantity=quantity, side="high") if "limit" in result.data else np.nan
             curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
         told[question] = curves | {
@@ -322,6 +333,17 @@ def _number(value: Any) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
+def _choice(question: Question) -> Json:
+    """What a page needs to know of a question."""
+    return {
+        "words": question.label,
+        "needs_loads": question.needs_loads,
+        "takes_offsets": _takes_offsets(question.name),
+        # What is asked in another way while sliders move.
+        "is_rough": bool(question.asked_by["studio"]),
+    }
+
+
 def opened(session: Session) -> Json:
     """What a page needs to begin: the mechanism along its path, its sliders and its choices."""
     m = session.m
@@ -336,6 +358,7 @@ def opened(session: Session) -> Json:
         "outputs": list(m.outputs),
         "cases": list(m.load_cases),
         "loads": m.has_loads or not m.core.isostatic,
+        "questions": {name: _choice(QUESTIONS[name]) for name in asked_by("studio")},
         "knobs": [knob.told() for knob in session.knobs.values()],
         "drives": drives(first, path),
         "offsets": offsets(first),

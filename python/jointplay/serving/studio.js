@@ -5,12 +5,6 @@
 import { view } from "./viewer.js";
 import { bars, chart, short } from "./charts.js";
 
-const QUESTIONS = {
-  loaded: "under load",
-  worst: "worst case",
-  random: "random specimens",
-  given: "given offsets",
-};
 const QUANTITIES = ["position", "rotation"];
 const GROUPS = { clearances: "Clearances", tolerances: "Tolerances", loads: "Loads" };
 const SLIDER_STEPS = 2000;
@@ -91,6 +85,8 @@ async function settle() {
 /** What the errors along the path depend on. */
 const pathKey = () => JSON.stringify([asked.page, asked.values, asked.output, asked.load_case]);
 
+const isPossible = (question) => open.loads || !open.questions[question].needs_loads;
+
 function mark(state = "rough") {
   document.body.dataset.state = state;
   document.body.dataset.serial = asked.serial;
@@ -101,12 +97,12 @@ function show(found) {
     shown.here = {};
     said(found.problem ?? "", Boolean(found.problem));
   }
-  for (const [question, answer] of Object.entries(found.here ?? {})) shown.here[question] = { ...answer, exact: found.exact || question === "loaded" || question === "given" };
+  for (const [question, answer] of Object.entries(found.here ?? {})) shown.here[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough };
   if (shown.path.key !== pathKey()) shown.path = { key: pathKey() };
   for (const [question, answer] of Object.entries(found.path ?? {})) {
     // Where only the drives have moved, what is exact along the path stays so.
     if (!found.exact && shown.path[question]?.exact) continue;
-    shown.path[question] = { ...answer, exact: found.exact || question === "loaded", samples: found.samples };
+    shown.path[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough, samples: found.samples };
   }
   if (found.scene) viewer.update(found.scene);
   document.body.dataset.shown = found.serial;
@@ -120,7 +116,7 @@ const wordOf = (question, answer) => (question === "random" && answer.samples ? 
 
 function answer() {
   const own = shown.here[asked.question];
-  const words = own?.sentences ?? [{ text: open.loads || asked.question !== "loaded" ? "" : "Nothing loads the mechanism." }];
+  const words = own?.sentences ?? [{ text: isPossible(asked.question) ? "" : "Nothing loads the mechanism." }];
   at("answer").replaceChildren(...words.map(sentence));
   bars(at("shares"), own?.position.shares ?? []);
 }
@@ -142,7 +138,7 @@ function whole(questions) {
 }
 
 function numbers() {
-  const rows = Object.entries(QUESTIONS).filter(([question]) => shown.here[question]).map(([question, words]) => {
+  const rows = Object.entries(open.questions).filter(([question]) => shown.here[question]).map(([question, { words }]) => {
     const own = shown.here[question];
     const row = element("tr", { className: question });
     row.dataset.question = question;
@@ -160,7 +156,7 @@ function numbers() {
 }
 
 function along() {
-  const questions = Object.keys(QUESTIONS).filter((question) => shown.path[question]);
+  const questions = Object.keys(open.questions).filter((question) => shown.path[question]);
   const single = open.drives.length === 1;
   const x = open.along.map((row, k) => (single ? row[0] : k));
   const here = single ? asked.drives[0] : open.drives.length ? Number(at("along-path")?.value ?? NaN) : null;
@@ -180,7 +176,7 @@ function along() {
   at("state").className = rough.length ? "rough" : "";
   const words = questions.flatMap((question) => {
     const own = shown.path[question];
-    const head = element("p", { className: `key ${question}`, textContent: `${QUESTIONS[question]} (${wordOf(question, own)})` });
+    const head = element("p", { className: `key ${question}`, textContent: `${open.questions[question].words} (${wordOf(question, own)})` });
     return [head, ...own.sentences.slice(0, 3).map(sentence)];
   });
   at("verdict").replaceChildren(...whole(questions), ...words);
@@ -261,7 +257,7 @@ function knobs() {
     element("summary", { textContent: title }, box);
     for (const knob of own) slider(box, { ...knob, name: knob.key, words: `${knob.name} ${knob.measure}` }, (value) => changed({ values: { ...asked.values, [knob.key]: value } }));
   }
-  const box = element("details", { open: true, id: "offsets", hidden: asked.question !== "given" }, place);
+  const box = element("details", { open: true, id: "offsets", hidden: !open.questions[asked.question].takes_offsets }, place);
   element("summary", { textContent: "Given offsets" }, box);
   const worst = element("button", { type: "button", textContent: "as at the largest position error" }, box);
   worst.addEventListener("click", () => {
@@ -282,12 +278,12 @@ function knobs() {
 function questions() {
   const place = at("questions");
   place.replaceChildren(place.firstElementChild);
-  for (const [question, words] of Object.entries(QUESTIONS)) {
+  for (const [question, { words, takes_offsets }] of Object.entries(open.questions)) {
     const label = element("label", { className: `key ${question}` }, place);
-    const radio = element("input", { type: "radio", name: "question", value: question, checked: question === asked.question, disabled: question === "loaded" && !open.loads }, label);
+    const radio = element("input", { type: "radio", name: "question", value: question, checked: question === asked.question, disabled: !isPossible(question) }, label);
     label.append(` ${words}`);
     radio.addEventListener("input", () => {
-      at("offsets").hidden = question !== "given";
+      at("offsets").hidden = !takes_offsets;
       changed({ question });
     });
   }
@@ -359,10 +355,12 @@ async function begin(what) {
   if (!found || mine !== openings) return;
   open = found;
   shown = { here: {}, path: {} };
-  asked = { page: open.page, serial: 0, values: {}, drives: open.begin, question: open.loads ? "loaded" : "worst", offsets: {} };
+  asked = { page: open.page, serial: 0, values: {}, drives: open.begin, question: Object.keys(open.questions).find(isPossible), offsets: {} };
   document.title = at("title").textContent = open.title || open.name;
   at("name").value = open.file || open.name;
   document.body.classList.add("opened");
+  // Every question has the colour of its number.
+  Object.keys(open.questions).forEach((name, k) => document.styleSheets[0].insertRule(`.${name} { --own: var(--own-${k}); }`));
   drawn();
   moves();
   choices();

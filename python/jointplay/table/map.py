@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.conclusions import shares_over_nodes
-from jointplay.result import UNREACHABLE, Result, quantities, quantity
+from jointplay.result import UNREACHABLE, Result, figures, quantity
 from jointplay.verdict import READABLE
 
 from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
@@ -53,14 +53,13 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
         ):
             if count:
                 notes.append(f"At {count} nodes the {name} is beyond its limit.")
-    if result.attrs["question"] in ("loaded", "given"):
-        notes += sizes_taken(result)
+    notes += sizes_taken(result)
     return Table(f"Map over {', '.join(axes)}: {shape} nodes", columns, tuple(notes))
 
 
 def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
     """Quantiles of every quantity over the nodes, its extreme, and where that is."""
-    found = {name: quantity(result, name) for name in quantities(str(result.attrs["question"]))}
+    found = {name: quantity(result, name) for name in figures(result)}
     rows = []
     for name, variable in found.items():
         # Of nearness to singularity the smallest is the worst.

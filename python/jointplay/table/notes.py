@@ -66,7 +66,7 @@ def _notes(result: Result) -> Iterable[str]:
             yield from of_indices(result)
     if "offsets_of" in result.attrs:
         yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
-    elif question == "given" and status.ndim == 1:
+    elif "admissible" in result.data and status.ndim == 1:
         yield from _outside(result)
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         where = which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
@@ -82,14 +82,13 @@ def _notes(result: Result) -> Iterable[str]:
     if "bounded_at_three_sigma" in result.attrs:
         endless = result.attrs["bounded_at_three_sigma"]
         yield f"{endless}: without limits; the bounds hold up to three standard deviations."
-    if question in ("loaded", "given") and "offsets_of" not in result.attrs:
-        yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
-    elif question == "compensate":
-        yield from sizes_taken(result)
+    is_corrected = "correction" in result.data
+    if is_corrected or "offsets_of" not in result.attrs:
+        yield from sizes_taken(result, "" if is_corrected else "; --sizes takes the largest or the smallest play")
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:
         yield from _left_open(result)
         yield from _held_elsewhere(result)
-    if question == "compensate":
+    if is_corrected:
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
         yield "`jointplay singularities` says of which kind, and how far the path is from it."

@@ -7,21 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.conclusions import BOUND_DIGITS, beyond, conclude, figure, figures, quantile, rounded_up, rounding
-from jointplay.result import Result, blame, first_largest, in_words, parts, size, split, unit_of
+from jointplay.conclusions import BOUND_DIGITS, beyond, conclude, quantile, rounded_up, rounding
+from jointplay.questions import QUESTIONS, Question, named
+from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
 from jointplay.verdict import limits_in_words, verdict
 
-from .allocate import overview as allocate_overview
-from .allow import overview as allow_overview
-from .assembly import overview as assembly_overview
-from .check import overview as check_overview
 from .fit import chosen_rows
 from .indices import largest
 from .layout import NOTHING, Column, Table, commands, missed, numbers, statuses, words
 from .map import overview as map_overview
 from .notes import notes
 from .pairs import overview as pairs_overview
-from .singularities import columns as singularities
 
 #: shares below which all of a column are shown in ppm
 RARE = 1e-3
@@ -37,24 +33,24 @@ def tables(result: Result) -> list[Table]:
         return [*blocks, *_envelopes(result)]
     question = _question(result)
     if "mechanism" in result.sizes:
-        sizes = [values for name, at, _ in figures(question) for values in figure(result, name, at)[0]]
-        return [Table(TITLES[question], _compare(result), notes(result), rows=_rows(result, *sizes))]
+        sizes = [values for name in figures(result) for values in figure(result, name)[0]]
+        return [Table(question.title, _compare(result), notes(result), rows=_rows(result, *sizes))]
     if "sweep_by" in result.attrs:
-        return pairs_overview(result, TITLES[question])
+        return pairs_overview(result, question.title)
     if "sweep" in result.attrs:
         return _sweep(result)
     if "grid" in result.attrs:
         return map_overview(result)
-    if question in OVERVIEWS:
-        return OVERVIEWS[question](result)
-    columns = [*_where(result), *COLUMNS[question](result)]
+    if question.overview:
+        return list(named(__package__, question.overview)(result))
+    columns = [*_where(result), *named(__package__, question.table)(result)]
     outcomes = result.get("status").tolist()
     if any(outcome != "ok" for outcome in outcomes):
         columns.append(statuses("status", outcomes))
     marks = verdict(result).marks
     if any(marks):
         columns.append(missed("beyond limit", marks))
-    return [Table(TITLES[question], tuple(columns), notes(result), rows=_rows(result, *_sizes(result, question)))]
+    return [Table(question.title, tuple(columns), notes(result), rows=_rows(result, *_sizes(result)))]
 
 
 def _headed(heading: str, number: int, table: Table, part: Result) -> Table:
@@ -98,8 +94,8 @@ def _envelope(result: Result, heading: str) -> list[Table]:
     return [Table(f"{heading}Envelope: the largest errors over the load cases", tuple(columns), rows=rows)]
 
 
-def _question(result: Result) -> str:
-    return str(result.attrs["question"])
+def _question(result: Result) -> Question:
+    return QUESTIONS[str(result.attrs["question"])]
 
 
 def _rows(result: Result, *sizes: Floats) -> tuple[int, ...]:
@@ -110,11 +106,9 @@ def _rows(result: Result, *sizes: Floats) -> tuple[int, ...]:
     return chosen_rows(count, sizes, marks)
 
 
-def _sizes(result: Result, question: str) -> list[Floats]:
+def _sizes(result: Result) -> list[Floats]:
     """The figures by which configurations are compared: errors, else a nearness to singularity."""
-    if question in ("solve", "singularities"):
-        return [-result.get("singular_value")]
-    return [figure(result, name, at)[0] for name, at, _ in figures(question)]
+    return [(-1.0 if name == "singular_value" else 1.0) * figure(result, name)[0] for name in figures(result)]
 
 
 def _figures(result: Result, name: str, header: str, **at: object) -> Column:
@@ -172,7 +166,8 @@ def _components(result: Result) -> tuple[list[str], list[str]]:
     return split(result.labels("component"))
 
 
-def _solve(result: Result) -> list[Column]:
+def of_solve(result: Result) -> list[Column]:
+    """Where the output is, and how near every configuration is to a singular one."""
     lengths, angles = _components(result)
     columns = [*together(result, "nominal", lengths, "", 6), *together(result, "nominal", angles, "", 6)]
     columns.append(numbers("singular value", "", result.get("singular_value"), digits=3))
@@ -182,7 +177,8 @@ def _solve(result: Result) -> list[Column]:
     return columns
 
 
-def _error(result: Result) -> list[Column]:
+def of_error(result: Result) -> list[Column]:
+    """The components of an error, its sizes and what is to blame."""
     lengths, angles = _components(result)
     columns = together(result, "error", lengths, "", extra={"distance": size(result, "error", "position")})
     columns.append(_blamed(result, "position"))
@@ -194,7 +190,8 @@ def _error(result: Result) -> list[Column]:
     return [*columns, replace(_blamed(result, "rotation"), spare=1)]
 
 
-def _worst(result: Result) -> list[Column]:
+def of_worst(result: Result) -> list[Column]:
+    """The largest errors, to first order and on the exact closure, with their bounds."""
     return [
         _figures(result, "worst_position", "position"),
         *_bound(result, "position"),
@@ -217,7 +214,8 @@ def _bound(result: Result, which: str) -> list[Column]:
     return [numbers(f"{which}\nbound", unit, bounds, rounding(result, unit), BOUND_DIGITS), gap]
 
 
-def _random(result: Result) -> list[Column]:
+def of_random(result: Result) -> list[Column]:
+    """How errors scatter, and how many specimens are outside the limits."""
     length, angle = unit_of(result, "position"), unit_of(result, "rotation")
     spread = [column for part in _components(result) for column in together(result, "error_std", part, " std")]
     columns = [replace(column, spare=3, legend="std: standard deviation.") for column in spread]
@@ -245,21 +243,17 @@ def _indices(result: Result, which: str) -> list[Column]:
 
 def _outside(result: Result) -> list[Column]:
     """Shares beyond the limits with their confidence intervals, and the least capability."""
-    share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
+    low, high = result.get("outside_low"), result.get("outside_high")
     tops = [result.get(name) for name in ("outside_high", "outside_loaded_high") if name in result.data]
     unit, factor = ("%", 1e2) if np.nanmax(tops) >= RARE else ("ppm", 1e6)
     ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
     intervals = [NOTHING if a != a else f"{_rough(a)} to {_rough(b)}" for a, b in ends]
-    # Shares that are searched for have digits of their own, however far apart they are.
-    searched = tuple(NOTHING if part != part else f"{part:.3g}" for part in (factor * share).tolist())
     columns = [
-        Column("outside", unit, searched)
-        if "outside_method" in result.data
-        else numbers("outside", unit, factor * share, digits=3),
+        _shares(result, "outside", "outside", (unit, factor)),
         Column("95 % confidence", unit, tuple(intervals), spare=3),
     ]
     if "outside_loaded" in result.data and np.isfinite(result.get("outside_loaded")).any():
-        pressed = numbers("outside\nunder load", unit, factor * result.get("outside_loaded"), digits=3)
+        pressed = _shares(result, "outside_loaded", "outside\nunder load", (unit, factor))
         columns.append(replace(pressed, legend="Under load: the load decides the offsets."))
     cpk = result.get("cpk")
     if np.isfinite(cpk).any():
@@ -270,12 +264,21 @@ def _outside(result: Result) -> list[Column]:
     return [replace(column, legend=words) if column.name == "outside" else column for column in columns]
 
 
+def _shares(result: Result, name: str, header: str, unit: tuple[str, float]) -> Column:
+    """Shares; those that are searched for have digits of their own, however far apart they are."""
+    values = unit[1] * result.get(name)
+    if f"{name}_method" not in result.data:
+        return numbers(header, unit[0], values, digits=3)
+    return Column(header, unit[0], tuple(NOTHING if part != part else f"{part:.3g}" for part in values.tolist()))
+
+
 def _rough(value: float) -> str:
     """A number with two digits, and no exponent where it has few places."""
     return f"{float(f'{value:.2g}'):g}"
 
 
-def _compensate(result: Result) -> list[Column]:
+def of_compensate(result: Result) -> list[Column]:
+    """The corrected drives, and what is left of the error."""
     columns = []
     for name, unit in zip(result.labels("drive"), result.coords["drive_unit"].values.tolist(), strict=True):
         corrected, change = result.get("drive_corrected", drive=name), result.get("correction", drive=name)
@@ -301,11 +304,10 @@ def _compare(result: Result) -> tuple[Column, ...]:
             values = result.get("drive_value", mechanism=label, drive=drive)
             if np.isfinite(values).any():
                 columns.append(replace(commands(f"{label}\n{drive}", unit, values), spare=1))
-    if _question(result) == "compensate":
+    if "correction" in result.data:
         columns += _corrections_of_both(result)
-    for name, at, what in figures(_question(result)):
-        values, unit = figure(result, name, at)
-        short = "position" if "position" in what else "rotation"
+    for short in figures(result):
+        values, unit = figure(result, short)
         cells = numbers("", unit, values.reshape(-1), rounding(result, unit)).cells
         count = values.shape[1]
         columns += [Column(f"{first}\n{short}", unit, cells[:count]), Column(f"{second}\n{short}", unit, cells[count:])]
@@ -334,7 +336,7 @@ def _corrections_of_both(result: Result) -> Iterator[Column]:
 
 def _sweep(result: Result) -> list[Table]:
     """One row per value: smallest, mean and largest figure over the configurations, and where it is largest."""
-    dim, question = str(result.attrs["sweep"]), _question(result)
+    dim = str(result.attrs["sweep"])
     along = result.coords[dim]
     if along.values.dtype.kind in "fiu":
         first = commands(dim, along.units, along.values)
@@ -342,15 +344,15 @@ def _sweep(result: Result) -> list[Table]:
         first = words(dim, [str(v) for v in along.values.tolist()])
     columns = [replace(first, is_key=True)]
     worst = []
-    for name, at, what in figures(question):
-        values, unit = figure(result, name, at)
+    for name in figures(result):
+        values, unit = figure(result, name)
         values = np.abs(values)
         known = np.isfinite(values).sum(axis=1) > 0
         safe = np.where(np.isfinite(values), values, -np.inf)
         spread = [np.where(known, _over(values, f), np.nan) for f in (np.nanmin, np.nanmean, np.nanmax)]
         cells = numbers("", unit, np.concatenate(spread), rounding(result, unit)).cells
         count = len(values)
-        short = "position" if "position" in what else "rotation" if "rotation" in what else "singular value"
+        short = name.replace("_", " ")
         worst.append(spread[-1])
         for k, word in enumerate(("least", "mean", "largest")):
             part = cells[k * count : (k + 1) * count]
@@ -366,7 +368,7 @@ def _sweep(result: Result) -> list[Table]:
     count = result.sizes["configuration"]
     over = f"over {count} configuration{'s' * (count != 1)}, by {along.long_name or dim}"
     rows = chosen_rows(len(along.values), worst)
-    return [Table(f"{TITLES[question]} {over}", tuple(columns), notes(result), rows=rows)]
+    return [Table(f"{_question(result).title} {over}", tuple(columns), notes(result), rows=rows)]
 
 
 def _counted(name: str, counts: list[int]) -> Column:
@@ -378,30 +380,3 @@ def _over(values: Floats, statistic: Callable[..., Floats]) -> Floats:
     """A statistic of every row; nan for rows without a number, without a warning."""
     rows = [statistic(row[np.isfinite(row)]) if np.isfinite(row).any() else np.nan for row in values]
     return np.array(rows)
-
-
-TITLES = {
-    "solve": "Nominal output",
-    "given": "Given offsets: error of the output",
-    "loaded": "Loaded: where the load pushes the output",
-    "worst": "Worst case: the largest error that the clearances and tolerances allow",
-    "random": "Random: scatter of the error from specimen to specimen",
-    "compensate": "Compensation: drives corrected",
-    "singularities": "Singularities: the smallest singular values, and how far away along the path",
-}
-COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
-    "solve": _solve,
-    "given": _error,
-    "loaded": _error,
-    "worst": _worst,
-    "random": _random,
-    "compensate": _compensate,
-    "singularities": singularities,
-}
-#: questions whose tables are not over configurations
-OVERVIEWS: dict[str, Callable[[Result], list[Table]]] = {
-    "allocate": allocate_overview,
-    "allow": allow_overview,
-    "assemble": assembly_overview,
-    "check": check_overview,
-}

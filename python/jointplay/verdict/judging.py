@@ -74,7 +74,7 @@ def ends(result: Result) -> tuple[Array, Array]:
 
 def judged(result: Result) -> tuple[Array, Array]:
     """The errors that are judged, and what a load leaves open of each."""
-    is_corrected = result.attrs["question"] == "compensate"
+    is_corrected = "correction" in result.data
     error = result.get("residual") - result.get("target") if is_corrected else result.get("error")
     open_ = "residual_undetermined" if is_corrected else "undetermined"
     return error, result.get(open_) if open_ in result.data else np.zeros_like(error)

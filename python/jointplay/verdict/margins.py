@@ -59,7 +59,7 @@ def of_margins(result: Result) -> Verdict:
         elif found:
             held.append(found[0])
     worse.sort(key=lambda one: one.part, reverse=True)
-    after = " after the correction" if result.attrs["question"] == "compensate" else ""
+    after = " after the correction" if "correction" in result.data else ""
     basis = f"{after} {own.words}" if own.words else after
     near = "; ".join(one.within() for one in held)
     end = f"{rows.left_out()}."

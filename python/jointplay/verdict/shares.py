@@ -32,6 +32,8 @@ class _Contact:
         The assumption; empty where there is one only.
     outside, low, high : ndarray
         By configuration, nan where it is not known.
+    method : ndarray of str or None
+        How each was found where they were searched for.
     case : ndarray of str or None
         Load cases that the shares are of.
     is_own : bool
@@ -42,6 +44,7 @@ class _Contact:
     outside: Array
     low: Array
     high: Array
+    method: Array | None
     case: Array | None
     is_own: bool
 
@@ -120,9 +123,9 @@ def of_shares(result: Result) -> Verdict:
 def _contacts(result: Result, rows: Rows) -> list[_Contact]:
     """The assumptions that count, that of the other variables first."""
 
-    def shares(name: str) -> tuple[Array, Array, Array]:
+    def shares(name: str) -> tuple[Array, Array, Array, Array | None]:
         outside, low, high = (np.where(rows.known, result.get(f"{name}{end}"), np.nan) for end in ("", "_low", "_high"))
-        return outside, low, high
+        return outside, low, high, result.get(f"{name}_method") if f"{name}_method" in result.data else None
 
     words = CONTACTS.get(str(result.attrs.get("contact", "")), "")
     found = [_Contact(words, *shares("outside"), None, True)]
@@ -146,14 +149,15 @@ def _shortly(result: Result, one: _Contact) -> str:
 def _outside(result: Result, one: _Contact) -> str:
     at, head = one.at, f"Outside the limits{one.words}"
     share, low, high = (float(values[at]) for values in (one.outside, one.low, one.high))
-    method = str(result.get("outside_method")[at]) if one.is_own and "outside_method" in result.data else COUNTED
+    method = COUNTED if one.method is None else str(one.method[at])
     how = "" if method == COUNTED else f", {method}"
     if share > 0.0:
         interval = f"{percent(low)} to {percent(high)} with 95 % confidence{how}"
         place = one.place(result).lstrip(",")
         return f"{head}: {percent(share)} of the specimens{place} ({interval}){_most(result, one)}."
     if high <= 0.0:
-        return f"{head}: none of the specimens; the worst case keeps to the limits."
+        why = "nothing scatters" if method == COUNTED else "the worst case keeps to the limits"
+        return f"{head}: none of the specimens; {why}."
     return f"{head}: none of the specimens; less than {percent(high)} with 95 % confidence{how}."
 
 

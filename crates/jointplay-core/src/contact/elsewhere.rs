@@ -21,9 +21,9 @@ const ROUNDS: usize = 6;
 /// Places that are looked at, at most.
 const PLACES: usize = 16;
 /// Whether an offset has left its end is told by half of its set.
-const LEFT: f64 = 0.5;
+pub(crate) const LEFT: f64 = 0.5;
 /// Two places are one where no offset differs by more than this part of its set.
-const SAME: f64 = 1e-4;
+pub(crate) const SAME: f64 = 1e-4;
 /// Work that is less than this part of what the load does within the play is none.
 const MORE: f64 = 1e-9;
 

@@ -6,7 +6,7 @@
 //! lead the way. The equations themselves do. Whole steps, each offset to its support point, nearly always
 //! settle; where they do not, [`semismooth`] takes over.
 
-mod elsewhere;
+pub(crate) mod elsewhere;
 mod extent;
 pub(crate) mod flanks;
 mod indeterminacy;

@@ -59,7 +59,8 @@ impl Mechanism {
     pub fn reached(&self, found: &[Configuration]) -> Answer {
         let wanted = Wanted::all(self);
         let row = |c: &Configuration| {
-            let (traced, reached) = (Traced { status: c.status, ..Traced::unknown(&wanted) }, Commanded::unknown(&wanted));
+            let (traced, reached) =
+                (Traced { status: c.status, ..Traced::unknown(&wanted) }, Commanded::unknown(&wanted));
             let Some(State { coordinates, inputs, .. }) = &c.state else { return (traced, reached) };
             let output = self.output(coordinates, inputs);
             let reached = Commanded { drives: inputs.drives.clone(), mismatch: c.mismatch };

@@ -36,6 +36,14 @@ pub struct Trace {
     pub status: Vec<Status>,
 }
 
+impl Trace {
+    /// Puts the coordinates in their place in those of all runs; gives the outcomes.
+    fn put(&self, rows: FreshPart<'_, f64>) -> Vec<Status> {
+        rows.copied(&self.coordinates);
+        self.status.clone()
+    }
+}
+
 /// Rows that are traced one after the other.
 struct Run<'t, 'm> {
     solver: &'t Solver<'m>,
@@ -238,32 +246,21 @@ impl Mechanism {
             };
         };
         let mut coordinates = Fresh::new(n * self.n_coordinates());
-        let rows = coordinates.part().runs(run_of(n) * self.n_coordinates());
-        let put = |(): &mut (), rows: FreshPart<'_, f64>, _: &[f64], part: &Trace| {
-            rows.copied(&part.coordinates);
-            part.status.clone()
-        };
-        let status = trace_runs(&solver, &from, n, drives, rows, || (), put).concat();
+        let run = if n <= ONE_RUN { ONE_RUN } else { RUN };
+        let rows = coordinates.part().runs(run * self.n_coordinates());
+        let status = trace_runs(&solver, &from, n, drives, rows).concat();
         Trace { coordinates: coordinates.into_vec(), status }
     }
 }
 
-/// How many of `n` rows are traced one after the other.
-pub(crate) const fn run_of(n: usize) -> usize {
-    if n <= ONE_RUN { ONE_RUN } else { RUN }
-}
-
-/// Traces runs of [`run_of`] rows of drive values on all cores, from a state near the first, and does something
-/// with each: in a workspace, with what is given for it, its drive values and its nominal coordinates.
-pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
+/// Traces runs of rows of drive values on all cores, from a state near the first; gives their statuses.
+fn trace_runs(
     solver: &Solver<'_>,
     from: &State,
     n: usize,
     drives: &[f64],
-    given: Vec<G>,
-    workspace: impl Fn() -> W + Sync,
-    each: impl Fn(&mut W, G, &[f64], &Trace) -> T + Sync,
-) -> Vec<T> {
+    rows: Vec<FreshPart<'_, f64>>,
+) -> Vec<Vec<Status>> {
     let m = solver.mechanism;
     let width = m.n_drives();
     // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
@@ -275,7 +272,7 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     let mut ahead = Traced::default();
     if n <= ONE_RUN {
         run(from, n, drives, &mut ahead);
-        return given.into_iter().map(|given| each(&mut workspace(), given, drives, &ahead.trace)).collect();
+        return rows.into_iter().map(|rows| ahead.trace.put(rows)).collect();
     }
     let sparse: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
     run(from, n.div_ceil(STRIDE), &sparse, &mut ahead);
@@ -289,14 +286,12 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
             negative: ahead.negative[row],
         }
     };
-    let tasks = given.into_par_iter().enumerate();
+    let tasks = rows.into_par_iter().enumerate();
     // Memory of a run is as large as the caches: it is taken over from run to run.
-    let init = || (Traced::default(), workspace());
-    let task = |(done, workspace): &mut (Traced, W), (task, given)| {
+    let task = |done: &mut Traced, (task, put): (usize, FreshPart<'_, f64>)| {
         let rows = task * RUN..n.min((task + 1) * RUN);
-        let drives = drives_of(rows.clone());
-        run(&begin(task), rows.len(), drives, done);
-        each(workspace, given, drives, &done.trace)
+        run(&begin(task), rows.len(), drives_of(rows), done);
+        done.trace.put(put)
     };
-    in_rooms(tasks, init, task).collect()
+    in_rooms(tasks, Traced::default, task).collect()
 }

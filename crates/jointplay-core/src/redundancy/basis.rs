@@ -1,10 +1,14 @@
 //! A determinate mechanism inside an over-constrained one.
 //!
 //! Of the N closure rows on n unknowns, n independent ones are chosen: drives first, then joints in the
-//! order of the file. A row counts as independent when the part of it (length-scaled, of unit size) that is
-//! not spanned by those before is above a threshold; rows that add little are taken only where too few
-//! remain. The chosen rows, the basis, are an ordinary mechanism; the displacements of the others are
-//! functions of its inputs.
+//! order of the file, flanks with play last of them. A row counts as independent when the part of it
+//! (length-scaled, of unit size) that is not spanned by those before is above a threshold; rows that add little
+//! are taken only where too few remain. The chosen rows, the basis, are an ordinary mechanism; the displacements
+//! of the others are functions of its inputs.
+//!
+//! The line of action of a flank is another one at each end of its play. Two flanks between the same wheels,
+//! independent here, may be nearly the same or open each other without bound there, so that a basis that rests on
+//! them instead of the bearings does not close for offsets that are compatible.
 
 use std::sync::Arc;
 
@@ -128,7 +132,8 @@ impl Mechanism {
         let matrix = self.scaled(coordinates, &vec![0.0; self.n_drives]);
         let (rows, unknowns) = (self.n_rows(), self.n_unknowns());
         let joints = rows - self.n_driven;
-        let order: Vec<usize> = (joints..rows).chain(0..joints).collect();
+        let (flanks, others): (Vec<usize>, Vec<usize>) = (0..joints).partition(|&row| self.rows[row].play.is_some());
+        let order: Vec<usize> = (joints..rows).chain(others).chain(flanks).collect();
         // Orthonormal directions of the rows chosen, one per column.
         let mut span = DMatrix::<f64>::zeros(unknowns, unknowns);
         let mut chosen = Vec::with_capacity(unknowns);

@@ -19,8 +19,9 @@ from jointplay.analyses.contacts import contacts
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
-from jointplay.errors import InputError, in_range, not_known, shown
+from jointplay.errors import InputError, in_range, shown
 from jointplay.model import Mechanism
+from jointplay.questions import asked_by, require_known
 from jointplay.result import STATUSES, Result, to_dataset
 from jointplay.typed import typed
 
@@ -36,9 +37,8 @@ from .worst_case import WorstCase
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["QUESTIONS", "SAMPLES", "allocate", "compute"]
+__all__ = ["SAMPLES", "allocate", "compute"]
 
-QUESTIONS = ("worst", "random")
 #: specimens of each configuration that decide on a yield
 SAMPLES = 32_768
 MOST_SAMPLES = 1_000_000
@@ -217,8 +217,8 @@ def compute(
 
 def _asked(m: Mechanism, question: str | None, probability: float | None) -> tuple[str, float]:
     """The question and the required share."""
-    if question is not None and question not in QUESTIONS:
-        raise InputError(not_known(question, "a question that can be asked here", QUESTIONS), key="question")
+    if question is not None:
+        require_known(question, asked_by("allocate"))
     asked = question or ("worst" if probability is None else "random")
     if asked == "worst":
         if probability is not None:

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress
-from jointplay.analyses.questions import check_options
+from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, to_dataset
 from jointplay.sizing import Sizing, sizings, times
@@ -33,7 +33,6 @@ from .search import Found, Search
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("worst", "loaded", "random")
 #: three sigma to both sides of a normal law
 PROBABILITY = 0.9973
 #: specimens per configuration and size
@@ -134,9 +133,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `allow`."""
-    if question not in QUESTIONS:
-        raise InputError(not_known(question, "a question that can be asked here", QUESTIONS), key="question")
-    check_options(question, options, "allow")
+    check(question, options, "allow")
     if not FINEST <= tolerance <= COARSEST:
         problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
         raise InputError(problem, key="tolerance")

@@ -11,20 +11,21 @@ and does not count; where it is the size of a source that prevents the assembly,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses import loaded, random, worst
 from jointplay.analyses.contacts import Assumed, assumptions, contacts
 from jointplay.analyses.nominal import Nominal, within_another
+from jointplay.analyses.questions import computation
 from jointplay.analyses.several import places_of
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Array, Result
 from jointplay.verdict import READABLE, ROUNDING, ends
 
@@ -32,16 +33,6 @@ Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism
 Places = list[NDArray[np.intp]]
 
-COMPUTE: Mapping[str, Callable[..., Result]] = {
-    "worst": worst.compute,
-    "loaded": loaded.compute,
-    "random": random.compute,
-}
-#: what is not asked for: it decides nothing, and takes most of the time
-LESS: Mapping[str, Mapping[str, Any]] = {
-    "loaded": {"details": False, "plays": False},
-    "random": {"path": False, "probabilities": ()},
-}
 #: specimens under a load take ten times as long as others and scatter by fewer sources: as many are enough, ...
 PRESSED = 4096
 #: ... or as many as have so many outside
@@ -105,7 +96,7 @@ class Asked:
 
     def __init__(self, m: Mechanism, question: str, probability: float, options: Mapping[str, Any]) -> None:
         self.m, self.question, self.probability = m, question, probability
-        self.options = {**LESS.get(question, {}), **options}
+        self.options = {**QUESTIONS[question].asked_by["allow"], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
         self.is_monotone = question == "worst" and not m.core.deformations
@@ -176,7 +167,7 @@ class Asked:
         if one.is_loaded:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))
         with within_another():
-            result = COMPUTE[self.question](one.part, at=at if whole else at.chosen(places), **options)
+            result = computation(self.question, "allow")(one.part, at=at if whole else at.chosen(places), **options)
         used, status, lost = self._of(one.part, result), result.get("status"), np.zeros(len(result.get("status")))
         if self.question == "random":
             failures = result.get("failures")

@@ -15,8 +15,9 @@ from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.several import of_each
-from jointplay.errors import InputError, in_range, not_known
+from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
+from jointplay.questions import asked_by, require_known
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 
@@ -28,9 +29,8 @@ from .steps import order
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["QUESTIONS", "SAMPLES", "assemble", "best_order", "compute"]
+__all__ = ["SAMPLES", "assemble", "best_order", "compute"]
 
-QUESTIONS = ("unit", "worst", "random")
 #: specimens that a question about scatter draws
 SAMPLES = 2_000
 MOST_SAMPLES = 1_000_000
@@ -125,8 +125,7 @@ def compute(
     progress: Progress | None = None,
 ) -> Result:
     """The light form of `assemble`."""
-    if question not in QUESTIONS:
-        raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
+    require_known(question, ("unit", *asked_by("assemble")), "a question about an assembly")
     order(m)
     # Specimens are solved all at once.
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)

@@ -11,20 +11,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jointplay.analyses.loaded import require_loads
 from jointplay.analyses.nominal import Interrupted, Progress
-from jointplay.analyses.offsets import parameters
-from jointplay.analyses.questions import check_options, computation
+from jointplay.analyses.questions import check, computation
 from jointplay.cluster import Here, Workers, connected
 from jointplay.compile import Grid
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS
 from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
 from jointplay.schema.values import spaced
 from jointplay.store import MemoryStore, Plan, open_store
 from jointplay.typed import typed
 
-from .answering import OWN, QUESTIONS, Ask, Asking, axis_names, drive_names, unassembled
+from .answering import OWN, Ask, Asking, axis_names, drive_names, unassembled
 from .lattice import Lattice
 from .run import Work
 
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 
     from jointplay.cluster import Scheduler
 
-#: nodes of a chunk: some seconds of work, some ten megabytes
-CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
 #: of the largest map: some ten gigabytes where only the error is kept
 MOST_NODES = 10**9
 #: parameters of a question on which its numbers do not depend, or that the map gives
@@ -62,7 +59,8 @@ def map(
     Parameters
     ----------
     m : Mechanism
-    question : {"loaded", "worst", "random", "given", "solve"}
+    question : str
+        Such as ``worst``; `jointplay map --help` lists all that can be asked.
     grid : mapping, optional
         In place of the file's ``[grid]``, in file units: by drive or by component of the output a table
         ``{"from": -100, "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
@@ -149,7 +147,7 @@ def compute(
     nodes = math.prod(grid_of.shape)
     if nodes > MOST_NODES:
         raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
-    lattice = Lattice(grid_of, chunk or CHUNKS[question])
+    lattice = Lattice(grid_of, chunk or QUESTIONS[question].chunk)
     asking = Asking(ask, lattice, drive_names(ask.m, grid_of, unassembled(ask.m, ask)))
     with connected(scheduler) as workers:
         return _made(asking, path, workers, overwrite=overwrite, progress=progress)
@@ -215,8 +213,7 @@ def _prepared(
     m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any]
 ) -> tuple[Grid, Ask]:
     """The grid, and the question of the mechanism that has it."""
-    computation(question, QUESTIONS)
-    _check_options(m, question, options)
+    check(question, options, "map")
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
         # A map is the same however its grid was written.
@@ -237,19 +234,10 @@ def _said(nodes: Sequence[float]) -> object:
     return {"values": list(nodes)}
 
 
-def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:
-    """Refuse before the work what the question would refuse at the first chunk."""
-    check_options(question, options, "map")
-    if question == "loaded":
-        require_loads(m)
-    if question == "given":
-        parameters(m, 1, options.get("offsets") or {}, options.get("deviations") or {})
-
-
 def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping[str, Any]) -> str:
     """What has to be the same for a map to go on: all that its numbers and labels depend on, however it was written."""
     assert m.grid is not None
-    known = inspect.signature(computation(question, QUESTIONS)).parameters
+    known = inspect.signature(computation(question, "map")).parameters
     said = {
         "mechanism": [m.title, m.spec(), m.bodies, m.joints, m.drives, m.sources, m.parameters, vars(m.units)],
         "start": [m.start_drives] if m.drive_values is None else [m.start_drives, m.drive_values[0]],

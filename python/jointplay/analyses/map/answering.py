@@ -19,13 +19,13 @@ from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS
 from jointplay.result import Attribute, Origin, Result, Variable, axes_of, coordinate_names
 from jointplay.store import Stamps, Writer
 
 from .contact import Contacts
 from .lattice import Lattice
 
-QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 #: what a map has beside the answers at its nodes
 CROSSING = "singular_crossing"
 OWN = ("across", "contact_change", CROSSING)
@@ -59,9 +59,8 @@ class Ask:
 
     def __call__(self, at: Nominal) -> Result:
         """The answer at configurations that are solved."""
-        ask, m = computation(self.question, QUESTIONS), self.m
-        # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
-        also = {"loaded": {"offset": True, "plays": False}, "random": {"path": False}}.get(self.question, {})
+        ask, m = computation(self.question, "map"), self.m
+        also = QUESTIONS[self.question].asked_by["map"]
         if self.whole is m:
             return ask(m, at=at, **self.options, **also)
         # The axes of the grid come first.

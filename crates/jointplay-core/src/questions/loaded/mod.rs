@@ -7,11 +7,13 @@
 //! output's error over all exposed faces that move it is given beside it. Of several places at which the load may hold the
 //! mechanism the one with the most work is given.
 
+mod elsewhere_on_lanes;
 mod first_order_on_lanes;
 mod on_lanes;
 mod openings_on_lanes;
 mod over_constrained;
 mod pressing;
+mod steps_on_lanes;
 
 use rayon::prelude::*;
 
@@ -28,7 +30,6 @@ use crate::mechanism::case::Case;
 use crate::mechanism::columns::{FreshRows, Row, Rows, Table};
 use crate::mechanism::dim::{Keep, Wanted};
 use crate::mechanism::status::Status;
-use crate::nominal::trace::{Trace, run_of, trace_runs};
 use crate::questions::columns::{FreshLoaded, Loaded, LoadedRows, LoadedTable};
 use crate::questions::form::Form;
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
@@ -153,17 +154,6 @@ impl Mechanism {
         }
     }
 
-    /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
-    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take; `None` of a
-    /// mechanism that is not statically determinate.
-    #[must_use]
-    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Option<Answer> {
-        match self.form(true) {
-            Form::Determinate => Some(self.loaded_along_determinate(n, drives, exact, keep)),
-            Form::OverConstrained => None,
-        }
-    }
-
     /// In blocks on all cores.
     pub(crate) fn loaded_determinate(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
         let wanted = Wanted { keep, ..Wanted::all(self) };
@@ -180,30 +170,6 @@ impl Mechanism {
             interrupt::before_the_stop(in_rooms(runs, Workspace::default, run).collect())
         });
         table.keep_first(RUN * by_run.len());
-        Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
-    }
-
-    fn loaded_along_determinate(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Answer {
-        let wanted = Wanted { keep, ..Wanted::all(self) };
-        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
-        let (table, by_run) = LoadedTable::filled(&wanted, n, |rows| {
-            let Some((solver, from)) = first else { return self.put_none_assembled(rows) };
-            let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
-            let run = |workspace: &mut Workspace, rows: FreshLoaded<'_>, drives: &[f64], trace: &Trace| {
-                let width = self.n_drives();
-                let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
-                let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
-                let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
-                let rows = rows.begin();
-                let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
-                let (fallbacks, mut rows) = dispatch(run);
-                for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
-                    rows.status.row(row)[0] = *status;
-                }
-                fallbacks
-            };
-            trace_runs(&solver, &from, n, drives, rows.runs(run_of(n)), Workspace::default, run)
-        });
         Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
     }
 

@@ -5,14 +5,14 @@
 //! starts from. Offsets that would turn a body too far for one step are approached in several. A round closes for the
 //! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
 //! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
-//! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
+//! the load decides nothing, contacts flip, the load may hold the mechanism at another place or the closure is in doubt are
+//! left to the plain solver.
 
 use crate::clearance::{Set, Unforced};
 use crate::closure::newton::Solver;
+use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::statics::{StaticsOutputs, load_statics, record_finish, record_statics};
-use crate::closure::recorded::step::record_step;
-use crate::closure::recorded::{SMALL_ANGLE, structure};
+use crate::closure::recorded::statics::{StaticsOutputs, record_finish, record_statics};
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{push, unforced_of};
@@ -21,11 +21,12 @@ use crate::math::space::Space;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Rows;
 use crate::mechanism::{Mechanism, Source};
-use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
 use crate::questions::columns::{Loaded, LoadedRows};
+use crate::questions::loaded::elsewhere_on_lanes::other_ends;
 use crate::questions::loaded::first_order_on_lanes::share_and_reach_of;
-use crate::questions::loaded::openings_on_lanes::{Openings, released, turning};
+use crate::questions::loaded::openings_on_lanes::{Openings, released};
+use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps, record_close, record_contact_step};
 
 /// Steps to the support points that a block takes at most.
 const STEPS: usize = 25;
@@ -41,12 +42,9 @@ const LARGEST_TURN: f64 = 0.6;
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
 pub struct Contact<'m> {
-    mechanism: &'m Mechanism,
-    layout: Layout,
     statics: Program,
-    step: Program,
+    steps: Steps<'m>,
     finish: Program,
-    close: Program,
 }
 
 /// What a block is solved in; the next one overwrites it.
@@ -76,16 +74,17 @@ impl<'m> Contact<'m> {
         let step = record_contact_step(solver, &layout)?;
         let finish = record_finish(m, &layout, &step);
         let close = record_close(solver, &layout, &finish)?;
-        Some(Self { mechanism: m, statics: record_statics(solver, &layout)?, step, finish, close, layout })
+        let statics = record_statics(solver, &layout)?;
+        Some(Self { statics, steps: Steps { mechanism: m, layout, step, close }, finish })
     }
 
     /// Room for one block.
     #[must_use]
     pub fn workspace(&self) -> Workspace {
-        let mut step = self.close.registers(&[]);
+        let mut step = self.steps.close.registers(&[]);
         self.finish.put_common(&mut step, &[]);
-        self.step.put_common(&mut step, &[]);
-        let m = self.mechanism;
+        self.steps.step.put_common(&mut step, &[]);
+        let m = self.steps.mechanism;
         let n_u = m.n_parameters();
         let [pushed, elsewhere, shares] = [n_u, n_u, m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
         let statics = self.statics.registers(&[]);
@@ -104,13 +103,13 @@ impl<'m> Contact<'m> {
         first: usize,
         mut plainly: impl FnMut(&Case<'_>) -> Loaded,
     ) {
-        let m = self.mechanism;
+        let m = self.steps.mechanism;
         let n_u = m.n_parameters();
         let Workspace { statics, step, pushed, elsewhere, shares, mixing } = workspace;
         mixing.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
-        self.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
+        self.steps.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
         run_at_flanks(m, &self.statics, statics);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(statics, k);
@@ -118,7 +117,7 @@ impl<'m> Contact<'m> {
         for (i, case) in cases.iter().enumerate() {
             good[i] = case.coordinates.iter().all(|c| c.is_finite()) && at.is_sound(m, out, i);
         }
-        let inputs = n_u + self.layout.n_varying();
+        let inputs = n_u + self.steps.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
         for (p, centre) in m.centre.iter().enumerate() {
             (step[p], pushed[p]) = (Block::splat(*centre), Block::splat(*centre));
@@ -136,7 +135,7 @@ impl<'m> Contact<'m> {
         let released = released(m, &unforced);
 
         step[..n_u].copy_from_slice(pushed);
-        let to = StepOutputs::new(m, &self.layout);
+        let to = StepOutputs::new(m, &self.steps.layout);
         let sign = out(at.pivots);
         let is_round = |source: &Source| matches!(source.set, Set::Disc { .. } | Set::Ball { .. });
         let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
@@ -145,19 +144,19 @@ impl<'m> Contact<'m> {
         let mut undecided = Block::splat(0.0);
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
-            self.close.run(step);
+            self.steps.close.run(step);
             if round == 0 {
                 self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
             }
-            self.stay_near(&self.close, step, sign, &mut good);
+            self.steps.stay_near(&self.steps.close, step, sign, &mut good);
             if round == 0 && has_corners {
                 // Corners that compete are chosen at a closed pose, as by the plain solver.
-                self.close.run(step);
-                self.stay_near(&self.close, step, sign, &mut good);
+                self.steps.close.run(step);
+                self.steps.stay_near(&self.steps.close, step, sign, &mut good);
             }
-            self.step.run(step);
-            self.stay_near(&self.step, step, sign, &mut good);
-            let out = |k: usize| self.step.output(step, k);
+            self.steps.step.run(step);
+            self.steps.stay_near(&self.steps.step, step, sign, &mut good);
+            let out = |k: usize| self.steps.step.output(step, k);
             let open_then = undecided;
             if round == 0 {
                 for &s in &released {
@@ -188,17 +187,14 @@ impl<'m> Contact<'m> {
             mixing.step(step, pushed, &wanted, &settled);
         }
         self.finish.run(step);
-        let out = |k: usize| self.step.output(step, k);
+        let out = |k: usize| self.steps.step.output(step, k);
         // Where the exact pose decides, it alone does.
         open.decided.fill([true; LANES]);
         open.add(m, |p| out(to.gradient + p), out(to.scale), &counted, map, &reaches);
-        let elsewhere = turning(m, |p| out(to.gradient + p), out(to.scale), elsewhere);
-        for (i, case) in cases.iter().enumerate() {
-            good[i] &= settled[i] && !open.observable[i] && elsewhere.0[i] == 0.0 && !self.turns_far(step, i);
-            if !good[i] {
-                rows.put(first + i, &plainly(case));
-            }
+        for i in 0..LANES {
+            good[i] &= settled[i] && !open.observable[i] && !self.turns_far(step, i);
         }
+        let ends = other_ends(m, |p| out(to.gradient + p), out(to.scale), elsewhere, step, &good);
         // Nothing is undetermined, as where nothing has been put, and the status is as it is there.
         let found = &good[..cases.len()];
         let nominal = |k: usize| self.statics.output(statics, at.output + k);
@@ -207,19 +203,13 @@ impl<'m> Contact<'m> {
         let error: [Block; 6] = std::array::from_fn(moved);
         rows.error.put_lanes(first, found, |k| &error[k].0);
         rows.decided.put_lanes(first, found, |s| &open.decided[s]);
-        rows.reaction.put_lanes(first, found, |k| &self.step.output(step, to.reactions + k).0);
+        rows.reaction.put_lanes(first, found, |k| &self.steps.step.output(step, to.reactions + k).0);
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
-    }
-
-    /// Drops the lanes where a step went too far, or to another branch.
-    #[inline(always)]
-    fn stay_near(&self, program: &Program, registers: &[Block], sign: &Block, good: &mut [bool; LANES]) {
-        let (small, to) = (self.mechanism.small_step(), StepOutputs::new(self.mechanism, &self.layout));
-        let [size, pivots] = [to.size, to.pivots].map(|k| program.output(registers, k));
-        for i in 0..LANES {
-            good[i] &= size.0[i] <= small * small && pivots.0[i] * sign.0[i] > 0.0;
+        let leads = self.steps.leads_elsewhere(&ends, sign, step, pushed);
+        for (i, case) in cases.iter().enumerate().filter(|(i, _)| !good[*i] || leads[*i]) {
+            rows.put(first + i, &plainly(case));
         }
     }
 
@@ -233,11 +223,11 @@ impl<'m> Contact<'m> {
         good: &mut [bool; LANES],
         steps: &mut [u64; LANES],
     ) {
-        let (n_u, small) = (self.mechanism.n_parameters(), self.mechanism.small_step());
-        let to = StepOutputs::new(self.mechanism, &self.layout);
+        let (n_u, small) = (self.steps.mechanism.n_parameters(), self.steps.mechanism.small_step());
+        let to = StepOutputs::new(self.steps.mechanism, &self.steps.layout);
         let mut parts = Block::splat(1.0);
         for i in 0..LANES {
-            let length = self.close.output(step, to.size).0[i].sqrt();
+            let length = self.steps.close.output(step, to.size).0[i].sqrt();
             if good[i] && length > small {
                 // Steps of half that length: they are not alike.
                 parts.0[i] = (length / (0.5 * small)).ceil();
@@ -257,8 +247,8 @@ impl<'m> Contact<'m> {
                     offset.0[i] = if part < parts.0[i] { whole.0[i] * (part / parts.0[i]) } else { whole.0[i] };
                 }
             }
-            self.close.run(step);
-            self.stay_near(&self.close, step, sign, good);
+            self.steps.close.run(step);
+            self.steps.stay_near(&self.steps.close, step, sign, good);
             for i in 0..LANES {
                 steps[i] += u64::from(part < parts.0[i]);
             }
@@ -269,7 +259,7 @@ impl<'m> Contact<'m> {
     /// Whether the output of a lane has turned so far that its rotation is not known.
     #[inline(always)]
     fn turns_far(&self, step: &[Block], lane: usize) -> bool {
-        let m = self.mechanism;
+        let m = self.steps.mechanism;
         let square = |k: usize| self.finish.output(step, k).0[lane].powi(2);
         m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
     }
@@ -303,48 +293,4 @@ fn put_shares<'b>(
     rows.contribution.put_lanes(first, all, |k| &shares[k].0);
     rows.error_first_order.put_lanes(first, all, |k| &error[k].0);
     reaches
-}
-
-/// Where the outputs of the step program stand.
-struct StepOutputs {
-    size: usize,
-    pivots: usize,
-    scale: usize,
-    gradient: usize,
-    reactions: usize,
-}
-
-impl StepOutputs {
-    #[inline(always)]
-    const fn new(m: &Mechanism, layout: &Layout) -> Self {
-        let size = layout.n_state();
-        Self { size, pivots: size + 1, scale: size + 2, gradient: size + 3, reactions: size + 3 + m.n_parameters() }
-    }
-}
-
-/// A Newton step with the reactions at the pose it starts from.
-fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
-    let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE, &structure("contact", solver));
-    let symbolic = layout.varying(m, &recorder);
-    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let statics = load_statics(m, &step.linear, &symbolic);
-    let mut outputs = step.numbers;
-    outputs.extend(step.turn);
-    outputs.extend([step.size, step.pivots, statics.scale]);
-    outputs.extend(statics.gradient);
-    outputs.extend(statics.reactions);
-    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, layout.state(m)))
-}
-
-/// A Newton step only, on the registers of the others.
-fn record_close(solver: &Solver<'_>, layout: &Layout, after: &Program) -> Option<Program> {
-    let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE, &(structure("closing", solver), after.n_blocks()));
-    let symbolic = layout.varying(m, &recorder);
-    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let mut outputs = step.numbers;
-    outputs.extend(step.turn);
-    outputs.extend([step.size, step.pivots]);
-    Some(Program::after(after, &recorder, &outputs, layout.state(m)))
 }

@@ -1,8 +1,7 @@
-//! What a load leaves open in a block of configurations, and where it may hold the mechanism elsewhere.
+//! What a load leaves open in a block of configurations.
 
 use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
-use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::UNDECIDED;
 use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::contact::push_on_lanes::exposed;
@@ -13,29 +12,6 @@ use crate::mechanism::Mechanism;
 pub(super) fn released(m: &Mechanism, unforced: &[[Unforced; LANES]]) -> Vec<usize> {
     let clearances = m.sources().iter().zip(unforced).enumerate().filter(|(_, (source, _))| source.is_clearance);
     clearances.filter(|(_, (_, lanes))| lanes.iter().any(|unforced| !unforced.is_none())).map(|(s, _)| s).collect()
-}
-
-/// Where the load may hold the mechanism at another place as well, as [`crate::contact`] looks for it.
-#[inline(always)]
-pub(super) fn turning<'b>(
-    m: &Mechanism,
-    gradient: impl Fn(usize) -> &'b Block,
-    scale: &Block,
-    elsewhere: &'b [Block],
-) -> Block {
-    let tolerance = scale.mul(&Block::splat(UNDECIDED));
-    let mut found = Block::splat(0.0);
-    if !m.is_searched() {
-        return found;
-    }
-    for source in m.sources().iter().filter(|source| source.is_clearance && !source.set.is_zero()) {
-        let n = source.set.size();
-        let now: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
-        let then: [&Block; MAX_SIZE] = std::array::from_fn(|k| &elsewhere[source.first + k.min(n - 1)]);
-        let tolerance = tolerance.mul(&Block::splat(source.lever));
-        found = found.add(&may_turn(&source.set, &now[..n], &then[..n], &tolerance));
-    }
-    found
 }
 
 /// The sources that forces leave open, as [`Mechanism::leave_open`] has them.

@@ -1,0 +1,79 @@
+//! Recorded Newton steps of the closure for a block of configurations, with the reactions at the pose they start from and
+//! without.
+
+use crate::closure::newton::Solver;
+use crate::closure::recorded::layout::Layout;
+use crate::closure::recorded::statics::load_statics;
+use crate::closure::recorded::step::record_step;
+use crate::closure::recorded::{SMALL_ANGLE, structure};
+use crate::math::lanes::block::{Block, LANES};
+use crate::mechanism::Mechanism;
+use crate::program::symbol::Recorder;
+use crate::program::tape::Program;
+
+/// The steps of one mechanism under its loads.
+#[derive(Clone, Debug)]
+pub(super) struct Steps<'m> {
+    pub mechanism: &'m Mechanism,
+    pub layout: Layout,
+    /// With the reactions.
+    pub step: Program,
+    /// Without.
+    pub close: Program,
+}
+
+impl Steps<'_> {
+    /// Drops the lanes where a step went too far, or to another branch.
+    #[inline(always)]
+    pub fn stay_near(&self, program: &Program, registers: &[Block], sign: &Block, good: &mut [bool; LANES]) {
+        let (small, to) = (self.mechanism.small_step(), StepOutputs::new(self.mechanism, &self.layout));
+        let [size, pivots] = [to.size, to.pivots].map(|k| program.output(registers, k));
+        for i in 0..LANES {
+            good[i] &= size.0[i] <= small * small && pivots.0[i] * sign.0[i] > 0.0;
+        }
+    }
+}
+
+/// Where the outputs of the step program stand.
+pub(super) struct StepOutputs {
+    pub size: usize,
+    pub pivots: usize,
+    pub scale: usize,
+    pub gradient: usize,
+    pub reactions: usize,
+}
+
+impl StepOutputs {
+    #[inline(always)]
+    pub const fn new(m: &Mechanism, layout: &Layout) -> Self {
+        let size = layout.n_state();
+        Self { size, pivots: size + 1, scale: size + 2, gradient: size + 3, reactions: size + 3 + m.n_parameters() }
+    }
+}
+
+/// A Newton step with the reactions at the pose it starts from.
+pub(super) fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE, &structure("contact", solver));
+    let symbolic = layout.varying(m, &recorder);
+    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
+    let statics = load_statics(m, &step.linear, &symbolic);
+    let mut outputs = step.numbers;
+    outputs.extend(step.turn);
+    outputs.extend([step.size, step.pivots, statics.scale]);
+    outputs.extend(statics.gradient);
+    outputs.extend(statics.reactions);
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, layout.state(m)))
+}
+
+/// A Newton step only, on the registers of the others.
+pub(super) fn record_close(solver: &Solver<'_>, layout: &Layout, after: &Program) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE, &(structure("closing", solver), after.n_blocks()));
+    let symbolic = layout.varying(m, &recorder);
+    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
+    let mut outputs = step.numbers;
+    outputs.extend(step.turn);
+    outputs.extend([step.size, step.pivots]);
+    Some(Program::after(after, &recorder, &outputs, layout.state(m)))
+}

@@ -1,0 +1,289 @@
+"""The panels of sheets: a sheet is a table of them, and declarations of questions name the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from jointplay import poses
+from jointplay.errors import InputError
+from jointplay.gaps import clearance_of
+from jointplay.model import Mechanism
+from jointplay.questions import QUESTIONS
+from jointplay.result import Result
+from jointplay.result import size as size_of
+
+from .allocate import allocate, cost_curve
+from .allow import allow
+from .bars import AROUND, BAR
+from .corrections import correction
+from .figures import SIZES, blame, error, histogram, size_behind, worst_of
+from .layout import KEYS, Panel
+from .linkage import VIEWS, mechanism
+from .paths import displaced_path
+from .singular import KINDS, distance, nearness
+from .sweeps import sweep
+from .words import round_factor
+
+if TYPE_CHECKING:
+    from .sheet import Choice
+
+#: how large, as a share of the mechanism, an exaggerated error is drawn
+VISIBLE = 0.1
+#: poses that are drawn light between the first and the last one
+BETWEEN = 8
+#: panels with the sources of each size
+SOURCES = ("sources", "sources-rotation")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a sheet is made of: the results by the name of what was asked; before the work there are none."""
+
+    m: Mechanism
+    asked: list[str]
+    results: Mapping[str, Result]
+    choice: Choice
+
+    @cached_property
+    def first(self) -> Result:
+        """The first result."""
+        return next(iter(self.results.values()))
+
+    @cached_property
+    def pushed(self) -> Result | None:
+        """The first result that says where the mechanism is."""
+        return next((result for result in self.results.values() if "error" in result.data), None)
+
+    @cached_property
+    def main(self) -> Result:
+        """The result whose shares are drawn."""
+        return self.results.get("worst") or self.pushed or self.first
+
+    @property
+    def quantity(self) -> str:
+        """The quantity that is chosen."""
+        return self.choice.quantity or "position"
+
+
+def _assembled(result: Result) -> NDArray[np.intp]:
+    """The configurations that are assembled, of which there has to be one."""
+    there = np.flatnonzero(np.isfinite(result.get("nominal")).all(axis=-1))
+    if not len(there):
+        raise InputError("no configuration is assembled, so there is nothing to draw")
+    return there
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Panels of one sort: their names, and what makes the one of a name, None where the results have nothing for it.
+
+    Names that only the results say are None before the work.
+    """
+
+    names: tuple[str, ...] | Callable[[Sheet], Iterable[str] | None]
+    make: Callable[[Sheet, str], Panel | None]
+
+    def of(self, sheet: Sheet) -> Iterable[str] | None:
+        """The names of the panels of a sheet."""
+        return self.names if isinstance(self.names, tuple) else self.names(sheet)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A sort of sheet: its panels in their order, and how they stand."""
+
+    entries: tuple[Entry, ...] = ()
+    #: as many stand beside each other
+    columns: int = 2
+    #: as many belong together, and stand in one row where there are no others
+    row: int = 0
+    #: whether components can be drawn, and not only sizes
+    has_components: bool = True
+
+
+def kind_of(asked: Iterable[str]) -> Kind:
+    """The sort of sheet for what is asked."""
+    first = next(iter(asked))
+    return SHEETS.get(QUESTIONS[first].sheet if first in QUESTIONS else first, Kind())
+
+
+def _into(drawing: Callable[..., object], *args: Any, **options: Any) -> Callable[[Axes], object]:
+    """A drawing that waits for its axes."""
+    return lambda axes: drawing(*args, axes=axes, **options)
+
+
+def _size(sheet: Sheet, name: str) -> Panel | None:
+    """Errors over the configurations; a component has the panel of the size that it belongs to."""
+    quantity = sheet.choice.quantity or name
+    if name != size_behind(quantity):
+        return None
+    # What is given by the worst case lies on its curve, where it is drawn.
+    kept = {key: result for key, result in sheet.results.items() if "offsets_of" not in result.attrs} or sheet.results
+    is_named = len(kept) > 1 or kind_of(kept) is SHEETS["errors"]
+    return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
+
+
+def _correction(sheet: Sheet, name: str) -> Panel | None:
+    """The corrections of the drives, a panel for each unit."""
+    result = sheet.first
+    if "correction" not in result.data:
+        return None
+    units = list(dict.fromkeys(result.labels("drive_unit"))) if "drive_unit" in result.coords else []
+    angle = sheet.m.units.angle_name
+    names = {f"correction-{'angle' if unit == angle else 'length'}": unit for unit in units}
+    if len(units) < 2:
+        names = {"correction": ""}
+    return Panel(_into(correction, result, names[name] or None)) if name in names else None
+
+
+def _swept(sheet: Sheet, name: str) -> Panel | None:
+    quantity, _, surface = name.partition("-")
+    if sheet.choice.quantity not in (None, quantity):
+        return None
+    # A surface over a single configuration has no width.
+    if surface and (sheet.first.sizes["configuration"] == 1 or "sweep_by" in sheet.first.attrs):
+        return None
+    return Panel(_into(sweep, sheet.first, quantity, surface=bool(surface)), 4.0)
+
+
+def _of_units(drawing: Callable[..., Figure]) -> Entry:
+    """Sizes of sources, a panel for each unit."""
+
+    def names(sheet: Sheet) -> Iterable[str] | None:
+        return dict.fromkeys(sheet.first.labels("source_unit")) if sheet.results else None
+
+    def make(sheet: Sheet, unit: str) -> Panel:
+        count = sheet.first.labels("source_unit").count(unit)
+        return Panel(_into(drawing, sheet.first, unit), AROUND + BAR * count, 7.0)
+
+    return Entry(names, make)
+
+
+def _cost(sheet: Sheet, _: str) -> Panel | None:
+    return Panel(_into(cost_curve, sheet.first)) if "curve_cost" in sheet.first.data else None
+
+
+def _drawings(sheet: Sheet) -> Iterable[str]:
+    """The views of a mechanism in the order of a drawing: top above front, side beside it."""
+    return ("top", "solid", "front", "side") if sheet.m.pose_size == poses.SPATIAL else ("mechanism",)
+
+
+def _poses(sheet: Sheet, name: str) -> Panel:
+    """The first pose, with others behind it and the last one before them."""
+    shown, others = sheet.choice.configuration, []
+    if shown is None and "failure" in sheet.first.attrs:
+        # What cannot be assembled is what one asks about.
+        shown = int(np.isfinite(sheet.first.get("nominal")).all(axis=1).argmin())
+    elif shown is None:
+        there = _assembled(sheet.first)
+        shown, last = int(there[0]), len(there) - 1
+        others = there[np.unique(np.linspace(1, last, min(BETWEEN, last)).round().astype(int))].tolist()
+    view, is_alone = name if name in VIEWS else None, sheet.choice.panel is not None
+    return Panel(_into(_view, sheet.m, shown, others, view, is_alone), 5.4, around=KEYS)
+
+
+def _view(m: Mechanism, shown: int, others: list[int], view: str | None, is_alone: bool, *, axes: Axes) -> None:
+    """A configuration, others light behind it and the last of them as strong; of several views one has the legend."""
+    mechanism(m, shown, behind=others[:-1], beside=others[-1:], view=view, axes=axes)
+    if view is not None and not is_alone:
+        legend = axes.get_legend()
+        axes.set_title("" if view == "solid" else view, pad=6.0)
+        if view != "solid" and legend is not None:
+            legend.remove()
+
+
+def _nearest(sheet: Sheet, _: str) -> Panel | None:
+    """The mechanism where it is nearest to a singularity."""
+    values = np.min([sheet.first.get(f"{kind}_singular_value") for kind in KINDS], axis=0)
+    if not np.isfinite(values).any():
+        return None
+    shown = int(np.nanargmin(values)) if sheet.choice.configuration is None else sheet.choice.configuration
+    return Panel(_into(_view, sheet.m, shown, [], None, True), 5.0, around=KEYS)
+
+
+def _distance(sheet: Sheet, _: str) -> Panel | None:
+    found = sheet.first
+    is_known = "singularity_distance" in found.data and np.isfinite(found.get("singularity_distance")).any()
+    return Panel(_into(distance, found)) if is_known else None
+
+
+def _at_worst(sheet: Sheet, _: str) -> Panel:
+    """The mechanism at its worst."""
+    chosen, there = sheet.choice.configuration, _assembled(sheet.main)
+    shown = worst_of(sheet.main, sheet.quantity) if chosen is None else chosen
+    shown = shown if shown in there or chosen is not None else int(there[0])
+    times = exaggeration(sheet.m, sheet.pushed, shown)
+    return Panel(_into(mechanism, sheet.m, shown, exaggerate=times, result=sheet.pushed), 5.0, around=KEYS)
+
+
+def _sources(sheet: Sheet, name: str) -> Panel | None:
+    """What the error is made of."""
+    size = dict(zip(SOURCES, SIZES, strict=True))[name]
+    is_chosen = sheet.choice.quantity is None or size == size_behind(sheet.quantity)
+    return Panel(_into(blame, sheet.main, size)) if is_chosen else None
+
+
+def _scattered(sheet: Sheet) -> Iterable[str]:
+    return ("histogram",) if "random" in sheet.asked else ()
+
+
+def _histogram(sheet: Sheet, _: str) -> Panel:
+    return Panel(_into(histogram, sheet.results["random"], sheet.quantity, sheet.choice.configuration))
+
+
+def _path(sheet: Sheet, name: str) -> Panel | None:
+    """The displaced path, where it is asked for."""
+    return Panel(_into(displaced_path, sheet.results), 5.0) if sheet.choice.panel == name else None
+
+
+_ERRORS = Entry(SIZES, _size)
+_CORRECTIONS = Entry(("correction", "correction-length", "correction-angle"), _correction)
+#: every panel of every sheet; declarations of questions name the sheet
+SHEETS: Mapping[str, Kind] = {
+    "errors": Kind(
+        (
+            Entry(("mechanism",), _at_worst),
+            _ERRORS,
+            Entry(SOURCES, _sources),
+            Entry(_scattered, _histogram),
+            Entry(("path",), _path),
+        )
+    ),
+    "poses": Kind((Entry(_drawings, _poses),)),
+    "sweep": Kind(
+        (Entry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
+    ),
+    "pairs": Kind((Entry(SIZES, _swept),), has_components=False),
+    "corrections": Kind((_ERRORS, _CORRECTIONS), row=3),
+    "comparison": Kind((_ERRORS, _CORRECTIONS)),
+    "nearness": Kind(
+        (
+            Entry(("mechanism",), _nearest),
+            Entry(("nearness",), lambda sheet, _: Panel(_into(nearness, sheet.first))),
+            Entry(("distance",), _distance),
+        )
+    ),
+    "allowed": Kind((_of_units(allow),), columns=1),
+    "allocated": Kind((_of_units(allocate), Entry(("cost",), _cost)), columns=1),
+}
+
+
+def exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
+    """A round factor that makes clearances and errors visible."""
+    kinds = ("disc", "ball", "journal", "sleeve", "guide", "diamond")
+    found = [clearance_of(m, k) for k, s in enumerate(m.core_spec["sources"]) if s["kind"] == "clearance"]
+    radii = [size.get("radius", size.get("gap", 0.0)) for name, size in found if name in kinds]
+    size = max(radii, default=0.0) / m.units.length
+    if pushed is not None:
+        size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)
+    if size == 0.0:
+        return 0.0
+    return round_factor(VISIBLE * m.length / m.units.length / size)
