@@ -323,7 +323,7 @@ def known(question: str) -> dict[str, tuple[str, str]]:
     for result in RESULTS[question]():
         extra = {"output", "load_case", *str(result.attrs.get("grid", "")).split(", ")}
         for name, variable in result.data_vars.items():
-            dims = ", ".join(str(dim) for dim in variable.dims if dim not in extra)
+            dims = ", ".join(code(dim) for dim in variable.dims if dim not in extra)
             found.setdefault(str(name), (dims, variable.attrs["long_name"]))
     return found
 
