@@ -78,7 +78,7 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 	done
 
 # One that fails does not keep the others from being measured.
-verify: $(STAMPS)/build $(STAMPS)/develop  ## every tests/verify_*.py: independent engines and long measurements; writes docs/verification.md and the tables of docs/checks.md
+verify: $(STAMPS)/build $(STAMPS)/develop  ## every tests/verify_*.py: independent engines and long measurements; writes docs/verification.json and the tables of docs/checks.md
 	failed=; for program in tests/verify_*.py; do \
 	    echo "$$program: $$(sed -n '1s/^"""\(.*\)$$/\1/p' $$program)"; \
 	    $(BIN)/python $$program || failed+=" $$program"; \

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import base64
-import functools
 import html
-import importlib.util
 import io
 import json
 import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
+from hooks import hook
 from jointplay import examples
 from jointplay.reporting.printing import BROWSERS
 
@@ -36,19 +33,6 @@ addEventListener("load", () => setTimeout(() => {
 }, 500));
 </script>
 """
-
-
-@functools.cache
-def hook(name: str) -> ModuleType:
-    """A part of the build."""
-    spec = importlib.util.spec_from_file_location(f"docs_{name}", DOCS / "hooks" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    # Data classes look their module up there.
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 class TestGallery:

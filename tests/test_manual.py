@@ -1,4 +1,7 @@
-"""The manual is complete: every key, command, option, result variable, public name and example has its place in it."""
+"""The manual is complete: every key, command, option, result variable, public name and example has its place in it.
+
+Looked at are the pages as they are built, with the tables that the program makes of itself.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,8 @@ import typer
 from numpydoc.validate import validate
 
 import jointplay as jp
-from jointplay import examples
+from hooks import hook
+from jointplay import _core, examples
 from jointplay.cli.commands import program
 from jointplay.schema import json_schema
 
@@ -42,7 +46,7 @@ CHECKS = {
 
 @cache
 def page(name: str) -> str:
-    return (DOCS / name).read_text(encoding="utf-8")
+    return str(hook("reference").expanded((DOCS / name).read_text(encoding="utf-8")))
 
 
 def code_words(name: str) -> set[str]:
@@ -132,8 +136,8 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "assemble worst": lambda m: jp.assemble(m, "worst"),
     "assemble random": lambda m: jp.assemble(m, "random", samples=20),
 }
-#: what is explained on a page of its own
-ELSEWHERE = {"assemble": "assembly.md"}
+#: what is explained on a page of its own, or on two
+ELSEWHERE = {"assemble": ("assembly.md",), "map": ("questions.md", "map.md")}
 ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
 
@@ -141,7 +145,8 @@ ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 def test_every_variable_dimension_and_attribute_of_a_result_is_explained(question: str) -> None:
     result = RESULTS[question](jp.loads(examples.text("four-bar", {"limits.position": "1"})).with_(SHORT | ORDER))
     named = {str(name) for name in (*result.data_vars, *result.dims, *result.attrs)}
-    missing = sorted(named - code_words(ELSEWHERE.get(question.split()[0], "questions.md")))
+    pages = ELSEWHERE.get(question.split()[0], ("questions.md",))
+    missing = sorted(named.difference(*map(code_words, pages)))
     assert not missing
 
 
@@ -149,6 +154,11 @@ def test_variables_that_only_some_mechanisms_have_are_explained() -> None:
     m = jp.loads(examples.text("five-bar", {"limits.joints": "{ A = [0, 180] }"}))
     missing = sorted({str(name) for name in jp.solve(m).data_vars} - code_words("questions.md"))
     assert not missing
+
+
+def test_every_status_is_explained() -> None:
+    table = re.findall(r"^\| `(\w+)` \|", section("questions.md", "What all results share"), re.MULTILINE)
+    assert set(_core.STATUSES) <= set(table)
 
 
 # --- the Python interface --------------------------------------------------------------------------------------------
@@ -216,3 +226,18 @@ def test_every_module_and_everything_public_in_it_has_a_docstring(name: str) -> 
 @pytest.mark.parametrize("name", examples.names())
 def test_every_example_is_on_the_page_of_examples(name: str) -> None:
     assert f"`{name}`" in page("examples.md")
+
+
+# --- the whole -------------------------------------------------------------------------------------------------------
+
+
+def test_files_that_the_page_on_the_design_names_exist() -> None:
+    there = {path.name for folder in ("crates", "python", "tests") for path in (DOCS.parent / folder).rglob("*.*")}
+    named = {name.rpartition("/")[2] for name in re.findall(r"`([\w/-]+\.(?:rs|py|pyi|js))`", page("design.md"))}
+    assert named
+    assert named <= there
+
+
+def test_a_reader_has_an_end_in_sight() -> None:
+    pages = [*DOCS.rglob("*.md"), *(DOCS.parent / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"))]
+    assert sum(len(path.read_text(encoding="utf-8").split()) for path in pages) <= 60_000

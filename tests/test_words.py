@@ -168,8 +168,8 @@ def test_make_targets_that_a_page_names_exist(page: Path) -> None:
 
 def texts() -> Iterator[tuple[str, str]]:
     """What users read, with where it is: pages, changes to come, comments of examples, docstrings and messages."""
-    for page in [*PAGES, *sorted((DOCS / "papers").glob("*.md"))]:
-        yield page.name, page.read_text(encoding="utf-8")
+    for page in [*PAGES, *sorted((ROOT / "examples" / "papers").glob("*/page.md"))]:
+        yield str(page.relative_to(ROOT)), page.read_text(encoding="utf-8")
     for path in sorted(DOCS.glob("*.ipynb")):
         for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
             yield f"{path.name}, cell {number}", "".join(cell["source"])

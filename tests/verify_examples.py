@@ -1,8 +1,8 @@
-"""The bundled examples and random mechanisms beside independent engines, and published figures; docs/verification.md.
+"""The bundled examples and random mechanisms beside independent engines, and published figures; docs/verification.json.
 
 python tests/verify_examples.py                  all rows, some minutes; ends with 1 where one is outside its tolerance
 python tests/verify_examples.py four-bar rssr    the rows of these examples, printed only
-python tests/verify_examples.py --published      the published figures, written into the page
+python tests/verify_examples.py --published      the published figures, written again
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import cache
 
 from cores import on_all_cores
 from verification import random_mechanisms
-from verification.page import PAGE, Row, wanted, with_record, written
+from verification.page import NUMBERS, Row, wanted, with_record, written
 from verification.record import figures
 from verification.subject import Check, Found, Subject
 
@@ -29,8 +29,8 @@ def compared(place: int) -> Found:
 
 def main(names: list[str]) -> int:
     if names == ["--published"]:
-        PAGE.write_text(with_record(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-        print(f"wrote {PAGE.name}")
+        NUMBERS.write_text(with_record(NUMBERS.read_text(encoding="utf-8")), encoding="utf-8")
+        print(f"wrote {NUMBERS.name}")
         return 0
     rows = []
     places = [k for k, (s, _) in enumerate(comparisons()) if not names or s.name in names]
@@ -45,8 +45,8 @@ def main(names: list[str]) -> int:
         random = list(random_mechanisms.rows())
         good = good and all(row.found.difference <= row.check.tolerance for row in random)
         good = good and all(figure.found == figure.agrees for figure in figures())
-        PAGE.write_text(written(rows, random), encoding="utf-8")
-        print(f"wrote {PAGE.name}")
+        NUMBERS.write_text(written(rows, random), encoding="utf-8")
+        print(f"wrote {NUMBERS.name}")
     return 0 if good else 1
 
 

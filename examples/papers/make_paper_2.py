@@ -1,35 +1,20 @@
-"""Write docs/papers/paper-2.md with its figures, or check that the committed page is what this computes.
+"""Make the page on paper 2 and its figures; the build of the documentation does.
 
-python examples/papers/make_paper_2.py            writes the page and the figures
-python examples/papers/make_paper_2.py --check    exit code 1 if the page differs or a figure is missing
+python examples/papers/make_paper_2.py --into FOLDER
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
-
-from committed import IMAGES, PAPERS, check
-from paper2 import page, study
-
-PAGE = PAPERS / "paper-2.md"
+from into import folder
+from paper2 import figures, page, study
 
 
-def main() -> int:
-    """Entry point; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Write the page on paper 2 and its figures.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if something differs")
-    arguments = parser.parse_args()
-    answers = study.study()
-    if arguments.check:
-        return check(PAGE, page.render(answers))
-    from paper2 import figures  # matplotlib is not needed for --check
-
-    figures.draw_all(answers, IMAGES)
-    PAGE.write_text(page.render(answers), encoding="utf-8")
-    print(f"{PAGE.name} and {len(figures.FIGURES)} figures written")
-    return 0
+def main() -> None:
+    """Entry point."""
+    place, answers = folder("Make the page on paper 2 and its figures."), study.study()
+    figures.draw_all(answers, place / "img")
+    (place / "paper-2.md").write_text(page.render(answers), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,7 +1,6 @@
-"""Draw where the joints of a 3-UPU lose hold, by the general analysis and by its closed form, or check the numbers.
+"""Draw where the joints of a 3-UPU lose hold, by the general analysis and by its closed form.
 
-python examples/papers/make_upu_singularities.py            writes the numbers and the figure
-python examples/papers/make_upu_singularities.py --check    exit code 1 if the committed numbers differ
+python examples/papers/make_upu_singularities.py --into FOLDER
 
 The general analysis knows nothing of the robot but its file: 13 bodies, a Jacobian of 78 rows. The closed form
 is the determinant of the three couples n that the legs hold the platform with,
@@ -13,19 +12,14 @@ D the difference of the radii of base and platform, l the legs' lengths, psi the
 
 from __future__ import annotations
 
-import argparse
 import io
-import sys
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import jointplay as jp
-
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "papers"
-NUMBERS = DOCS / "upu-singularities.csv"
-FIGURE = DOCS / "img" / "upu-singularities.svg"
+from into import folder
 
 BASE, PLATFORM, HEIGHT = 300.0, 150.0, 400.0
 #: edge of the square that is looked at, and places along it, mm
@@ -82,12 +76,6 @@ def table(text: str) -> Array:
     return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
 
 
-def agrees(committed: str, computed: str) -> bool:
-    """Whether two tables differ by no more than their last digit, which rounds either way."""
-    a, b = table(committed), table(computed)
-    return a.shape == b.shape and bool(np.allclose(a, b, rtol=0, atol=1.5e-5))
-
-
 def draw(rows: Array, path: Path) -> None:
     """Both maps side by side, with the circle of the closed form in each."""
     import matplotlib as mpl
@@ -112,21 +100,12 @@ def draw(rows: Array, path: Path) -> None:
     figure.savefig(path, metadata={"Date": None})
 
 
-def main() -> int:
-    """Entry point; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Draw the singularities of a 3-UPU.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if the numbers differ")
-    check = parser.parse_args().check
-    text = numbers()
-    if check:
-        same = NUMBERS.exists() and agrees(NUMBERS.read_text(encoding="utf-8"), text)
-        print(f"{NUMBERS.name} {'is up to date' if same else 'differs'}")
-        return 0 if same and FIGURE.exists() else 1
-    NUMBERS.write_text(text, encoding="utf-8")
-    draw(table(text), FIGURE)
-    print(f"{NUMBERS.name} and {FIGURE.name} written")
-    return 0
+def main() -> None:
+    """Entry point."""
+    place, text = folder("Draw the singularities of a 3-UPU."), numbers()
+    (place / "upu-singularities.csv").write_text(text, encoding="utf-8")
+    draw(table(text), place / "img" / "upu-singularities.svg")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

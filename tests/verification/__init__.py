@@ -1,1 +1,1 @@
-"""The rows of docs/verification.md: every bundled example against engines that share nothing with jointplay."""
+"""The rows of docs/verification.json: every bundled example against engines that share nothing with jointplay."""

@@ -1,4 +1,4 @@
-"""The error over the workspace, by the general engine; kept as tables, so that the page can be made without waiting."""
+"""The error over the workspace, by the general engine."""
 
 from __future__ import annotations
 
@@ -134,43 +134,6 @@ def save(maps: Maps, loaded: Path, worst: Path) -> None:
 def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows([header, *rows])
-
-
-def load(loaded: Path, worst: Path) -> Maps:
-    """Read the tables."""
-    table = _read(loaded)
-    levels = []
-    for z in LEVELS:
-        rows = [row for row in table if float(row["z_mm"]) == z]
-        columns = {name: np.array([float(row[name]) for row in rows]) for name in LOADED}
-        x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
-        sizes = {to: columns[name].reshape(len(x), len(y)) for to, name in zip(SIZES, LOADED[3:], strict=True)}
-        status = np.array([row["status"] for row in rows]).reshape(len(x), len(y))
-        flags = np.array([[row[name] == "1" for name in FLAGS[1:]] for row in rows]).reshape(len(x), len(y), 2)
-        levels.append(Level(z, x, y, **sizes, status=status, changes=flags))
-    rows = _read(worst)
-    columns = {name: np.array([float(row[name]) for row in rows]) for name in WORST}
-    x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
-    position, rotation = (columns[name].reshape(len(x), len(y)) for name in WORST[3:])
-    return Maps(tuple(levels), Largest(WORST_HEIGHT, x, y, position, rotation))
-
-
-def _read(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def agree(a: Maps, b: Maps) -> bool:
-    """Whether two sets of maps differ by no more than their last digit, which rounds either way."""
-    pairs = [
-        *((getattr(p, f), getattr(q, f)) for p, q in zip(a.levels, b.levels, strict=True) for f in _fields(p)),
-        *((getattr(a.largest, f), getattr(b.largest, f)) for f in _fields(a.largest)),
-    ]
-    return all(p.shape == q.shape and np.allclose(p, q, rtol=0, atol=1.5 * 10**-DIGITS) for p, q in pairs)
-
-
-def _fields(part: Level | Largest) -> list[str]:
-    return [name for name, value in vars(part).items() if isinstance(value, np.ndarray) and value.dtype == float]
 
 
 def at_nodes(level: Level, nodes: Sequence[tuple[int, int]]) -> tuple[Floats, Floats]:
