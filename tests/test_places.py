@@ -612,6 +612,13 @@ def test_zones_by_hand() -> None:
     np.testing.assert_allclose(side, (0.0, 0.3), atol=1e-9)
 
 
+def test_a_cylinder_with_a_length_tilts_as_far_where_only_first_order_is_asked() -> None:
+    m = jp.loads(ARM).with_({"joints.J.position": {"arm": {"diameter": 0.1, "length": 40}}})
+    linear = jp.worst(m, exact=False)
+    assert float(linear.worst_rotation[0]) == pytest.approx(np.degrees(0.1 / 40), rel=1e-9)
+    assert float(linear.worst_position[0]) == pytest.approx(100 * 0.1 / 40, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", ["slider-crank", "3-rrr", "rssr"])
 def test_every_question_answers(name: str) -> None:
     m = deviating(example(name), 1e-4)

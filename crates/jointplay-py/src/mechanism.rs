@@ -341,14 +341,17 @@ impl Mechanism {
         Ok(self.closed(py, &drives, &poses, &u, within)?.into_pyarray(py))
     }
 
-    /// Specimens with the offsets of their clearances where they reach farthest along weights of the parameters.
+    /// Specimens with the offsets of their clearances, or with all but the sizes of these, where they reach farthest along
+    /// weights of the parameters.
+    #[pyo3(signature = (u, weights, all = false))]
     fn at_supports<'py>(
         &self,
         py: Python<'py>,
         u: PyReadonlyArray2<'py, f64>,
         weights: PyReadonlyArray2<'py, f64>,
+        all: bool,
     ) -> PyResult<Matrix<'py>> {
-        self.beside(py, &u, &weights, Core::at_supports)
+        self.beside(py, &u, &weights, |core, u, weights| core.at_supports(u, weights, all))
     }
 
     /// Specimens with the offsets of others, at the same part of the play of their own.

@@ -76,20 +76,7 @@ def support(m: Mechanism, weights: Floats, sizes: str = "largest") -> Floats:
 
     Clearances that scatter are as large as `sizes` says.
     """
-    u = m.core.at_supports(np.tile(centre(m, sizes), (len(weights), 1)), np.ascontiguousarray(weights))
-    for k, source in enumerate(m.core_spec["sources"]):
-        if source["kind"] in ("clearance", "size"):
-            continue
-        columns = np.flatnonzero(m.parameter_source == k)
-        ((_, size),) = source["set"].items()
-        own = weights[:, columns]
-        if "radius" in size:
-            length = np.linalg.norm(own, axis=1, keepdims=True)
-            away = size["radius"] * np.divide(own, length, out=np.zeros_like(own), where=length > 0.0)
-        else:
-            away = np.where(own > 0.0, size["high"], np.where(own < 0.0, size["low"], 0.0))
-        u[:, columns] = np.array(source["centre"]) + away
-    return u
+    return m.core.at_supports(np.tile(centre(m, sizes), (len(weights), 1)), np.ascontiguousarray(weights), all=True)
 
 
 def _lengths(m: Mechanism) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

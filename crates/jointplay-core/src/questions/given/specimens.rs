@@ -111,10 +111,14 @@ impl Mechanism {
         self.at_place(case, find, || vec![f64::NAN; specimens.len() / width * size])
     }
 
-    /// Every specimen with the offsets of its clearances where they reach farthest along its weights of the parameters.
+    /// Every specimen with the offsets of its clearances where they reach farthest along its weights of the parameters; with
+    /// all others as well, but for the sizes of clearances.
     #[must_use]
-    pub fn at_supports(&self, specimens: &[f64], weights: &[f64]) -> Vec<f64> {
-        self.with_offsets(specimens, weights, |source, specimen, weights, values| {
+    pub fn at_supports(&self, specimens: &[f64], weights: &[f64], all: bool) -> Vec<f64> {
+        let gaps = self.sources.iter().filter_map(|source| source.gap.as_ref());
+        let sizes: Vec<usize> = gaps.flat_map(|gap| gap.sizes.iter().map(|size| size.parameter)).collect();
+        let is_put = |source: &Source| source.is_clearance || all && !sizes.contains(&source.first);
+        self.with_offsets(specimens, weights, is_put, |source, specimen, weights, values| {
             let face = source.set_at(specimen).face(&weights[source.range()], 0.0);
             source.range().zip(face.centre).for_each(|(p, offset)| values[p] = self.centre[p] + offset);
         })
@@ -124,7 +128,8 @@ impl Mechanism {
     /// no play there is nothing to take over.
     #[must_use]
     pub fn with_offsets_of(&self, specimens: &[f64], others: &[f64]) -> Vec<f64> {
-        self.with_offsets(specimens, others, |source, specimen, other, values| {
+        let is_clearance = |source: &Source| source.is_clearance;
+        self.with_offsets(specimens, others, is_clearance, |source, specimen, other, values| {
             let gaps = source.gap.as_ref().map(|gap| [gap.at(specimen), gap.at(other)]);
             for (k, p) in source.range().enumerate() {
                 values[p] = gaps.map_or(other[p], |[own, theirs]| {
@@ -143,16 +148,17 @@ impl Mechanism {
         if source.set.follows_gap(k) { centre + (other - centre) * (gap / theirs) } else { other }
     }
 
-    /// Specimens of which the values of every clearance are put in anew, with a row beside each.
+    /// Specimens of which the values of some sources are put in anew, with a row beside each.
     fn with_offsets(
         &self,
         specimens: &[f64],
         beside: &[f64],
+        is_put: impl Fn(&Source) -> bool,
         put: impl Fn(&Source, &[f64], &[f64], &mut [f64]) + Sync,
     ) -> Vec<f64> {
         // Of no parameters there are no rows to go through.
         let width = self.n_parameters().max(1);
-        let clearances: Vec<&Source> = self.sources().iter().filter(|source| source.is_clearance).collect();
+        let sources: Vec<&Source> = self.sources().iter().filter(|source| is_put(source)).collect();
         let mut found = specimens.to_vec();
         let size = CHUNK * width;
         let chunks = found.par_chunks_mut(size).zip(specimens.par_chunks(size)).zip(beside.par_chunks(size));
@@ -160,7 +166,7 @@ impl Mechanism {
             interrupt::check();
             let rows = specimens.chunks_exact(width).zip(beside.chunks_exact(width));
             for (values, (specimen, beside)) in found.chunks_exact_mut(width).zip(rows) {
-                for source in &clearances {
+                for source in &sources {
                     put(source, specimen, beside, values);
                 }
             }
