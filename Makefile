@@ -21,13 +21,13 @@ OPTIONS ?=
 SECONDS ?= 600
 SEED ?= 0
 
-.PHONY: help needs build demo test fuzz verify lint lint-rust lint-python check-rust check-python test-machines bench bench-core docs serve-docs format clean
+.PHONY: help needs build demo test quick fuzz verify lint lint-rust lint-python check-rust check-python test-machines bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
 # Prerequisites inherit this: what is not found stops a target before its first download.
-test lint lint-rust lint-python check-rust check-python test-machines docs serve-docs format: NEEDS := test
+test quick lint lint-rust lint-python check-rust check-python test-machines docs serve-docs format: NEEDS := test
 
 needs:
 	@PYTHON='$(or $(wildcard $(BIN)/python),$(PYTHON))' .ci/needs $(NEEDS)
@@ -59,6 +59,9 @@ check-rust: | needs
 
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+quick: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests without those in tests/slow.txt, which take most of the time
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
 
 fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged and unusual files in every command, random commands, damaged maps, signals, for SECONDS=600 from SEED=0
 	cd tests && ../$(BIN)/python -m fuzz --seconds $(SECONDS) --seed $(SEED)
