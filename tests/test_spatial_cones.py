@@ -79,7 +79,7 @@ def test_examples_under_their_own_loads(name: str) -> None:
 def test_random_mechanisms_of_all_joints(make: Callable[[int, float], dict[str, Any]], seed: int) -> None:
     spec = make(seed, 1e-5)
     drives = np.full((1, len(spec["drives"])), 2e-3)
-    solved = _core.Mechanism(json.dumps(spec)).solve(drives)
+    solved = _core.Mechanism(json.dumps(spec)).trace(drives)
     check(spec, drives[0], solved["poses"][0])
 
 
@@ -88,7 +88,7 @@ def test_supports_of_every_set(seed: int) -> None:
     """One loosened joint at a time: the largest error of each component is the support of that joint's set."""
     spec = loops.platform(seed, 1e-5)
     drives = np.full((1, len(spec["drives"])), 2e-3)
-    poses = _core.Mechanism(json.dumps(spec)).solve(drives)["poses"]
+    poses = _core.Mechanism(json.dumps(spec)).trace(drives)["poses"]
     kinds = {}
     for source in spec["sources"]:
         if source["kind"] == "clearance":

@@ -13,7 +13,7 @@ from jointplay.result import Result, Variable, to_dataset
 from jointplay.typed import typed
 
 from .failure import failure
-from .nominal import Nominal, nominal, report
+from .nominal import Nominal, judged, nominal, report
 from .ranges import coordinates
 from .recorded import recorded
 from .several import of_each
@@ -71,6 +71,8 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     on_path = at is None and m.targets is not None
     asked = at is None
     at = at or nominal(m)
+    near = m.core.measure(at.drives, at.poses)
+    at = judged(m, at, near["singular_value"])
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
     builder.add(
@@ -85,7 +87,6 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     builder.add("coordinate", ("configuration", "joint"), values / scale, "coordinate of the joint")
     units = np.where(angular, m.units.angle_name, m.units.length_name)
     builder.coords["joint_unit"] = Variable(("joint",), units, "", "unit of the joint's coordinate")
-    near = m.core.measure(at.drives, at.poses)
     words = "smallest singular value of the scaled Jacobian"
     builder.add("singular_value", "configuration", near["singular_value"], words)
     builder.add(
