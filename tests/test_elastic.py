@@ -299,7 +299,7 @@ def test_pieces_that_do_not_give_are_the_body() -> None:
     drives: Any = m.drive_values
     answers = []
     for this in (core, rigid.core):
-        solved = this.solve(drives)
+        solved = this.trace(drives)
         answers.append((solved, this.loaded(drives, solved["poses"]), this.worst(drives, solved["poses"], starts=4)))
     pieces, whole = answers
     np.testing.assert_allclose(pieces[0]["output"], whole[0]["output"], rtol=0, atol=1e-12)

@@ -54,7 +54,7 @@ def test_first_order_covariance_of_examples(name: str) -> None:
 def test_first_order_covariance_of_all_sets() -> None:
     spec = loops.platform(5, 1e-5)
     drives = np.full((1, len(spec["drives"])), 2e-3)
-    check_first_order(spec, drives, _core.Mechanism(json.dumps(spec)).solve(drives)["poses"])
+    check_first_order(spec, drives, _core.Mechanism(json.dumps(spec)).trace(drives)["poses"])
 
 
 @pytest.mark.parametrize("name", SPATIAL)
