@@ -58,6 +58,13 @@ class TestPlot:
         marks = [line.get_xdata()[0] for line in axes.lines]
         np.testing.assert_array_equal(marks, result.error_quantile.sel(quantity="rotation")[4])
 
+    def test_a_histogram_of_specimens_without_a_pose_says_so(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        m = example("four-bar").with_({"drives.theta1.values": [40.0, 300.0]})
+        axes = plot.histogram(jp.random(m, samples=200), "position", 1).axes[0]
+        assert axes.get_title().endswith("no specimen has a pose")
+        assert not axes.patches
+
     @pytest.mark.parametrize("name", EXAMPLES)
     def test_mechanism(self, name: str) -> None:
         plot = pytest.importorskip("jointplay.plot")

@@ -178,9 +178,12 @@ def histogram(
     top = float(share.max(initial=0.0))
     with canvas(axes, style) as (figure, axes):
         colours = theme().colours
-        axes.stairs(share, edges, fill=True, color=colours[0], alpha=0.5)
-        axes.stairs(share, edges, color=colours[0])
-        for k, level in enumerate(part.labels("probability")):
+        # Where no specimen has a pose there is nothing to draw but the limits.
+        posed = bool(np.isfinite(edges).all())
+        if posed:
+            axes.stairs(share, edges, fill=True, color=colours[0], alpha=0.5)
+            axes.stairs(share, edges, color=colours[0])
+        for k, level in enumerate(part.labels("probability") if posed else ()):
             value = float(part.get("error_quantile", probability=level, quantity=quantity)[chosen])
             dash = (0, (3, 1 + k))
             text = f"{100 * level:g} %: {value:.3g} {unit}"
@@ -190,7 +193,7 @@ def histogram(
         _around_histogram(axes, counts, edges, bounds)
         axes.set(xlabel=labelled(words_of(quantity), unit), ylabel="specimens per bin [%]")
         said = f"random: {which(part, chosen)}" + (" (the worst one)" if worst else "")
-        title(axes, f"{said}, {part.attrs['samples']} specimens")
+        title(axes, f"{said}, " + (f"{part.attrs['samples']} specimens" if posed else "no specimen has a pose"))
         legend(axes)
     return figure
 
