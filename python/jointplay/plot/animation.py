@@ -195,7 +195,7 @@ def _refined(m: Mechanism, frames: int | None) -> Nominal:
     here = np.linspace(0.0, len(at) - 1.0, wanted)
     own = np.arange(len(at))
     drives = np.stack([np.interp(here, own, at.drives[:, d]) for d in range(at.drives.shape[1])], axis=1)
-    return at_drives(m, np.ascontiguousarray(drives))
+    return at_drives(m, drives)
 
 
 def _extent(m: Mechanism, at: Nominal) -> float:
