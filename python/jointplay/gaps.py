@@ -76,12 +76,6 @@ def travel(m: Mechanism, source: int) -> tuple[float, float] | None:
     return float(middle - half), float(middle + half)
 
 
-def growth(m: Mechanism) -> Mapping[int, Mapping[int, float]]:
-    """By how much every size, at its limit, makes a clearance larger, SI: by source, and by parameter of the size."""
-    found = {k: _parts(m, spec) for k, spec in enumerate(m.core_spec["sources"])}
-    return {k: {p: abs(factor) * _half(m, p) for p, factor in parts} for k, parts in found.items() if parts}
-
-
 def _half(m: Mechanism, column: int) -> float:
     return float(m.core_spec["sources"][int(m.parameter_source[column])]["set"]["interval"]["high"])
 

@@ -180,12 +180,6 @@ def at_drives(m: Mechanism, drives: Floats) -> Nominal:
     return Nominal(drives, found["poses"], found["output"], found["status"])
 
 
-def judged(m: Mechanism, at: Nominal, singular_value: Floats) -> Nominal:
-    """The same, singular where a configuration is too near a singular one: one that the output leads to may be."""
-    singular = (at.status == OK) & (singular_value < m.core_spec["singular_value"])
-    return replace(at, status=np.where(singular, SINGULAR, at.status).astype(np.uint8))
-
-
 def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     """Configurations of a mechanism as those of the same with another output or in another load case."""
     # Pieces of an elastic body that only one of them has move with the body.

@@ -13,7 +13,7 @@ from jointplay.result import Result, Variable, to_dataset
 from jointplay.typed import typed
 
 from .failure import failure
-from .nominal import Nominal, judged, nominal, report
+from .nominal import Nominal, nominal, report
 from .ranges import coordinates
 from .recorded import recorded
 from .several import of_each
@@ -72,7 +72,6 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     asked = at is None
     at = at or nominal(m)
     near = m.core.measure(at.drives, at.poses)
-    at = judged(m, at, near["singular_value"])
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
     builder.add(

@@ -16,10 +16,9 @@ import numpy as np
 
 from jointplay.analyses import pressed, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
-from jointplay.analyses.linear_worst import is_linear, linear_region
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
 from jointplay.analyses.questions import computation, options_of
-from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
+from jointplay.analyses.region import IN_PLANE, IN_SPACE, around
 from jointplay.compile import ANGULAR, LENGTHS
 from jointplay.conclusions import Sentence, conclude, rests, rounding
 from jointplay.errors import InputError
@@ -40,7 +39,7 @@ STAGES = (1024, 16_384, 131_072)
 PATIENCE = 10.0
 #: configurations of a path up to which it is answered while sliders move
 MOST_LIVE = 60
-#: directions of a region that is found on the exact closure while sliders move
+#: directions of an over-constrained mechanism's region while sliders move
 ROUGH = 16
 #: sources with the largest shares that are shown
 MOST_SHARES = 8
@@ -186,11 +185,9 @@ def _given(m: Mechanism, at: Nominal, asked: Asked) -> dict[str, Result]:
 
 def _here(m: Mechanism, at: Nominal, asked: Asked) -> Here:
     answers = _questions(m, at) | _given(m, at, asked)
-    if is_linear(m):
-        towards = around(_axes(m), IN_PLANE if _axes(m) == 2 else IN_SPACE)
-        slopes = m.core.sensitivity(at.drives, at.poses)["source"][0]
-        return Here(m, at, answers, linear_region(m, slopes, towards) / m.units.length)
-    found = m.core.region(at.drives, at.poses, around(_axes(m), ROUGH), STARTS)["error"][0, :, : _axes(m)]
+    axes = _axes(m)
+    towards = around(axes, (IN_PLANE if axes == 2 else IN_SPACE) if m.core.isostatic else ROUGH)
+    found = m.core.region(at.drives, at.poses, towards, 0)["error"][0, :, :axes]
     return Here(m, at, answers, found / m.units.length)
 
 

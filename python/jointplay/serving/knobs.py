@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses.linear_worst import support
 from jointplay.analyses.nominal import Nominal
 from jointplay.compile import ANGULAR
 from jointplay.errors import InputError
+from jointplay.gaps import centre
 from jointplay.model import Mechanism
 from jointplay.patterns import written_out
 from jointplay.result import axes_of
@@ -197,7 +197,9 @@ def offsets(m: Mechanism) -> list[dict[str, Any]]:
     if not m.parameters:
         return []
     unit = np.eye(len(m.parameters))
-    low, high = (np.diagonal(support(m, sign * unit)) / m.parameter_factors for sign in (-1.0, 1.0))
+    at = np.tile(centre(m, "largest"), (len(unit), 1))
+    ends = (m.core.at_supports(at, sign * unit, all=True) for sign in (-1.0, 1.0))
+    low, high = (np.diagonal(end) / m.parameter_factors for end in ends)
     kinds = axes_of(m)["parameter"].kinds
     units = [getattr(m.units, f"{kind}_name") for kind in kinds]
     return [

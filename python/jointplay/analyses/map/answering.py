@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats, Nominal, bounded, carried, judged
+from jointplay.analyses.nominal import Floats, Nominal, bounded, carried
 from jointplay.analyses.questions import computation
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
@@ -26,8 +26,6 @@ from jointplay.store import Stamps, Writer
 from .contact import Contacts
 from .lattice import Lattice
 
-#: questions whose answers do not say by themselves that a node which the output leads to is singular
-UNJUDGED = ("worst", "random")
 #: what a map has beside the answers at its nodes
 CROSSING = "singular_crossing"
 OWN = ("across", "contact_change", CROSSING)
@@ -119,8 +117,6 @@ class Asking:
         """The answer at the nodes of a chunk, of which these are the configurations."""
         number, at, crossing = chunk
         m = self.ask.m
-        if self.ask.question in UNJUDGED and self.lattice.grid.of_output:
-            at = judged(m, at, m.core.measure(at.drives, at.poses)["singular_value"])
         at = bounded(m, at)
         part, states = self._part(number, at, crossing)
         contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
