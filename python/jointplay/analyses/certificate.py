@@ -10,10 +10,10 @@ from typing import cast
 
 import numpy as np
 
-from jointplay.answers import Worst
-from jointplay.model import Mechanism
+from jointplay.core.answers import Worst
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Array, Builder
-from jointplay.verdict import ROUNDING
+from jointplay.result.verdict import ROUNDING
 
 from .nominal import Floats
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.compile import LENGTHS, described
-from jointplay.gaps import ROUNDED, clearance_of, scattering
-from jointplay.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
-from jointplay.model import Mechanism
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.core.compile import LENGTHS, described
+from jointplay.model.gaps import ROUNDED, clearance_of, scattering
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import add_limits, limits_in_words, percent
+from jointplay.result.verdict import add_limits, limits_in_words, percent
 
 from .failure import failure
 from .hints import hints

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.answers import Loaded
-from jointplay.compile import LENGTHS
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Loaded
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
-from jointplay.gaps import attributes
-from jointplay.model import Mechanism
+from jointplay.model.gaps import attributes
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
 from jointplay.result import Result, axes_of, split, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from jointplay.answers import Loaded
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
-from jointplay.gaps import attributes, core_with
-from jointplay.model import Mechanism
+from jointplay.model.gaps import attributes, core_with
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Builder, Result, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import PLAYS, READABLE, add_play, judge
+from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report, without_singular
 from .recorded import recorded

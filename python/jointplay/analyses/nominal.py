@@ -10,14 +10,14 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
-from jointplay.answers import Reached
-from jointplay.compile import LENGTHS
+from jointplay.basics import poses
+from jointplay.basics.units import Units
+from jointplay.core.answers import Reached
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.result import STATUSES, Builder, Result, counted
-from jointplay.units import Units
 
 from .ranges import leaving
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import confidence
-from jointplay.answers import Random
-from jointplay.cluster import Here, Workers
-from jointplay.model import Mechanism
+from jointplay.analyses.cluster import Here, Workers
+from jointplay.basics import confidence
+from jointplay.core.answers import Random
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import SIDES, STATUSES, Builder, Variable
-from jointplay.verdict import add_limits
+from jointplay.result.verdict import add_limits
 
 from .capability import capability
 from .indices import Indices, groups

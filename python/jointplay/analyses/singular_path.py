@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
-from jointplay.compile import ANGULAR
+from jointplay.basics import poses
+from jointplay.core.compile import ANGULAR
 
 from .bracketing import edge, minimum
 from .nominal import Nominal

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
-from jointplay.compile import LARGEST_RATIO
+from jointplay.basics.typed import typed
+from jointplay.core.compile import LARGEST_RATIO
 from jointplay.errors import InputError, not_known, shown
-from jointplay.mobility import RANK, require_determinate
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import RANK, require_determinate
 from jointplay.result import Builder, Result, to_dataset
-from jointplay.typed import typed
 
 from .nominal import OK, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded

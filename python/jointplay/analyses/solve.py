@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.mobility import examine
-from jointplay.model import Mechanism
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import examine
 from jointplay.result import Result, Variable, to_dataset
-from jointplay.typed import typed
 
 from .failure import failure
 from .nominal import Nominal, nominal, report

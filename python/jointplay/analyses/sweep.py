@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.cluster import Here, Workers, with_workers
-from jointplay.compile import ANGULAR
+from jointplay.analyses.cluster import Here, Workers, with_workers
+from jointplay.basics.typed import typed
+from jointplay.core.compile import ANGULAR
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism, changed
+from jointplay.file.schema import NotAnExpression, Variables, variables_of
+from jointplay.model.mechanism import Mechanism, changed
 from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
-from jointplay.schema import NotAnExpression, Variables, variables_of
-from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
 from .questions import check, computation
@@ -24,7 +24,7 @@ from .recorded import recorded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.cluster import Scheduler
+    from jointplay.analyses.cluster import Scheduler
 
 #: more than anybody waits for
 MOST_VALUES = 100_000

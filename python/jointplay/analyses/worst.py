@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from jointplay.answers import Worst
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Worst
 from jointplay.errors import InputError, in_range
-from jointplay.gaps import tight
-from jointplay.model import Mechanism
+from jointplay.model.gaps import tight
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.result.verdict import judge
 
 from .certificate import MOST_PARTS, PARTS, add_bounds, certified
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report, without_singular

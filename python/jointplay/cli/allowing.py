@@ -13,7 +13,7 @@ from .options import File, LoadCase, Output, Point, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 

@@ -17,7 +17,7 @@ from .options import File, LoadCase, Offset, Output, Point, Settings, Target
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 #: all questions that need nothing more than the file

@@ -14,7 +14,7 @@ from .printing import prints
 from .progress import bar
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 

@@ -15,7 +15,7 @@ from jointplay.errors import InputError
 from .options import Command, exchanged
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.plot import Choice, Style
     from jointplay.result import Result
 

@@ -22,7 +22,7 @@ from .progress import bar
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 

@@ -12,7 +12,7 @@ from .options import File, Output, Point, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 

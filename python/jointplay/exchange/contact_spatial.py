@@ -29,9 +29,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from jointplay.model import Mechanism
-from jointplay.poses import from_axes, matrix
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End
+from jointplay.basics.poses import from_axes, matrix
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End
+from jointplay.model.mechanism import Mechanism
 
 from .contact_model import LEAST, Floats, Model, text_of
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, not_known, shown
-from jointplay.schema.values import is_finite
+from jointplay.file.schema.values import is_finite
 
 from .shaping import legal, link_called
 from .skeleton import Frame, Joint, Place, Skeleton

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
 from jointplay.errors import InputError, listed, one_line
 
 from . import confined, mujoco_child

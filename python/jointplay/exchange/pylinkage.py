@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, in_range, listed, not_known, shown
-from jointplay.schema.values import is_finite, is_number
-from jointplay.toml import read as read_text
+from jointplay.file.schema.values import is_finite, is_number
+from jointplay.file.toml import read as read_text
 
 from .options import Options
 from .pins import connected, pins

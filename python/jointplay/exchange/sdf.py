@@ -19,8 +19,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from jointplay.basics.poses import matrix
 from jointplay.errors import listed, not_known, shown
-from jointplay.poses import matrix
 
 from .options import Options
 from .rotations import from_rpy

@@ -9,11 +9,11 @@ from typing import Any, get_args
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
+from jointplay.basics.units import Units
 from jointplay.errors import one_line
-from jointplay.schema.kinds import PLANAR, SPATIAL
-from jointplay.toml import number, numbers
-from jointplay.units import Units
+from jointplay.file.schema.kinds import PLANAR, SPATIAL
+from jointplay.file.toml import number, numbers
 
 from .driving import has_loops
 from .rotations import across, aligning

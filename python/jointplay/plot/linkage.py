@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal, report
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, shown
-from jointplay.mobility import Attempt, attempt
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import Attempt, attempt
 from jointplay.result import Result
-from jointplay.typed import typed
 
 from .plan import Plan
 from .scene import PLAN, Scene, View

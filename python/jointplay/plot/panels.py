@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from jointplay import poses
+from jointplay.basics import poses
 from jointplay.errors import InputError
-from jointplay.gaps import clearance_of
-from jointplay.model import Mechanism
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.result import size as size_of

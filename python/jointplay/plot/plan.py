@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Circle, Polygon
 
-from jointplay import poses
+from jointplay.basics import poses
+from jointplay.core.spec import JointSpec
 from jointplay.result import Result
-from jointplay.spec import JointSpec
 
 from . import couplings
 from .bodies import body_colour

@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from jointplay import poses
-from jointplay.mobility import Attempt
+from jointplay.basics import poses
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
+from jointplay.model.mobility import Attempt
 from jointplay.result import Result
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import springs
 from .bodies import body_colour, on_ground, outline, path_of_output
@@ -26,7 +26,7 @@ from .style import alarm, scaled, theme
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: lower left and upper right corner of a drawing

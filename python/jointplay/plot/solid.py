@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from jointplay.spec import ENDS, End, JointSpec
+from jointplay.core.spec import ENDS, End, JointSpec
 
 from .couplings import strands
 from .scene import Limits, Points, View

@@ -19,11 +19,11 @@ from jointplay.analyses.contacts import contacts
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, shown
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
 from jointplay.result import STATUSES, Result, to_dataset
-from jointplay.typed import typed
 
 from .items import DIGITS, items_of
 from .looks import limits_of

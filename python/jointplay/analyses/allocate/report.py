@@ -13,7 +13,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.nominal import report as started
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Attribute, Builder, Result, Variable, first_largest
 
 from .items import Item

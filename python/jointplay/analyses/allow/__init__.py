@@ -19,11 +19,11 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import Sizing, sizings, times
 from jointplay.result import Builder, Result, Variable, to_dataset
-from jointplay.sizing import Sizing, sizings, times
-from jointplay.typed import typed
 
 from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed

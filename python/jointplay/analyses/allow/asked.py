@@ -22,12 +22,12 @@ from jointplay.analyses.contacts import Assumed, assumptions, contacts
 from jointplay.analyses.nominal import Nominal, within_another
 from jointplay.analyses.questions import computation
 from jointplay.analyses.several import places_of
-from jointplay.compile import LENGTHS
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Array, Result
-from jointplay.verdict import READABLE, ROUNDING, ends
+from jointplay.result.verdict import READABLE, ROUNDING, ends
 
 Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism

@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress, nominal
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Builder, Result
 
 from .part import Floats

@@ -13,8 +13,8 @@ import numpy as np
 from jointplay import _core
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import checked, points
-from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism
+from jointplay.core.compile import LENGTHS
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result
 
 from .forces import Members

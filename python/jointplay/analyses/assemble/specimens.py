@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
 from jointplay.analyses.displaced import on_body
+from jointplay.basics import poses
+from jointplay.core.spec import ENDS
 from jointplay.result import STATUSES
-from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import GROUND, Floats, Part

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of
 
 from .forces import Members

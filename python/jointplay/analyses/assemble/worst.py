@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
-from jointplay.model import Mechanism
+from jointplay.core.spec import ENDS
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result
-from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import Floats

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats, Nominal, bounded, carried
 from jointplay.analyses.questions import computation
-from jointplay.compile import Grid
+from jointplay.core.compile import Grid
 from jointplay.errors import InputError, listed
-from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import require_determinate
 from jointplay.questions import QUESTIONS
 from jointplay.result import Attribute, Origin, Result, Variable, axes_of, coordinate_names
-from jointplay.store import Stamps, Writer
 
 from .contact import Contacts
 from .lattice import Lattice
+from .store import Stamps, Writer
 
 #: what a map has beside the answers at its nodes
 CROSSING = "singular_crossing"

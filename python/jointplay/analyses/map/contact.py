@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats
-from jointplay.gaps import clearance_of
-from jointplay.model import Mechanism
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
 
 #: a share of the clearance: below it a round contact has no direction
 CENTRAL = 1e-6

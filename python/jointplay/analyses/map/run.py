@@ -15,15 +15,15 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.cluster import RETRIED, Here, Workers
 from jointplay.analyses.nominal import Floats, Progress
-from jointplay.cluster import RETRIED, Here, Workers
 from jointplay.result import STATUSES
-from jointplay.store import ChunkStore, Store
 
 from .answering import CROSSING, NOT_ASSEMBLED, Answer, Array, Asking, Chunk, face, faces
 from .contact import Contacts
 from .lattice import Neighbour
 from .reach import BEYOND, Reach, Seeds
+from .store import ChunkStore, Store
 
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
 MOST_PASSES = 100
