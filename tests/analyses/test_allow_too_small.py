@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analyses.allow.asked import Use
-from jointplay.analyses.allow.search import Search
+from jointplay.analyses.allow.search import AllowSearch
 
 TOLERANCE = 1e-4
 
@@ -74,7 +74,7 @@ def test_sizes_between_too_small_and_too_large_are_found(zero: bool, is_monotone
             return Use(math.inf, "assembly", 0)
         return Use(new, "position", 0)
 
-    found = Search(use, size, use(size, None), 1000.0, 3.0, tolerance=TOLERANCE, is_monotone=is_monotone).found()
+    found = AllowSearch(use, size, use(size, None), 1000.0, 3.0, tolerance=TOLERANCE, is_monotone=is_monotone).found()
     assert found.status == "ok"
     assert found.allowed == pytest.approx(1.0, rel=2 * TOLERANCE)
     assert found.use.quantity == "position"

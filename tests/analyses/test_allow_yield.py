@@ -11,7 +11,7 @@ import pytest
 import jointplay as jp
 from jointplay.analyses.allow import compute, keeps
 from jointplay.analyses.allow.asked import Use
-from jointplay.analyses.allow.search import Search
+from jointplay.analyses.allow.search import AllowSearch
 from jointplay.cli import run
 from jointplay.result.conclusions import conclude
 from jointplay.result.table.allow import overview
@@ -85,7 +85,7 @@ def test_a_size_that_holds_is_never_more_than_what_is_allowed(seed):
         return Use(0.5, "position", 0) if place < 4 else Use(2.0 + new, what[2], 0)
 
     size = float(rng.uniform(0.0, 3.0))
-    found = Search(use, size, use(size, None), 100.0, 1.0, tolerance=1e-4, is_monotone=False).found()
+    found = AllowSearch(use, size, use(size, None), 100.0, 1.0, tolerance=1e-4, is_monotone=False).found()
     if use(size, None).holds and found.status in ("ok", "unlimited", "no_effect"):
         assert found.allowed >= size
         assert found.smallest <= size

@@ -11,7 +11,7 @@ import xarray as xr
 
 import jointplay as jp
 from helpers.answers import EXAMPLES, ask, distance, example
-from jointplay.result import Builder, from_dataset, to_dataset
+from jointplay.result import ResultBuilder, from_dataset, to_dataset
 
 LABELLED = {"component", "source", "joint", "parameter", "extreme", "quantity", "body", "drive", "outcome", "side"}
 PLAIN = {
@@ -125,7 +125,7 @@ class TestSolve:
         assert np.isnan(result.nominal[1]).all()
 
     def test_no_variable_is_lost_to_a_drive_of_its_name(self) -> None:
-        builder = Builder(example("four-bar"), "solve")
+        builder = ResultBuilder(example("four-bar"), "solve")
         builder.drives(np.array([[0.1], [0.2]]))
         builder.add("theta1", "configuration", np.array([3.0, 4.0]), "a variable")
         result = to_dataset(builder.result())

@@ -17,7 +17,7 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import held_spins, misfit_words, require_determinate, spin_bodies
-from jointplay.result import STATUSES, Builder, Result, counted
+from jointplay.result import STATUSES, Result, ResultBuilder, counted
 
 from .ranges import leaving
 
@@ -232,9 +232,9 @@ ON_CLOSURE = "on the exact loop closure"
 TO_FIRST_ORDER = "to first order at the nominal pose"
 
 
-def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> Builder:
+def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> ResultBuilder:
     """A result that says at which drive values and nominal poses it was found."""
-    builder = Builder(m, question, at.units, **attrs)
+    builder = ResultBuilder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
     if at.misfit:
         builder.attrs["misfit"] = at.misfit
@@ -302,7 +302,7 @@ def batched(
     return cast("Columns", joined), done
 
 
-def finished(builder: Builder, done: int, count: int, unfinished: str = "") -> Result:
+def finished(builder: ResultBuilder, done: int, count: int, unfinished: str = "") -> Result:
     """The result of batches; `unfinished` says what the last configuration lacks.
 
     Raises

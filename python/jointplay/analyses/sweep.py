@@ -35,7 +35,7 @@ LENGTHS = frozenset(
     }
 )
 #: a result, and of every key with a ``*`` what it reached
-Answer = tuple[Result, list[str]]
+SweepAnswer = tuple[Result, list[str]]
 ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz", "backlash_angle", "pressure_angle"})
 
 
@@ -129,7 +129,7 @@ def compute(
 
 def _asked(
     keys: tuple[str, ...], question: str, options: Mapping[str, Any], item: tuple[Mechanism, float | str]
-) -> Answer:
+) -> SweepAnswer:
     """The answer of a mechanism with a value at the keys."""
     m, value = item
     copy, reached = changed(m, dict.fromkeys(keys, value))
@@ -140,7 +140,7 @@ def _over_values(
     m: Mechanism,
     keys: tuple[str, ...],
     steps: list[float | str],
-    answers: Iterator[Answer],
+    answers: Iterator[SweepAnswer],
     name: str | None,
     progress: Progress | None,
 ) -> Result:
@@ -171,7 +171,7 @@ def _over_pairs(
     m: Mechanism,
     keys: tuple[str, ...],
     values: list[float | str],
-    ask: Callable[[Iterable[tuple[Mechanism, float | str]]], Iterator[Answer]],
+    ask: Callable[[Iterable[tuple[Mechanism, float | str]]], Iterator[SweepAnswer]],
     name: str | None,
     by: Mapping[str, Iterable[float | str]],
     progress: Progress | None,

@@ -24,7 +24,7 @@ from jointplay.analyses.cluster import Here, Workers
 from jointplay.basics import confidence
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import Builder
+from jointplay.result import ResultBuilder
 from jointplay.result.verdict import COUNTED
 
 from .nominal import Floats, Nominal
@@ -287,7 +287,7 @@ def require_rare(m: Mechanism) -> None:
 
 
 def search_rare(
-    builder: Builder,
+    builder: ResultBuilder,
     m: Mechanism,
     at: Nominal,
     counts: Floats,

@@ -12,7 +12,7 @@ from jointplay.basics.files import require_writable
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, Point, Settings
 from .printing import prints
 from .streams import hold, tell
@@ -66,7 +66,7 @@ def allocate(
             help="Write the file with these sizes: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
         ),
     ] = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find the cheapest sizes with which the limits hold.
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jointplay.result import Result
     from jointplay.result.table import Console
 
-    from .drawing import Figure
+    from .drawing import FigureFile
 
 #: characters of a line that is not read on a terminal
 PLAIN = 80
@@ -91,7 +91,7 @@ def check_paths(output: Path | None) -> None:
         write.check_path(output)
 
 
-def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: Figure) -> int:
+def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: FigureFile) -> int:
     """Ask the questions one after the other, then print or write what they say.
 
     Returns

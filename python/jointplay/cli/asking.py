@@ -12,7 +12,7 @@ from jointplay.questions import QUESTIONS, asked_by
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, Offset, Output, Point, Settings, Target
 from .printing import prints
 
@@ -43,7 +43,7 @@ def error(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Say how far off the output is, and which joint is to blame.
 
@@ -105,7 +105,7 @@ def compensate(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Correct the drives so that the output returns to its place.
 

@@ -8,7 +8,7 @@ import typer
 
 from . import answer
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import Best, File, LoadCase, Output, Point, Settings
 from .printing import prints
 from .progress import bar
@@ -43,7 +43,7 @@ def assemble(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Follow an assembly: errors, forces, whether parts fit.
 

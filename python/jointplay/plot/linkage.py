@@ -18,7 +18,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import Attempt, attempt
 from jointplay.result import Result
 
-from .plan import Plan
+from .plan import DrawingPlan
 from .scene import PLAN, Scene, View
 from .sketch import FRONT, SIDE, TOP, Sketch
 from .solid import OBLIQUE, Solid
@@ -126,7 +126,7 @@ def kind_of(m: Mechanism, view: str | None) -> tuple[View, type[Scene]]:
     if m.pose_size != poses.SPATIAL:
         if view is not None:
             raise InputError("is for mechanisms in space", file=m.file, key="view")
-        return PLAN, Plan
+        return PLAN, DrawingPlan
     if view is not None and view not in VIEWS:
         raise InputError(not_known(view, "a view", VIEWS), key="view")
     return VIEWS[view or next(iter(VIEWS))]

@@ -20,7 +20,7 @@ from .style import scaled, series, theme
 PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
 
 
-class Plan(Scene):
+class DrawingPlan(Scene):
     """One configuration of a mechanism in the plane."""
 
     def place(self, point: int) -> Points:

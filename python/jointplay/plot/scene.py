@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: lower left and upper right corner of a drawing
-Limits = tuple[Points, Points]
+Corners = tuple[Points, Points]
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
 #: what is left of the colour of a pose that stands behind
@@ -216,7 +216,7 @@ class Scene(ABC):
         self.axes.update_datalim([head])
         self.axes.autoscale_view()
 
-    def hold(self, limits: Limits | None) -> None:
+    def hold(self, limits: Corners | None) -> None:
         """Equal scales along both axes, around all that is drawn or between two corners."""
         if limits is None:
             self.axes.margins(0.08)
@@ -227,7 +227,7 @@ class Scene(ABC):
             self.axes.set(xlim=(left, right), ylim=(low, high))
             self.axes.set_aspect("equal", adjustable="box")
 
-    def frame(self, limits: Limits | None = None) -> None:
+    def frame(self, limits: Corners | None = None) -> None:
         """Axes with equal scales, and their names."""
         unit = self.m.units.length_name
         self.hold(limits)

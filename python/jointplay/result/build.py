@@ -87,7 +87,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     }
 
 
-class Builder:
+class ResultBuilder:
     """Collects the variables of one result.
 
     Parameters

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.file.carried import CELL, SHEET
-from jointplay.result import Column, Result, attributes, from_dataset, rows
+from jointplay.result import Result, TidyColumn, attributes, from_dataset, rows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +57,7 @@ def frame(result: Result | xr.Dataset) -> pd.DataFrame:
     return table
 
 
-def _series(column: Column) -> pd.Series:
+def _series(column: TidyColumn) -> pd.Series:
     """A column of labels: texts as categories, whole numbers with gaps where there are some."""
     import pandas as pd
 

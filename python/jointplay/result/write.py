@@ -23,7 +23,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.file.carried import BOTH, beside
 from jointplay.file.columns import as_cell
-from jointplay.result import Column, Result, Variable, attributes, from_dataset, rows, to_dataset
+from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, rows, to_dataset
 from jointplay.result.spreadsheets import to_parquet, to_xlsx
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
     return stream.getvalue()
 
 
-def _texts(column: Column, point: str) -> list[str]:
+def _texts(column: TidyColumn, point: str) -> list[str]:
     """The cells of a column of labels, empty where it has none."""
     entries = column.entries.tolist()
     texts = [_number(entry, point) if isinstance(entry, float) else as_cell(str(entry)) for entry in entries]

@@ -19,7 +19,7 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats
-from .report import Place, each, finished, report
+from .report import Configuration, each, finished, report
 from .specimens import solve
 from .state import Held
 from .steps import steps
@@ -27,7 +27,7 @@ from .steps import steps
 
 def compute(
     m: Mechanism,
-    at: Place,
+    at: Configuration,
     samples: int,
     seed: int,
     law: str | None,

@@ -25,7 +25,7 @@ from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
 from .answering import OWN, Ask, Asking, axis_names, drive_names, unassembled
 from .lattice import Lattice
 from .run import Work
-from .store import MemoryStore, Plan, open_store
+from .store import MemoryStore, StorePlan, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,7 +164,7 @@ def _made(
     """The map in memory; None where it goes to a file."""
     lattice, ask = asking.lattice, asking.ask
     fingerprint = _fingerprint(ask.whole, ask.question, lattice, ask.options)
-    plan = Plan(axis_names(lattice.grid, asking.names), lattice.shape, lattice.chunk, fingerprint)
+    plan = StorePlan(axis_names(lattice.grid, asking.names), lattice.shape, lattice.chunk, fingerprint)
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     try:
         if not isinstance(store, MemoryStore) and store.is_complete():

@@ -68,7 +68,7 @@ class Ask:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ChunkAnswer:
     """The answer at the nodes of a chunk.
 
     Attributes
@@ -113,7 +113,7 @@ class Asking:
     def _contacts(self) -> Contacts:
         return Contacts(self.ask.m)
 
-    def __call__(self, chunk: Chunk) -> Answer:
+    def __call__(self, chunk: Chunk) -> ChunkAnswer:
         """The answer at the nodes of a chunk, of which these are the configurations."""
         number, at, crossing = chunk
         m = self.ask.m
@@ -121,8 +121,8 @@ class Asking:
         part, states = self._part(number, at, crossing)
         contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
         if self.writer is None:
-            return Answer(part, {}, contacts)
-        return Answer(None, self.writer.write(self.lattice.region(number), part), contacts)
+            return ChunkAnswer(part, {}, contacts)
+        return ChunkAnswer(None, self.writer.write(self.lattice.region(number), part), contacts)
 
     def _attributes(self, flat: Result) -> dict[str, Attribute]:
         """Those of an answer, which say what the whole map is of: they are written with its first chunk."""

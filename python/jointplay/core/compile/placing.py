@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from jointplay.basics.units import Units
 from jointplay.errors import InputError
-from jointplay.file.schema import JointTable, Mesh, Place, SpatialJoint, SpatialPlacementTable
+from jointplay.file.schema import JointTable, Mesh, PlacementKeys, SpatialJoint, SpatialPlacementTable
 
 from .frames import Frame, Vector, X, across, default_side, unit
 
@@ -34,7 +34,7 @@ def frames(joint: JointTable, first: str, second: str, units: Units, refuse: Ref
     return frame, _spatial(on_second, X if locked else frame[0], f"on.{second}.side" if joint.on else "side", refuse)
 
 
-def _angle(place: Place, default: float, units: Units) -> float:
+def _angle(place: PlacementKeys, default: float, units: Units) -> float:
     match place.axis:
         case None:
             return default
@@ -50,7 +50,7 @@ def _planar(angle: float) -> Frame:
     return (c, s, 0.0), (-s, c, 0.0)
 
 
-def _spatial(place: Place, default: Vector, key: str, refuse: Refuse) -> Frame:
+def _spatial(place: PlacementKeys, default: Vector, key: str, refuse: Refuse) -> Frame:
     assert isinstance(place, SpatialPlacementTable)
     axis = default if place.axis is None else unit(place.axis)
     if place.side is None:

@@ -43,7 +43,7 @@ from .laws import Deviating, LawName, LawTable, ToleranceLaw, law_in_core, limit
 from .limits import Bounds
 from .messages import located
 from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
-from .placements import Place, PlacementTable, SpatialPlacementTable
+from .placements import PlacementKeys, PlacementTable, SpatialPlacementTable
 from .places import along_the_path
 from .sizes import Machined
 from .spatial_joints import SpatialJoint, Universal
@@ -93,7 +93,7 @@ __all__ = [
     "OutputTable",
     "PatternHead",
     "PatternTable",
-    "Place",
+    "PlacementKeys",
     "PlacementTable",
     "PlanarFile",
     "PlanarPosition",

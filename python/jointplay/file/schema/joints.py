@@ -10,7 +10,7 @@ from jointplay.errors import listed, not_known
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
 from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
-from .placements import Place, Placement, PlacementTable
+from .placements import Placement, PlacementKeys, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
 
@@ -35,7 +35,7 @@ class JointTable(Table):
     placement: ClassVar[str]
     drawn: ClassVar[str] = "the joint's point {point}"
 
-    on: Mapping[str, Place] | None
+    on: Mapping[str, PlacementKeys] | None
     bodies: Annotated[tuple[Name, ...], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="instead of `on`: bodies described in one assembled reference configuration"
     )
@@ -111,7 +111,7 @@ class JointTable(Table):
         return list(self.on or self.bodies or ())
 
     @property
-    def placements(self) -> Mapping[str, Place]:
+    def placements(self) -> Mapping[str, PlacementKeys]:
         """Every body with the place of the joint on it, the carrier first."""
         raise NotImplementedError
 

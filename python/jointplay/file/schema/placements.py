@@ -9,14 +9,14 @@ from pydantic.json_schema import SkipJsonSchema
 from .values import IN_SPACE, Axis, Direction, Pair, Table, Triple
 
 
-class Place(Table):
+class PlacementKeys(Table):
     """What a placement has in the plane and in space alike."""
 
     at: tuple[float, ...]
     axis: float | tuple[float, ...] | None
 
 
-class PlacementTable(Place):
+class PlacementTable(PlacementKeys):
     """Where a joint sits on one of its bodies, in body axes."""
 
     example: ClassVar[str] = "[x, y] or { at = [x, y], axis = [ux, uy] }"
@@ -26,7 +26,7 @@ class PlacementTable(Place):
     axis: Axis | SkipJsonSchema[None] = Field(None, description="direction of the joint: [ux, uy] or an angle")
 
 
-class SpatialPlacementTable(Place):
+class SpatialPlacementTable(PlacementKeys):
     """Where a joint sits on one of its bodies, in body axes."""
 
     example: ClassVar[str] = "[x, y, z] or { at = [x, y, z], axis = [ux, uy, uz] }"

@@ -27,7 +27,7 @@ from jointplay.file.schema import (
     variables_of,
 )
 
-from .copies import Copy, Entry, entries
+from .copies import CopiedEntry, Copy, entries
 from .names import Names
 from .turn import Turn
 
@@ -98,7 +98,7 @@ def written_out(raw: dict[str, Any], file: str) -> Written:
     return Written(data, origins)
 
 
-def _join(data: dict[str, Any], entry: Entry) -> tuple[str, ...] | None:
+def _join(data: dict[str, Any], entry: CopiedEntry) -> tuple[str, ...] | None:
     """Put an entry of a copy into the data, and say where it is. What is no table is left for the model to refuse."""
     here: Any = data
     *above, last = entry.section

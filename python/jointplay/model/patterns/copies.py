@@ -26,7 +26,7 @@ Data = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Entry:
+class CopiedEntry:
     """What a copy puts into a section of the file: name (none in a list), value, and its key within the pattern."""
 
     section: tuple[str, ...]
@@ -78,7 +78,7 @@ class Copy:
         return self.turn.angle * ((first in self.turning) - (second in self.turning))
 
 
-def entries(copy: Copy, names: Names) -> Iterator[Entry]:
+def entries(copy: Copy, names: Names) -> Iterator[CopiedEntry]:
     """What one copy puts into the file."""
     data, turn = copy.data, copy.turn
     name_of = names.of(copy.number)
@@ -87,43 +87,43 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
         if turn is not None:
             refuse = names.refusing(f"joints.{name}.position")
             turned = turned_joint(joint, copy.table.joints[name], copy.turning, turn, refuse)
-        yield Entry(("joints",), name_of.own(name), name_of.in_joint(turned, f"joints.{name}"), f"joints.{name}")
+        yield CopiedEntry(("joints",), name_of.own(name), name_of.in_joint(turned, f"joints.{name}"), f"joints.{name}")
     for name, body in data.get("bodies", {}).items():
         key = f"bodies.{name}"
         if turn is not None and name in copy.turning:
             body = turned_body(body, turn, names.refusing(key))
-        yield Entry(("bodies",), name_of.own(name), body, key)
+        yield CopiedEntry(("bodies",), name_of.own(name), body, key)
     for name, start in _starts(copy, names).items():
-        yield Entry(("start",), name_of.own(name), start, f"start.{name}")
+        yield CopiedEntry(("start",), name_of.own(name), start, f"start.{name}")
     for name, drive in data.get("drives", {}).items():
         shift = _motor_shift(copy, name, names)
         turned = {**drive, **{key: turned_angle(drive[key], shift) for key in ("values", "from", "to") if key in drive}}
-        yield Entry(("drives",), name_of.own(name), name_of.in_drive(turned, f"drives.{name}"), f"drives.{name}")
+        yield CopiedEntry(("drives",), name_of.own(name), name_of.in_drive(turned, f"drives.{name}"), f"drives.{name}")
     for number, load in enumerate(data.get("loads", [])):
         if turn is not None:
             place = _is_own(load.get("body"), copy, names)
             axes = load.get("axes", GROUND)
             force = place if axes == OF_BODY else _is_own(axes, copy, names)
             load = turned_load(load, not place, not force, turn)
-        yield Entry(("loads",), "", name_of.in_table(load, f"loads.{number}"), f"loads.{number}")
+        yield CopiedEntry(("loads",), "", name_of.in_table(load, f"loads.{number}"), f"loads.{number}")
     for name, spring in data.get("springs", {}).items():
         key = f"springs.{name}"
         if turn is not None:
             shift = copy.shift(spring.get("joint", ""))
             spring = turned_spring(spring, lambda body: _is_own(body, copy, names), shift, turn)
-        yield Entry(("springs",), name_of.own(name), name_of.in_spring(spring, key), key)
+        yield CopiedEntry(("springs",), name_of.own(name), name_of.in_spring(spring, key), key)
     for section in ("dimensions", "links"):
         for name, table in data.get(section, {}).items():
             key = f"{section}.{name}"
             if turn is not None and section == "links" and table["body"] in copy.turning:
                 check_link(copy.table.links[name], names.refusing(key))
-            yield Entry((section,), name_of.own(name), name_of.in_table(table, key), key)
+            yield CopiedEntry((section,), name_of.own(name), name_of.in_table(table, key), key)
     for kind in ("drives", "joints"):
         for name, limits in data.get("limits", {}).get(kind, {}).items():
             key = f"limits.{kind}.{name}"
             shift = _motor_shift(copy, name, names) if kind == "drives" else copy.shift(name)
             own = name_of.drive(name, key) if kind == "drives" else name_of.joint(name, key)
-            yield Entry(("limits", kind), own, turned_angle(limits, shift), key)
+            yield CopiedEntry(("limits", kind), own, turned_angle(limits, shift), key)
 
 
 def _is_own(body: str | None, copy: Copy, names: Names) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.core.compile import LENGTHS
-from jointplay.result import SIDES, Array, Builder, Result, Variable
+from jointplay.result import SIDES, Array, Result, ResultBuilder, Variable
 
 from .words import ROUNDING, SIZES
 
@@ -16,7 +16,7 @@ from .words import ROUNDING, SIZES
 PLAYS = ("largest", "smallest")
 
 
-def add_limits(builder: Builder) -> None:
+def add_limits(builder: ResultBuilder) -> None:
     """Add the limits of the file to a result: `limit`, nan where there is none."""
     m = builder.m
     bounds = m.limits.bounds(m.quantities)
@@ -24,7 +24,7 @@ def add_limits(builder: Builder) -> None:
     builder.add("limit", ("quantity", "side"), np.where(np.isfinite(bounds), bounds, np.nan), words, "quantity")
 
 
-def judge(builder: Builder) -> None:
+def judge(builder: ResultBuilder) -> None:
     """Add the limits to a result of errors, and whether and by how much they are kept: `limit_met`, `margin`."""
     add_limits(builder)
     limit = builder.data["limit"]
@@ -37,7 +37,7 @@ def judge(builder: Builder) -> None:
     builder.data["margin"] = Variable(per, margin, limit.units, words)
 
 
-def add_play(builder: Builder, play: str, error: Array, half: Array) -> None:
+def add_play(builder: ResultBuilder, play: str, error: Array, half: Array) -> None:
     """Add what quantities reach with clearances of the largest or the smallest play; nan where it is not known."""
     values = np.stack(_reached(error, half, list(builder.m.components)), axis=-1)
     words = f"lowest and highest value with the {play} play"
@@ -52,7 +52,7 @@ def room(limit: Array, lowest: Array, highest: Array) -> Array:
     return np.where((np.isfinite(low) | np.isfinite(high)) & np.isfinite(left), left, np.nan)
 
 
-def _roundings(builder: Builder) -> Array:
+def _roundings(builder: ResultBuilder) -> Array:
     """What of every quantity is rounding, in the units of the result."""
     sizes = {"length": builder.m.length / builder.units.length, "angle": 1.0 / builder.units.angle}
     return ROUNDING * np.array([sizes[kind] for kind in builder.axes["quantity"].kinds])

@@ -50,7 +50,7 @@ Check = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Here:
+class AtSliders:
     """A mechanism at the position of the sliders, with one output, under the loads that act there."""
 
     m: Mechanism
@@ -120,7 +120,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
         else:
             answers |= _given(m_here, at, asked)
             # Of random specimens the few are drawn; their numbers come with the next stage.
-            drawn = Here(
+            drawn = AtSliders(
                 m_here,
                 at,
                 _few(m_here, at) | answers,
@@ -183,12 +183,12 @@ def _given(m: Mechanism, at: Nominal, asked: Asked) -> dict[str, Result]:
     return {asked.question: computation(asked.question, "studio")(m, offsets=dict(asked.offsets), at=at)}
 
 
-def _here(m: Mechanism, at: Nominal, asked: Asked) -> Here:
+def _here(m: Mechanism, at: Nominal, asked: Asked) -> AtSliders:
     answers = _questions(m, at) | _given(m, at, asked)
     axes = _axes(m)
     towards = around(axes, (IN_PLANE if axes == 2 else IN_SPACE) if m.core.isostatic else ROUGH)
     found = m.core.region(at.drives, at.poses, towards, 0)["error"][0, :, :axes]
-    return Here(m, at, answers, found / m.units.length)
+    return AtSliders(m, at, answers, found / m.units.length)
 
 
 def _region(m: Mechanism, at: Nominal, check: Check) -> Floats:
@@ -208,7 +208,7 @@ def _drives(m: Mechanism, values: tuple[float, ...]) -> str:
     return ", ".join(told)
 
 
-def _drawing(here: Here, asked: Asked) -> Json:
+def _drawing(here: AtSliders, asked: Asked) -> Json:
     """The drawing at a position."""
     m, at = here.m, here.at
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
@@ -226,7 +226,7 @@ def _drawing(here: Here, asked: Asked) -> Json:
     return {"scene": drawn | {"blamed": _blamed(m, shown, drawn["shapes"])}}
 
 
-def _displaced(here: Here, question: str) -> list[Displaced]:
+def _displaced(here: AtSliders, question: str) -> list[Displaced]:
     """The mechanism where the answer to a question has it."""
     m, at = here.m, here.at
     if question not in here.answers or not QUESTIONS[question].displaced:

@@ -3,7 +3,7 @@
 from .checks import Stamps
 from .chunks import ChunkStore, open_store
 from .memory import MemoryStore
-from .plan import Plan, Store
+from .plan import Store, StorePlan
 from .writer import Writer
 
-__all__ = ["ChunkStore", "MemoryStore", "Plan", "Stamps", "Store", "Writer", "open_store"]
+__all__ = ["ChunkStore", "MemoryStore", "Stamps", "Store", "StorePlan", "Writer", "open_store"]

@@ -27,7 +27,7 @@ from jointplay.result import Attribute, Result, Variable
 from .checks import Damaged, Stamps, put_sealed, sealed, stamp, sync_folder
 from .lock import Lock
 from .netcdf import fingerprint_of, to_netcdf
-from .plan import DIMENSIONS, Array, Entry, Plan, Region
+from .plan import DIMENSIONS, Array, Entry, Region, StorePlan
 from .writer import JOURNAL, RUN, Writer
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ FINGERPRINT = "fingerprint"
 STAMPS = "stamps"
 
 
-def open_store(path: Path, plan: Plan, *, overwrite: bool) -> ChunkStore:
+def open_store(path: Path, plan: StorePlan, *, overwrite: bool) -> ChunkStore:
     """The store of a map that goes to a file, new or as an earlier run left it. It is locked until it is closed.
 
     Raises
@@ -115,7 +115,7 @@ class ChunkStore:
         Whether a damaged map is made anew.
     """
 
-    def __init__(self, name: Path, path: Path, part: Path, plan: Plan, lock: Lock, *, overwrite: bool) -> None:
+    def __init__(self, name: Path, path: Path, part: Path, plan: StorePlan, lock: Lock, *, overwrite: bool) -> None:
         self.name, self.path, self.part, self.plan = name, path, part, plan
         self._lock, self._overwrite = lock, overwrite
         self._journal = part / JOURNAL

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.errors import InputError
 from jointplay.result import Attribute, Result, Variable
 
-from .plan import Array, Entry, Plan, Region
+from .plan import Array, Entry, Region, StorePlan
 
 #: bytes from which a map has to go to a file
 LARGEST = 2_000_000_000
@@ -19,7 +19,7 @@ LARGEST = 2_000_000_000
 class MemoryStore:
     """Keeps a map that is small enough in memory."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: StorePlan) -> None:
         self.plan = plan
         self.position = (1, 0)
         self._result: Result | None = None

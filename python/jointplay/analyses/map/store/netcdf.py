@@ -13,7 +13,7 @@ import numpy as np
 from jointplay.basics.files import replacing
 
 from .patient import Patient
-from .plan import DIMENSIONS, Plan, Region
+from .plan import DIMENSIONS, Region, StorePlan
 
 if TYPE_CHECKING:
     import zarr
@@ -30,7 +30,7 @@ def fingerprint_of(path: Path) -> str:
         return ""
 
 
-def to_netcdf(group: zarr.Group, path: Path, plan: Plan) -> None:
+def to_netcdf(group: zarr.Group, path: Path, plan: StorePlan) -> None:
     """Write a group as a NetCDF file, which appears when it is complete."""
     with replacing(path) as new, Patient(new) as stream:
         _fill(stream, group, plan)
@@ -38,7 +38,7 @@ def to_netcdf(group: zarr.Group, path: Path, plan: Plan) -> None:
         os.fsync(stream.fileno())
 
 
-def _fill(stream: Patient, group: zarr.Group, plan: Plan) -> None:
+def _fill(stream: Patient, group: zarr.Group, plan: StorePlan) -> None:
     import h5netcdf
 
     with h5netcdf.File(stream, "w") as file:
@@ -52,7 +52,7 @@ def _fill(stream: Patient, group: zarr.Group, plan: Plan) -> None:
                 stream.check()
 
 
-def _variable(file: Any, name: str, array: Any, plan: Plan) -> Any:
+def _variable(file: Any, name: str, array: Any, plan: StorePlan) -> Any:
     """A variable as xarray writes and reads it: texts as characters or of any length, booleans as small integers."""
     import h5py
 
@@ -82,11 +82,11 @@ def _add_dimension(file: Any, name: str, size: int) -> None:
         file.dimensions[name] = size
 
 
-def _has_nodes(array: Any, plan: Plan) -> bool:
+def _has_nodes(array: Any, plan: StorePlan) -> bool:
     return bool(array.attrs[DIMENSIONS][: len(plan.axes)] == list(plan.axes)) and array.basename not in plan.axes
 
 
-def _copied(array: Any, variable: Any, plan: Plan) -> Iterator[None]:
+def _copied(array: Any, variable: Any, plan: StorePlan) -> Iterator[None]:
     """Copy an array, with a stop after every piece."""
     if not _has_nodes(array, plan):
         values = np.asarray(array[...])
@@ -104,7 +104,7 @@ def _copied(array: Any, variable: Any, plan: Plan) -> Iterator[None]:
         yield
 
 
-def _regions(plan: Plan) -> Iterator[Region]:
+def _regions(plan: StorePlan) -> Iterator[Region]:
     starts = (range(0, size, step) for size, step in zip(plan.shape, plan.chunk, strict=True))
     for corner in itertools.product(*starts):
         yield tuple(

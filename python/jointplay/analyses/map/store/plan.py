@@ -19,7 +19,7 @@ DIMENSIONS = "_ARRAY_DIMENSIONS"
 
 
 @dataclass(frozen=True)
-class Plan:
+class StorePlan:
     """Layout of a map.
 
     Parameters
@@ -62,7 +62,7 @@ class Plan:
 class Store(Protocol):
     """Keeps the chunks of a map, and a journal of how far the work is."""
 
-    plan: Plan
+    plan: StorePlan
     #: pass over the chunks and chunks of it that are done
     position: tuple[int, int]
 

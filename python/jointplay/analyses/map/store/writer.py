@@ -12,7 +12,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result
 
 from .checks import Stamps, stamp
-from .plan import Array, Plan, Region
+from .plan import Array, Region, StorePlan
 
 if TYPE_CHECKING:
     import zarr
@@ -36,7 +36,7 @@ class Writer:
         The run that it writes for: it stops writing when that has ended, and says so where the group is not seen.
     """
 
-    def __init__(self, part: Path, plan: Plan, run: str = "") -> None:
+    def __init__(self, part: Path, plan: StorePlan, run: str = "") -> None:
         self.part, self.plan, self.run = part, plan, run
 
     def __reduce__(self) -> tuple[object, ...]:
