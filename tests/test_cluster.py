@@ -24,6 +24,7 @@ from jointplay import _core, cluster, store
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
 from jointplay.result import to_dataset
+from longer import in_turn, some
 
 GRID = {"x": {"from": -120, "to": 120, "count": 21}, "y": {"from": -120, "to": 120, "count": 21}, "angle": 0}
 AXES = ["-g", "x=-120:120:21", "-g", "y=-120:120:21", "-g", "angle=0"]
@@ -77,8 +78,9 @@ def m() -> jp.Mechanism:
 # --- the same bits ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("question", ["loaded", "worst", "random", "given", "solve"])
-@pytest.mark.parametrize("name", [None, "map.zarr"])
+@pytest.mark.parametrize(
+    ("question", "name"), some(in_turn(["loaded", "worst", "random", "given", "solve"], [None, "map.zarr"]), 5)
+)
 def test_a_map_is_that_of_one_process(
     question: str, name: str | None, client: Any, m: jp.Mechanism, tmp_path: Path
 ) -> None:
@@ -153,7 +155,7 @@ def test_a_mechanism_is_the_same_in_another_process() -> None:
 # --- workers that fail -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [None, "map.zarr"])
+@pytest.mark.parametrize("name", some(["map.zarr", None], 1))
 def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     name: str | None, m: jp.Mechanism, tmp_path: Path
 ) -> None:

@@ -19,6 +19,7 @@ from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
 from jointplay.plot.style import THEMES, size_of
 from jointplay.result import Result, from_dataset
+from longer import in_turn, some
 
 THEME = sorted(THEMES)
 #: width of a column of a page, mm
@@ -107,8 +108,7 @@ def outside(figure: Figure) -> list[str]:
 
 
 class TestSheets:
-    @pytest.mark.parametrize("width", [None, COLUMN])
-    @pytest.mark.parametrize("kind", KINDS)
+    @pytest.mark.parametrize(("kind", "width"), some(in_turn(KINDS, [None, COLUMN]), len(KINDS)))
     def test_nothing_overlaps_or_is_cut_off(self, drawn: Any, kind: str, width: float | None) -> None:
         name, found = drawn[kind]
         figure = sheet(example(name), found, Choice(style=Style("print", width=width)))

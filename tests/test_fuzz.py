@@ -17,7 +17,7 @@ from jointplay.model import loads
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and signals")
 #: where the cases begin, and how many of each kind there are in groups of ten
 SEED = 11_000_000
-GROUPS = {"raw": 6, "structured": 6, "valid": 6, "line": 8, "store": 1}
+GROUPS = {"raw": 3, "structured": 3, "valid": 3, "line": 4, "store": 1}
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,7 @@ from jointplay.cli import run
 from jointplay.errors import InputError
 from jointplay.result import from_dataset
 from jointplay.verdict import ROUNDING, verdict
+from longer import some
 from oracles.rare import case, loop_case
 from verify_rare import find
 
@@ -296,7 +297,7 @@ def test_specimens_without_a_pose_are_found_whatever_is_limited() -> None:
     agrees(found, stats.norm.sf(5.0))
 
 
-@pytest.mark.parametrize("seed", [*range(2, 16), 18, 19, 22, 23])
+@pytest.mark.parametrize("seed", some([*range(2, 16), 18, 19, 22, 23], 6))
 def test_intervals_hold_the_share_of_random_chains(seed: int) -> None:
     """Part of `verify_rare.py`. Of some intervals at 95 % some may miss their share by a little, none by much."""
     found = find(case(seed), seed)
