@@ -107,7 +107,7 @@ def test_modes_that_come_near_each_other_are_told_apart() -> None:
     np.testing.assert_allclose(there, modes(lengths, drives)[0], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("often", some(np.linspace(0.5, 2, 13), 4))
+@pytest.mark.parametrize("often", some(sorted(np.linspace(0.5, 2, 13), key=lambda often: 8 * often % 3 != 1), 5))
 def test_a_path_that_leaves_the_reach_comes_back_in_its_mode(often: float) -> None:
     lengths = (1.4108365172982196, 1.8922948560444737, 1.578758173609239, 1.9328578501194316, 1.046458052048105)
     around = np.linspace(0, 2 * np.pi, 1500)

@@ -88,19 +88,20 @@ PLACES = {
 class TestDamage:
     @pytest.mark.parametrize("which", PLACES)
     def test_a_damaged_map_is_refused_and_made_anew_on_demand(self, kept: dict[str, Path], which: str) -> None:
-        """Every damage of every part is refused; one of each part is made anew, another kind from part to part."""
-        kinds = list(DAMAGE)
-        for place, part in enumerate(PLACES[which]):
+        """Every damage of every part is refused, and after each kind of damage the map is made anew."""
+        kinds, anew = list(DAMAGE), list(DAMAGE)
+        for part in PLACES[which]:
             for how in kinds:
                 shutil.rmtree("map.zarr", ignore_errors=True)
                 shutil.copytree(kept[which], "map.zarr")
                 DAMAGE[how](files(Path("map.zarr"), part)[0])
                 with pytest.raises(jp.InputError, match=f"map.zarr: is damaged: .*; {ANEW}"):
                     ask()
-            kinds = [*kinds[1:], kinds[0]]
-            if place < len(kinds):
+            if how in anew:
                 ask(overwrite=True)
                 ask()
+                anew.remove(how)
+            kinds = [*kinds[1:], kinds[0]]
 
     def test_a_copy_of_a_complete_map_is_taken_as_it_is(self, kept: dict[str, Path]) -> None:
         shutil.copytree(kept["complete"], "map.zarr")
