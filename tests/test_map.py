@@ -251,7 +251,7 @@ class TestRefusals:
         with pytest.raises(jp.InputError, match="0 is not a number of nodes"):
             jp.map(m, grid=grid, chunk=0)
         with pytest.raises(jp.InputError, match="GB are too much to hold in memory"):
-            jp.map(m, grid={"x": np.linspace(-50, 50, 9_000), "y": np.linspace(150, 190, 9_000)}, chunk=100_000)
+            jp.map(m, grid={"x": np.linspace(-50, 50, 9_000), "y": np.linspace(150, 190, 9_000)})
 
     def test_a_mechanism_that_is_not_together(self) -> None:
         m = example("five-bar", **{"joints.C.on.left_rod": [20, 0], "joints.C.on.right_rod": [20, 0]})
