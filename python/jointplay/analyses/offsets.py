@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.gaps import centre, clearance_of
-from jointplay.model import Mechanism
+from jointplay.file.schema.values import LARGEST
+from jointplay.model.gaps import centre, clearance_of
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
-from jointplay.schema.values import LARGEST
 
 from .nominal import Floats
 

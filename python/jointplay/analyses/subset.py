@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats
 from .ways import Way
