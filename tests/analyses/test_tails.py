@@ -120,6 +120,7 @@ x = 1000
 """
 
 
+@pytest.mark.long
 def test_specimens_that_cannot_be_assembled_are_outside() -> None:
     found = jp.random(jp.loads(TOP), samples=2**14, rare=True).isel(configuration=0)
     agrees(found, stats.norm.sf(5.0))
