@@ -80,6 +80,13 @@ class Builder:
             )
         return len(self.joints) - 1
 
+    def lost_motion(self, drive: int, joint: int, size: float) -> None:
+        """Of a drive, more to one side than to the other."""
+        sides = {"interval": {"low": -size, "high": 0.3 * size}}
+        self.sources.append(
+            {"kind": "backlash", "drive": drive, "joint": joint, "set": sides, "centre": [0.0], "law": "uniform"}
+        )
+
     def spec(self, body: int, at: Array, load: tuple[Array, Array] | None = None) -> dict[str, Any]:
         """The mechanism as the core reads it, its output at a place of the reference configuration."""
         output = self.point(body, at)
@@ -114,6 +121,7 @@ def loop(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
     points = {"from": b.joints[2]["second"], "to": b.joints[3]["first"]}
     b.sources.append({"kind": "dimension", **points, "set": tolerance, "centre": [0.0], "law": "uniform"})
     b.sources.append({"kind": "drive", "drive": 0, "set": tolerance, "centre": [0.0], "law": "uniform"})
+    b.lost_motion(0, 0, clearance)
     return b.spec(2, rng.uniform(-0.3, 0.3, 3), (100 * rng.normal(size=3), rng.normal(size=3)))
 
 
@@ -138,6 +146,8 @@ def platform(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
         if not leg:
             # A plane holds less than a ball, a cylinder less than a slide.
             b.drives.append({"joint": slide, "component": "angle"})
+        else:
+            b.lost_motion(leg + 1, slide, clearance)
     b.joint("fixed", top, 19, np.array([0.0, 0.0, 0.5]))
     angle = {"interval": {"low": -1e-3, "high": 1e-3}}
     b.sources.append({"kind": "angle", "joint": len(b.joints) - 1, "set": angle, "centre": [0.0], "law": "uniform"})

@@ -18,14 +18,14 @@ from jointplay.schema import MechanismFile
 from jointplay.spec import CorrelationSpec
 
 from .graph import Graph
-from .source import Source
+from .source import LOOSE, Source
 
 #: eigenvalues below this part of the largest one are rounding
 ROUNDING = 1e-10
 
 
 def _is_single(source: Source) -> bool:
-    return source.kind != "clearance" and len(source.components) == 1
+    return source.kind not in LOOSE and len(source.components) == 1
 
 
 def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[Source]) -> list[CorrelationSpec]:
