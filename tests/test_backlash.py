@@ -223,7 +223,7 @@ class TestOtherQuestions:
         """The flank is half of the width away."""
         m = link("backlash = 1").with_({"limits.rotation": 0.3})
         result = jp.allow(m, question="loaded")
-        assert result.measure.values.tolist() == ["backlash"]
+        assert result.source_measure.values.tolist() == ["backlash"]
         assert result.allowed[0].item() == pytest.approx(0.6, rel=1e-6)
 
     def test_allocated_size(self) -> None:
@@ -236,9 +236,19 @@ class TestOtherQuestions:
         result = jp.allocate(m, question="worst")
         assert result.size.sel(source="q.backlash").item() == pytest.approx(0.6, rel=1e-4)
 
-    def test_a_sweep_and_a_map(self) -> None:
-        swept = jp.sweep(link("backlash = 1"), {"drives.q.backlash": [0.0, 1.0, 2.0]}, question="loaded")
+    def test_a_sweep(self) -> None:
+        swept = jp.sweep(link("backlash = 1"), "drives.q.backlash", [0.0, 1.0, 2.0], "loaded")
+        assert swept.backlash.attrs["units"] == "deg"
         np.testing.assert_allclose(swept.error.sel(component="angle").values.ravel(), [0, -0.5, -1], atol=1e-12)
+
+    def test_a_map_shows_where_the_flank_changes(self) -> None:
+        """The torque changes its sign where the arm is upright."""
+        m = link("backlash = 1").with_({"grid.q": {"from": 65, "to": 115, "count": 6}})
+        result = jp.map(m, question="loaded")
+        angle = np.radians(result.q.values)
+        sides = -np.sign(np.cos(angle))
+        np.testing.assert_allclose(result.error.sel(component="angle"), 0.5 * sides, rtol=1e-9)
+        assert result.contact_change.values.ravel().tolist() == [False, False, True, False, False, False]
 
 
 def gears(first: float, second: float) -> str:
@@ -263,8 +273,8 @@ arm = { angle = 20 }
     for name, at, body in (("A", 0, "a"), ("B", 100, "b"), ("C", 200, "arm")):
         text += f'[joints.{name}]\ntype = "revolute"\non = {{ ground = [{at}, 0], {body} = [0, 0] }}\n'
     for name, pair, lost in (("M", ("a", "b"), first), ("N", ("b", "arm"), second)):
-        text += f'[joints.{name}]\ntype = "gear"\nbodies = {list(pair)}\nradii = [50, 50]\npressure_angle = 20\n'
-        text += f"clearance = {{ backlash_angle = {lost} }}\n"
+        text += f'[joints.{name}]\ntype = "gear"\non = {{ {pair[0]} = [0, 0], {pair[1]} = [0, 0] }}\n'
+        text += f"teeth = [50, 50]\nmodule = 2\npressure_angle = 20\nclearance = {{ backlash_angle = {lost} }}\n"
     return text
 
 
@@ -341,14 +351,14 @@ force = [60, -30]
 [start]
 coupler = {{ angle = 0 }}
 """
-    for k, pivot in enumerate(PIVOTS):
-        text += f'[joints.A{k}]\ntype = "revolute"\non = {{ ground = [{pivot}, 0], crank{k} = [0, 0] }}\n'
+    for k in range(3):
+        text += f'[joints.A{k}]\ntype = "revolute"\non = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}\n'
         text += f'[joints.B{k}]\ntype = "revolute"\non = {{ crank{k} = [80, 0], coupler = [{100 * k}, 0] }}\n'
         text += "stiffness = { radial = 2e4 }\n"
-    return text
+    return text + f'[dimensions.last]\nbody = "crank2"\nbetween = ["A2", "B2"]\ndeviation = {CRANKS[2] - 80}\n'
 
 
-PIVOTS = (0.0, 100.0, 200.3)
+CRANKS = (80.0, 80.0, 80.05)
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.003])
@@ -357,7 +367,7 @@ def test_an_over_constrained_mechanism_stores_the_least_energy(lost: float) -> N
 
     def energy(x: np.ndarray) -> float:
         turns, at, angle = x[:3], x[3] + 1j * x[4], x[5]
-        ends = np.array(PIVOTS) + 80 * np.exp(1j * turns)
+        ends = 100 * np.arange(3) + CRANKS * np.exp(1j * turns)
         stored = 0.5 * 2e4 * float((np.abs(ends - at - 100 * np.arange(3) * np.exp(1j * angle)) ** 2).sum())
         wound = max(turns[0] - 1.2 - lost, 0.0) - max(1.2 - lost / 2 - turns[0], 0.0)
         output = at + 100 * np.exp(1j * angle)
