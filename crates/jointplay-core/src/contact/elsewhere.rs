@@ -30,16 +30,26 @@ const MORE: f64 = 1e-9;
 /// Places where contact and reactions agree, the one with the most work first.
 pub(crate) struct Places {
     pub best: Contact,
+    /// Whether that is not the place from which they were looked for.
+    pub is_elsewhere: bool,
     /// How many have been seen.
     pub seen: usize,
 }
 
 impl Mechanism {
     /// The clearances on which the force may turn within the play, by the forces elsewhere in it.
-    fn turning<'m>(&'m self, at: &'m Contact, elsewhere: &'m [f64]) -> impl Iterator<Item = (usize, &'m Source)> + 'm {
+    fn turning<'m>(
+        &'m self,
+        at: &'m Contact,
+        elsewhere: &'m [f64],
+        unforced: &'m [Unforced],
+    ) -> impl Iterator<Item = &'m Source> + 'm {
         let tolerance = UNDECIDED * self.force_scale(&at.gradient);
-        let turns = move |source: &Source| {
-            let own = |forces: &[f64]| -> Vec<Block> { source.range().map(|p| Block::splat(forces[p])).collect() };
+        let turns = move |s: usize, source: &Source| {
+            let own = |forces: &[f64]| -> Vec<Block> {
+                let force = source.set.masked_force(&forces[source.range()], unforced[s]);
+                force[..source.set.size()].iter().map(|f| Block::splat(*f)).collect()
+            };
             let [now, then] = [own(&at.gradient.inputs.parameters), own(elsewhere)];
             let [now, then]: [Vec<&Block>; 2] = [now.iter().collect(), then.iter().collect()];
             may_turn(&source.set, &now, &then, &Block::splat(source.undecided(tolerance))).0[0] > 0.0
@@ -47,22 +57,29 @@ impl Mechanism {
         let is_searched = self.is_searched();
         let clearances =
             self.sources.iter().enumerate().filter(move |(_, s)| is_searched && s.is_clearance && !s.set.is_zero());
-        clearances.filter(move |(_, source)| turns(source))
+        clearances.filter(move |(s, source)| turns(*s, source)).map(|(_, source)| source)
     }
 }
 
 impl Solver<'_> {
-    /// The place with the most work among those that are found from a place of rest; `elsewhere` are the forces at another
-    /// place of the play, and only places count that are `accepted`.
-    pub(crate) fn most_work(&self, from: Contact, elsewhere: &[f64], accepted: impl Fn(&State) -> bool) -> Places {
+    /// The place with the most work among those that are found from a place of rest, or any where contact and reactions
+    /// did not agree there; `elsewhere` are the forces at another place of the play, `unforced` what does not listen to
+    /// them, and only places count that are `accepted`.
+    pub(crate) fn most_work(
+        &self,
+        from: Contact,
+        elsewhere: &[f64],
+        unforced: &[Unforced],
+        accepted: impl Fn(&State) -> bool,
+    ) -> Places {
         let m = self.mechanism;
-        let all = vec![Unforced::default(); m.sources().len()];
         let mut seen = vec![from.state.inputs.clone()];
         let mut best = from;
+        let mut is_elsewhere = false;
         for _ in 0..ROUNDS {
             let mut more: Option<(f64, Contact)> = None;
-            let least = MORE * m.work_of_play(&best);
-            let ends = m.turning(&best, elsewhere).flat_map(|(_, source)| {
+            let least = if best.settled { MORE * m.work_of_play(&best) } else { f64::NEG_INFINITY };
+            let ends = m.turning(&best, elsewhere, unforced).flat_map(|source| {
                 let offset = m.offset(source, &best.state.inputs);
                 source.set.other_ends(&offset).into_iter().map(move |end| (source, end))
             });
@@ -71,11 +88,11 @@ impl Solver<'_> {
                 let mut inputs = best.state.inputs.clone();
                 m.put(source, &end[..source.set.size()], &mut inputs);
                 let Some(there) = self.contact(&best, &inputs) else { continue };
-                let pressed = m.support_update_loaded(&there.gradient, &inputs, &all);
+                let pressed = m.support_update_loaded(&there.gradient, &inputs, unforced);
                 if m.change(&best.state.inputs, &pressed) <= LEFT {
                     continue;
                 }
-                let next = self.settle_from(there, &all);
+                let next = self.settle_from(there, unforced);
                 let known = |other| m.change(other, &next.state.inputs) <= SAME;
                 if !next.settled || next.blocked || seen.iter().any(known) || !accepted(&next.state) {
                     continue;
@@ -87,14 +104,14 @@ impl Solver<'_> {
                 }
             }
             match more {
-                Some((_, next)) => best = next,
+                Some((_, next)) => (best, is_elsewhere) = (next, true),
                 None => break,
             }
             if seen.len() > PLACES {
                 break;
             }
         }
-        Places { best, seen: seen.len() }
+        Places { best, is_elsewhere, seen: seen.len() }
     }
 
     /// What the load does on the straight way from one place to another; `None` where the mechanism cannot be assembled there.

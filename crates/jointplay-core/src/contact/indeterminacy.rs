@@ -177,6 +177,13 @@ pub(crate) struct Left {
     pub observable: bool,
 }
 
+impl Left {
+    pub(crate) fn nothing(m: &Mechanism) -> Self {
+        let n = m.sources.len();
+        Self { open: vec![0.0; n * m.size()], decided: vec![true; n], observable: false }
+    }
+}
+
 impl Mechanism {
     /// What a rest leaves open; observable where the output moves to first order both at the nominal pose, by the map
     /// `first_order`, and at the rest, by `map`.

@@ -9,12 +9,12 @@
 pub(crate) mod elsewhere;
 mod extent;
 pub(crate) mod flanks;
-mod indeterminacy;
+pub(crate) mod indeterminacy;
 pub(crate) mod mixing_on_lanes;
 mod open_faces;
 pub(crate) mod push_on_lanes;
 mod semismooth;
-mod state;
+pub(crate) mod state;
 mod ties;
 
 use crate::clearance::undecided::{UNDECIDED, Unforced};

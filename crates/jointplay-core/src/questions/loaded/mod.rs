@@ -13,13 +13,14 @@ mod on_lanes;
 mod openings_on_lanes;
 mod over_constrained;
 mod pressing;
+mod resting;
 mod steps_on_lanes;
 
 use rayon::prelude::*;
 
 use crate::clearance::undecided::Unforced;
 use crate::closure::newton::{Solver, State};
-use crate::closure::sensitivity::{Gradient, Output};
+use crate::contact::indeterminacy::Left;
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
@@ -34,7 +35,7 @@ use crate::questions::columns::{FreshLoaded, Loaded, LoadedRows, LoadedTable};
 use crate::questions::form::Form;
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
 use crate::questions::loaded::on_lanes::Contact;
-use crate::questions::loaded::pressing::Pressing;
+use crate::questions::loaded::resting::AtRest;
 
 /// Counts configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs
 /// that were solved by themselves.
@@ -215,34 +216,22 @@ impl Mechanism {
 
         // What is undecided at the nominal pose and moves the output is so at any size of the play, even where the exact
         // pose then falls to one side.
-        let mut open = vec![0.0; self.sources.len() * size];
-        let mut decided = vec![true; self.sources.len()];
-        let first_order = &map;
-        let leave_open =
-            |gradient: &Gradient, unforced: &[Unforced], map: &Output, open: &mut [f64], decided: &mut [bool]| {
-                let load = Pressing {
-                    force: |p: usize| gradient.inputs.parameters[p],
-                    scale: self.force_scale(gradient),
-                    unforced: |s: usize| unforced[s],
-                };
-                let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
-                self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
-            };
-        let mut observable = leave_open(&gradient, &unforced, &map, &mut open, &mut decided);
+        let mut left = Left::nothing(self);
+        self.leave_open_at(&gradient, &unforced, [&map, &map], &mut left);
         let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
         if !exact {
             return Loaded {
                 error: error_first_order.clone(),
                 error_first_order,
-                undetermined: sum(&open),
-                undetermined_contribution: open,
-                decided,
+                undetermined: sum(&left.open),
+                undetermined_contribution: left.open,
+                decided: left.decided,
                 reaction: self.reactions(&at_nominal.poses, &at_nominal.parameters, &gradient.multipliers),
                 offset: offsets.parameters,
                 contribution,
                 iterations: 0,
                 equilibria: 1,
-                status: if observable && status == Status::Ok { Status::Undetermined } else { status },
+                status: if left.observable && status == Status::Ok { Status::Undetermined } else { status },
             };
         }
         let start = match solver.follow(nominal, &self.built(case.drives)) {
@@ -251,68 +240,32 @@ impl Mechanism {
         };
         // Where nothing that moves the output is open, the forces of the displaced pose push what those of the nominal one do
         // not. Where something is, that alone counts until it is known whether the closure decides it.
-        let all = vec![Unforced::default(); self.sources.len()];
-        let held = if observable { unforced.clone() } else { all.clone() };
-        let Some((mut contact, elsewhere)) = solver.settle_first(start, &gradient, &unforced, &held) else {
-            return self.no_load_result(Status::Singular);
-        };
-        let Some(mut displaced) = solver.linearise(&contact.state) else {
-            return self.no_load_result(Status::Singular);
-        };
-        let map = self.output_sensitivity(&displaced, &contact.state);
-        decided.fill(true);
-        observable |= leave_open(&contact.gradient, &held, &map, &mut open, &mut decided);
-        let mut around = None;
-        let mut equilibria = 1;
-        if observable {
-            let moves = |open: &[f64]| open.iter().any(|o| *o > 0.0);
-            let left_out = |(held, open): (&Unforced, &[f64])| if moves(open) { Unforced::default() } else { *held };
-            let counted: Vec<Unforced> = held.iter().zip(open.chunks_exact(size)).map(left_out).collect();
-            let rest = solver.rest(&contact, &held, &counted);
-            let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
-            if let Some((at, rest)) = rest {
-                let map = self.output_sensitivity(&at, &rest.contact.state);
-                let left = self.left_open(&rest, &counted, &first_order.parameters, &map.parameters);
-                (open, decided, observable) = (left.open, left.decided, left.observable);
-                (contact, displaced) = (rest.contact.clone(), at);
-                around = observable.then_some(rest);
-            } else {
-                around = solver.as_it_is(contact.clone(), &held);
-            }
-        }
-        if !observable && held != all {
-            // The closure has decided what moves the output: the rest goes where it is pushed, too.
-            let Some(at) = solver.settle(contact.state.clone(), &all) else {
-                return self.no_load_result(Status::Singular);
-            };
-            let Some(linearised) = solver.linearise(&at.state) else { return self.no_load_result(Status::Singular) };
-            let mut pushed = vec![true; self.sources.len()];
-            leave_open(&at.gradient, &all, &map, &mut open.clone(), &mut pushed);
-            let then = held.iter().zip(pushed).map(|(held, pushed)| pushed && !held.is_none());
-            decided.iter_mut().zip(then).for_each(|(decided, then)| *decided |= then);
-            (contact, displaced) = (at, linearised);
-        }
-        if !observable && contact.settled {
+        let held = if left.observable { unforced.clone() } else { vec![Unforced::default(); self.sources.len()] };
+        let rest = solver.settle_first(start, &gradient, &unforced, &held);
+        let rest = rest.and_then(|(contact, elsewhere)| {
+            let rest = solver.at_rest(contact, &held, &map, left)?;
             let on_branch = |state: &State| self.is_on_branch(solver, nominal, state);
-            let places = solver.most_work(contact, &elsewhere, on_branch);
-            (contact, equilibria) = (places.best, places.seen);
-            if equilibria > 1 {
-                let Some(at) = solver.linearise(&contact.state) else { return self.no_load_result(Status::Singular) };
-                displaced = at;
-            }
-        }
+            let places = solver.most_work(rest.contact.clone(), &elsewhere, &rest.held, on_branch);
+            let seen = places.seen;
+            let best =
+                if places.is_elsewhere { solver.at_rest(places.best, &rest.held, &map, rest.left)? } else { rest };
+            Some((best, seen))
+        });
+        let Some((AtRest { contact, displaced, mut left, around, .. }, equilibria)) = rest else {
+            return self.no_load_result(Status::Singular);
+        };
         let error = self.error(&contact.state, nominal);
         let mut reached = true;
         if let Some(rest) = around {
-            reached = solver.spread(&rest, nominal, &error, &mut open);
+            reached = solver.spread(&rest, nominal, &error, &mut left.open);
         }
         let is_on_branch = self.is_on_branch(solver, nominal, &contact.state);
         Loaded {
             error,
             error_first_order,
-            undetermined: sum(&open),
-            undetermined_contribution: open,
-            decided,
+            undetermined: sum(&left.open),
+            undetermined_contribution: left.open,
+            decided: left.decided,
             reaction: self.reactions(&displaced.poses, &displaced.parameters, &contact.gradient.multipliers),
             offset: contact.state.inputs.parameters,
             contribution,
@@ -321,7 +274,7 @@ impl Mechanism {
             status: match status {
                 Status::Ok if !is_on_branch => Status::Singular,
                 Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
-                Status::Ok if observable || !contact.settled => Status::Undetermined,
+                Status::Ok if left.observable || !contact.settled => Status::Undetermined,
                 other => other,
             },
         }
