@@ -10,6 +10,8 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 import jointplay as jp
+from oracles.primal import Primal
+from oracles.reading import read
 
 LINK = """
 format = 1
@@ -386,6 +388,70 @@ def test_an_over_constrained_mechanism_stores_the_least_energy(lost: float) -> N
     expected = [(output - end - 100).real, (output - end - 100).imag, best[5]]
     np.testing.assert_allclose(result.nominal[0] + result.error[0], [output.real, output.imag, best[5]], atol=2e-6)
     assert expected[1] != 0.0
+
+
+def loose_cranks(seed: int) -> str:
+    """A coupler on three parallel cranks, all pins with play, under a random load; one crank is driven."""
+    rng = np.random.default_rng([7, seed])
+    length, turn = float(rng.uniform(60, 100)), float(rng.uniform(0.6, 2.5))
+    low, high = (float(v) for v in rng.uniform(0.001, 0.003, 2))
+    fx, fy, moment = (float(v) for v in rng.normal(0, 100, 3) * [1, 1, 20])
+    end = length * np.exp(1j * turn)
+    lines = ["format = 1", 'space = "planar"', 'units = { length = "mm", angle = "rad", force = "N" }']
+    lines += [
+        "[drives.q]",
+        'joint = "A0"',
+        f"values = [{turn!r}]",
+        f"backlash = {{ plus = {high!r}, minus = {low!r} }}",
+    ]
+    lines += ["[start]", f"coupler = {{ x = {float(end.real)!r}, y = {float(end.imag)!r}, angle = 0.0 }}"]
+    lines += [f"crank{k} = {{ x = {100.0 * k}, angle = {turn!r} }}" for k in range(3)]
+    lines += ["[output]", 'body = "coupler"', "at = [70, 30]"]
+    lines += ["[[loads]]", f"force = [{fx!r}, {fy!r}]", f"moment = {moment!r}"]
+    for k in range(3):
+        lines += [f"[joints.A{k}]", 'type = "revolute"', f"on = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}"]
+        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
+        lines += [f"[joints.B{k}]", 'type = "revolute"']
+        lines += [f"on = {{ crank{k} = [{length!r}, 0], coupler = [{100 * k}, 0] }}"]
+        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_over_constrained_mechanism_goes_where_the_load_does_most_work(seed: int) -> None:
+    """A cone program on the displacements of all bodies, with the lost motion as bounds."""
+    text = loose_cranks(seed)
+    m, link = jp.loads(text), read(text)
+    found = jp.loaded(m, exact=False)
+    best = Primal(link, link.start, link.configurations[0], {}, 0.01).solve()
+    assert best.solved
+    (load,) = m.raw["loads"]
+    weights = np.array([*load["force"], load["moment"]])
+    assert found.error.values[0] @ weights == pytest.approx(-best.value, rel=1e-7)
+    assert (np.abs(found.error.values[0] - best.error) <= found.undetermined.values[0] + [1e-6, 1e-6, 1e-8]).all()
+    exact = jp.loaded(m)
+    assert np.abs(exact.error - found.error).max() < 1e-2 * np.abs(found.error).max()
+    worst, drawn = jp.worst(m), jp.random(m, samples=2000, seed=seed)
+    assert (drawn.largest.sel(quantity="position") <= worst.worst_position).all()
+    assert worst.worst_position.item() >= float(np.hypot(*exact.error.values[0, :2])) * (1 - 1e-6)
+
+
+def test_many_configurations_are_what_each_is_alone() -> None:
+    m = jp.loads(LEG).with_(
+        {"drives.q1.values": np.linspace(-80, 80, 21).tolist(), "drives.q2.values": np.linspace(-120, 100, 21).tolist()}
+    )
+    together = jp.loaded(m)
+    for k in range(21):
+        alone = jp.loaded(
+            m.with_(
+                {
+                    f"drives.{q}.values": [float(m.drive_values[k, i] / m.drive_factors[i])]
+                    for i, q in ((0, "q1"), (1, "q2"))
+                }
+            )
+        )
+        np.testing.assert_allclose(together.error[k], alone.error[0], rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(together.offset[k], alone.offset[0])
 
 
 class TestMessages:

@@ -253,8 +253,7 @@ fn sources(
             Target::Angle { .. } => true,
             Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
             Target::Backlash { drive, joint } => {
-                let is_turned = |row: &&mut Row| matches!(row.component, Component::About(_));
-                rows_of(rows, drive).find(|row| row.joint == joint).as_ref().is_some_and(is_turned)
+                rows_of(rows, drive).any(|row| row.joint == joint && matches!(row.component, Component::About(_)))
             }
             Target::Place { ref ways, .. } => ways.first().is_some_and(|[along, _]| norm(along) == 0.0),
             Target::Clearance { .. }
