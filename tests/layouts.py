@@ -30,8 +30,8 @@ class Layout:
         self.loads: list[tuple[str, complex, complex, float]] = []
         self.output: tuple[str, complex] = (GROUND, 0j)
         self.size = rng.uniform(40, 150)
-        # Of its own, so that the layout is the same without lost motion in its drives.
-        self.lost = rng.spawn(1)[0]
+        # Of its own, so that the layout is the same without lost motion in its drives; nothing where they have none.
+        self.lost: np.random.Generator | None = rng.spawn(1)[0]
 
     def point(self, x: float, y: float, spread: float = 0.15) -> complex:
         """Around (x, y), in units of the mechanism's size; further from there, the larger the layout's own spread."""
@@ -111,8 +111,10 @@ class Layout:
 
     def backlash(self, size: float) -> list[str]:
         """The line of a drive, if it has lost motion: on both sides or on one."""
+        if not self.play or self.lost is None:
+            return []
         width, form = float(self.lost.uniform(0.1, 0.5) * self.play * size), self.lost.random()
-        if not self.play or form < 0.5:
+        if form < 0.5:
             return []
         return [f"backlash = {width!r}" if form < 0.8 else f"backlash = {{ plus = {width!r}, minus = 0 }}"]
 

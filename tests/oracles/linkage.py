@@ -10,7 +10,8 @@ joint:
     pin_in_slot   n.(B - A) = d_n                                coordinate s.(B - A)
     fixed         B = A,             angle of s_2 - angle of s_1 = psi
 
-A drive adds  coordinate = value + error + lost motion;  a dimension moves its second point along the line from its first.
+A drive adds  coordinate = value + error + lost motion;  a dimension moves its second point along the line from its
+first.
 Units: those of the file for lengths, radians for angles. The expressions are scalar, so that the same text
 is evaluated by numpy (also for whole batches, and for the complex steps that give exact derivatives) and by
 casadi.
