@@ -44,8 +44,8 @@ def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[So
             index = names.index(name)
             if not _is_single(sources[index]):
                 problem = (
-                    f"'{name}' is not a single number: where a pin lies in its hole, or a gearbox between its flanks, is"
-                    " not correlated, but sizes, dimensions, angles, ratio errors and drive errors are"
+                    f"'{name}' is not a single number: where a pin lies in its hole, or a gearbox between its flanks,"
+                    " is not correlated, but sizes, dimensions, angles, ratio errors and drive errors are"
                 )
                 raise graph.refuse(problem, place)
             if index in taken:

@@ -411,25 +411,8 @@ fn attach(
             }
             Ok(vec!["size"])
         }
-        Target::Drive { drive } => {
-            let mut driven: Vec<&mut Row> = rows_of(rows, drive).collect();
-            #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
-            let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
-            match driven.as_mut_slice() {
-                [] => return fail("there is no such drive"),
-                [row] if is_plain(row) && row.parameter.is_none() => row.parameter = Some(first),
-                _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
-            }
-            Ok(vec!["value"])
-        }
-        Target::Backlash { drive, joint } => {
-            let Some(row) = rows_of(rows, drive).find(|row| row.joint == joint) else {
-                return fail("there is no such drive, or it does not move this joint");
-            };
-            // What gives way in a row is its own parameter; an error of the drive shifts it beside.
-            row.shift = row.parameter.replace(first).map(|error| (error, 1.0)).or(row.shift);
-            Ok(vec!["value"])
-        }
+        Target::Drive { drive } => attach_error(rows, drive, first),
+        Target::Backlash { drive, joint } => attach_backlash(rows, drive, joint, first),
         Target::Ratio { joint } => {
             let Some(row) = rows.iter_mut().find(|row| row.joint == joint && row.is_coupled) else {
                 return fail("only a coupling has a ratio error");
@@ -438,4 +421,32 @@ fn attach(
             Ok(vec!["length"])
         }
     }
+}
+
+/// Lets a parameter displace what a drive commands.
+fn attach_error(rows: &mut [Row], drive: usize, parameter: usize) -> Result<Vec<&'static str>, SpecError> {
+    let mut driven: Vec<&mut Row> = rows_of(rows, drive).collect();
+    #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
+    let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
+    match driven.as_mut_slice() {
+        [] => return fail("there is no such drive"),
+        [row] if is_plain(row) && row.parameter.is_none() => row.parameter = Some(parameter),
+        _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (parameter, by.coefficient))),
+    }
+    Ok(vec!["value"])
+}
+
+/// Lets a parameter be the lost motion of a drive at a joint: what gives way in a row is its own parameter, and an
+/// error of the drive shifts it beside.
+fn attach_backlash(
+    rows: &mut [Row],
+    drive: usize,
+    joint: usize,
+    parameter: usize,
+) -> Result<Vec<&'static str>, SpecError> {
+    let Some(row) = rows_of(rows, drive).find(|row| row.joint == joint) else {
+        return fail("there is no such drive, or it does not move this joint");
+    };
+    row.shift = row.parameter.replace(parameter).map(|error| (error, 1.0)).or(row.shift);
+    Ok(vec!["value"])
 }
