@@ -64,10 +64,10 @@ quick: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests without those in t
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
 
 fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged and unusual files in every command, random commands, damaged maps, signals, for SECONDS=600 from SEED=0
-	cd tests && ../$(BIN)/python -m fuzz --seconds $(SECONDS) --seed $(SEED)
+	cd tests && ../$(BIN)/python -m helpers.fuzz --seconds $(SECONDS) --seed $(SEED)
 
 # Each line stands for a machine: the kernels of BLAS, the functions of the C library, registers and threads of the core.
-# SLICE="tests/test_worst.py -k four_bar" runs less.
+# SLICE="tests/analyses/test_worst.py -k four_bar" runs less.
 SLICE ?=
 OTHERS := \
   "OPENBLAS_CORETYPE=Prescott JOINTPLAY_WIDTH=plain RAYON_NUM_THREADS=1 LC_ALL=C COLUMNS=40" \
@@ -102,7 +102,7 @@ serve-docs: $(STAMPS)/build $(STAMPS)/develop  ## the documentation on this mach
 
 format: $(STAMPS)/develop  ## put all sources into their format, write what is made of the schema
 	cargo fmt --all
-	$(BIN)/python tests/signatures.py
+	$(BIN)/python tests/helpers/signatures.py
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 

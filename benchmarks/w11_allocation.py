@@ -8,7 +8,7 @@ import numpy as np
 
 import jointplay as jp
 from harness import Report, Spread, Target
-from jointplay.sizing import sizings
+from jointplay.model.sizing import sizings
 
 GRADES = np.geomspace(0.005, 0.1, 5)
 #: where the limit lies between the errors of the finest grades and of the coarsest ones

@@ -11,9 +11,9 @@ import sys
 from dataclasses import dataclass
 
 import jointplay as jp
-from allocations import SAMPLES, cheaper, problem
-from cores import on_all_cores
-from pages import put_table
+from helpers.allocations import SAMPLES, cheaper, problem
+from helpers.cores import on_all_cores
+from helpers.pages import put_table
 
 #: problems from which on a table is one to publish
 WHOLE = 60

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 
-import mapped
-from pages import put_table
+from helpers import mapped
+from helpers.pages import put_table
 
 #: fineness from which on a table is one to publish
 WHOLE = 6

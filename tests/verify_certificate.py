@@ -21,12 +21,12 @@ from functools import partial
 import numpy as np
 
 import jointplay as jp
-from bounds import Bounded, bounded, of_spec
-from cores import on_all_cores
+from helpers.bounds import Bounded, bounded, of_spec
+from helpers.cores import on_all_cores
+from helpers.oracles import loops
+from helpers.wide import KINDS, mechanism
 from jointplay.analyses.certificate import REASONS
 from jointplay.analyses.nominal import nominal
-from oracles import loops
-from wide import KINDS, mechanism
 
 #: of the gaps of all bounds, these quantiles are told
 LEVELS = (0.5, 0.9, 0.99)

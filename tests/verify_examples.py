@@ -10,11 +10,11 @@ from __future__ import annotations
 import sys
 from functools import cache
 
-from cores import on_all_cores
-from verification import random_mechanisms
-from verification.page import NUMBERS, Row, wanted, with_record, written
-from verification.record import figures
-from verification.subject import Check, Found, Subject
+from helpers.cores import on_all_cores
+from helpers.verification import random_mechanisms
+from helpers.verification.page import NUMBERS, Row, wanted, with_record, written
+from helpers.verification.record import figures
+from helpers.verification.subject import Check, Found, Subject
 
 
 @cache

@@ -13,9 +13,9 @@ import argparse
 
 import numpy as np
 
-from oracles.flanks import drawn
-from pages import put_table
-from test_flanks_together import compared
+from helpers.oracles.flanks import drawn
+from helpers.pages import put_table
+from helpers.wheels import compared
 
 #: as in the test, but with three meshes flanks have to meet more closely: what they may miss each other by widens the
 #: scatter across the flanks, which so many specimens tell

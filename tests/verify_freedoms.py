@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import jointplay as jp
-from freedoms import KINDS, NOISES, robot
-from pages import put_table
+from helpers.freedoms import KINDS, NOISES, robot
+from helpers.pages import put_table
 
 #: robots if nothing is said; of each kind as many
 ROBOTS = 20 * len(KINDS)

@@ -17,15 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 import jointplay as jp
-import pages
-import trains
-from cores import on_all_cores
-from graphs import graph
+from helpers import pages, trains
+from helpers.cores import on_all_cores
+from helpers.graphs import graph
+from helpers.oracles import loops
+from helpers.oracles.more_work import Press
+from helpers.oracles.most_work import MostWork
+from helpers.oracles.reading import read
 from jointplay import _core
-from oracles import loops
-from oracles.more_work import Press
-from oracles.most_work import MostWork
-from oracles.reading import read
 
 #: what is unfelt to first order is left in the middle of its play: it differs from the whole by the play, as a part of
 #: the mechanism, times some lever ratios

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import jointplay as jp
-from cores import on_all_cores
-from oracles.rare import KINDS, PRESSED, Case, case, loop_case
-from pages import put_table
+from helpers.cores import on_all_cores
+from helpers.oracles.rare import KINDS, PRESSED, Case, case, loop_case
+from helpers.pages import put_table
 
 #: loops with play besides, the specimens by which their shares are known, and chains under a load
 LOOPS, SAMPLES, LOADED = 20, 5_000_000, 10

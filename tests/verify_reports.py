@@ -25,10 +25,10 @@ import numpy as np
 import pandas as pd
 
 import jointplay as jp
-from cores import on_all_cores
+from helpers.cores import on_all_cores
 from jointplay import examples
-from jointplay.reporting.printing import BROWSERS
 from jointplay.result import from_dataset, parts, size
+from jointplay.show.reporting.printing import BROWSERS
 
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 #: few specimens: only whether they stand on the page is looked at

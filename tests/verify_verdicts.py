@@ -15,9 +15,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-import pages
-import verdict_files as files
-from cores import on_all_cores
+from helpers import pages
+from helpers import verdict_files as files
+from helpers.cores import on_all_cores
 from jointplay.cli import run
 
 #: of so many files one gets a report

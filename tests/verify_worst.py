@@ -21,13 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 
 import jointplay as jp
-from cores import on_all_cores
+from helpers.cores import on_all_cores
+from helpers.oracles import brute
+from helpers.oracles.reading import read
+from helpers.strategies import given_offsets
+from helpers.wide import KINDS, mechanism
 from jointplay.analyses.worst import compute
-from jointplay.model import Mechanism
-from oracles import brute
-from oracles.reading import read
-from strategies import given_offsets
-from wide import KINDS, mechanism
+from jointplay.model.mechanism import Mechanism
 
 #: a figure that is larger by this part of it has been missed
 MISSED = 1e-6

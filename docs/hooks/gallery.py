@@ -18,8 +18,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import jointplay as jp
-from jointplay.conclusions import conclude
 from jointplay.result import from_dataset
+from jointplay.result.conclusions import conclude
 
 PAGE = "examples.md"
 STYLES = ("light", "dark")

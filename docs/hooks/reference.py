@@ -22,7 +22,7 @@ import typer
 
 import jointplay as jp
 from jointplay.cli.commands import program
-from jointplay.schema import json_schema
+from jointplay.file.schema import json_schema
 
 MARK = re.compile(r"^<!-- (?P<what>commands|options|command|keys|variables)(?:: (?P<which>[^>]*?))? -->$", re.MULTILINE)
 #: an option that so many commands explain in the same words is explained once

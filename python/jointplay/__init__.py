@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
-    from .builder.build import Builder
-    from .builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
     from .exchange.reading import read
-    from .model import Mechanism, load, loads
+    from .model.builder.build import Builder
+    from .model.builder.sizes import backlash, bearing, diametral, fit, gap, radial
+    from .model.mechanism import Mechanism, load, loads
     from .plot.animation import animate
-    from .reporting import report, view
-    from .spreadsheets import frame
-    from .write import save
+    from .result.spreadsheets import frame
+    from .result.write import save
+    from .show.reporting import report, view
 
     __version__: str
 
@@ -88,21 +88,21 @@ __all__ = [
 ]
 
 _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
-    **dict.fromkeys(("backlash", "bearing", "diametral", "fit", "gap", "radial"), "builder.sizes"),
-    "Builder": "builder.build",
+    **dict.fromkeys(("backlash", "bearing", "diametral", "fit", "gap", "radial"), "model.builder.sizes"),
+    "Builder": "model.builder.build",
     "InputError": "errors",
     "JointplayError": "errors",
-    "Mechanism": "model",
+    "Mechanism": "model.mechanism",
     "animate": "plot.animation",
     "best_order": "analyses.assemble.order",
     "export": "exchange.exporting",
-    "frame": "spreadsheets",
-    "load": "model",
-    "loads": "model",
+    "frame": "result.spreadsheets",
+    "load": "model.mechanism",
+    "loads": "model.mechanism",
     "read": "exchange.reading",
-    "report": "reporting",
-    "view": "reporting",
-    "save": "write",
+    "report": "show.reporting",
+    "view": "show.reporting",
+    "save": "result.write",
 }
 
 

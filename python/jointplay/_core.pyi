@@ -2,7 +2,7 @@
 
 from typing import final
 
-from jointplay.answers import (
+from jointplay.core.answers import (
     Assembled,
     Certificate,
     Cones,

@@ -4,7 +4,7 @@
 //! statics is the transposed system and its solution the joint reactions. All quantities are in SI
 //! units and radians; an error is actual minus nominal.
 //!
-//! The layers. Each imports from those below it only (`tests/test_core_layers.py` holds them):
+//! The layers. Each imports from those below it only (`tests/project/test_core_layers.py` holds them):
 //!
 //! ```text
 //!    questions   given, loaded, worst and its certificate, random: plainly, on lanes, and for over-constrained mechanisms

@@ -10,10 +10,10 @@ from typing import cast
 
 import numpy as np
 
-from jointplay.answers import Worst
-from jointplay.model import Mechanism
-from jointplay.result import Array, Builder
-from jointplay.verdict import ROUNDING
+from jointplay.core.answers import Worst
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import Array, ResultBuilder
+from jointplay.result.verdict import ROUNDING
 
 from .nominal import Floats
 
@@ -48,7 +48,7 @@ def certified(m: Mechanism, drives: Floats, poses: Floats, found: Worst, parts: 
     return cast("Worst", both)
 
 
-def add_bounds(builder: Builder, worst: Worst) -> None:
+def add_bounds(builder: ResultBuilder, worst: Worst) -> None:
     """Add the bounds and what they are worth to the result of `worst`."""
     found = {name.removeprefix(PREFIX): np.asarray(values) for name, values in worst.items() if name.startswith(PREFIX)}
     attained = {"position": worst["position"], "rotation": worst["rotation"]}

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.compile import LENGTHS, described
-from jointplay.gaps import ROUNDED, clearance_of, scattering
-from jointplay.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
-from jointplay.model import Mechanism
-from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import add_limits, limits_in_words, percent
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.core.compile import LENGTHS, described
+from jointplay.model.gaps import ROUNDED, clearance_of, scattering
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
+from jointplay.result import Result, ResultBuilder, Variable, axes_of, to_dataset
+from jointplay.result.verdict import add_limits, limits_in_words, percent
 
 from .failure import failure
 from .hints import hints
@@ -78,7 +78,7 @@ def compute(m: Mechanism) -> Result:
         first = (m.start_drives[None] if m.drive_values is None else m.drive_values)[:1]
         nowhere = np.full((1, len(m.bodies), m.pose_size), np.nan)
         failed = None if mobility.assembled or mobility.open else failure(part, first, nowhere)
-    builder = Builder(
+    builder = ResultBuilder(
         m,
         "check",
         degrees_of_freedom=mobility.degrees_of_freedom,
@@ -133,7 +133,7 @@ def _limits(m: Mechanism) -> list[str]:
     for name in m.outputs or (None,):
         part = m.only(name, next(iter(m.load_cases), None))
         if part.limits.errors:
-            builder = Builder(part, "check")
+            builder = ResultBuilder(part, "check")
             add_limits(builder)
             limits = limits_in_words(Result(builder.coords, builder.data))
             found.append(f"{name}: {limits}" if name else limits)
@@ -142,7 +142,7 @@ def _limits(m: Mechanism) -> list[str]:
     return found
 
 
-def _members(m: Mechanism, builder: Builder) -> None:
+def _members(m: Mechanism, builder: ResultBuilder) -> None:
     if not m.members:
         return
     joints = [m.joints[member.joint] for member in m.members]
@@ -154,7 +154,7 @@ def _members(m: Mechanism, builder: Builder) -> None:
     builder.add("member_stiffness", "member", stiffness, "stiffness along the member", "stiffness")
 
 
-def _springs(m: Mechanism, builder: Builder) -> None:
+def _springs(m: Mechanism, builder: ResultBuilder) -> None:
     if not m.data.springs:
         return
     springs = m.data.springs.values()
@@ -167,7 +167,7 @@ def _springs(m: Mechanism, builder: Builder) -> None:
     builder.coords["spring_unit"] = Variable(("spring",), np.array(units, dtype=str), "", "unit along spring")
 
 
-def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) -> None:
+def _self_stresses(m: Mechanism, builder: ResultBuilder, found: Sequence[SelfStress]) -> None:
     if not found:
         return
     builder.labels("number", np.arange(1, len(found) + 1), "number of the self-stress")
@@ -180,14 +180,14 @@ def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) 
     builder.add("self_stress_members", "number", words, "bodies that the self-stress runs through")
 
 
-def _spins(m: Mechanism, builder: Builder) -> None:
+def _spins(m: Mechanism, builder: ResultBuilder) -> None:
     words = [spin_words(m, spin) for spin in held_spins(m)]
     if words:
         builder.labels("spin", np.arange(1, len(words) + 1), "number of the spin")
         builder.add("spin_words", "spin", np.array(words, dtype=str), "what spins, and is held, about which line")
 
 
-def _plays(m: Mechanism, builder: Builder) -> None:
+def _plays(m: Mechanism, builder: ResultBuilder) -> None:
     """The clearances whose size scatters: what makes them, and the travel from side to side that this allows."""
     found = scattering(m)
     if not found:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed, not_known
-from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import require_determinate
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
-from jointplay.typed import typed
 
 from .nominal import Nominal, bounded, follow, nominal, report, within_another
 from .questions import check, computation

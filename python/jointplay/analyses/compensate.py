@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.answers import Loaded
-from jointplay.compile import LENGTHS
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Loaded
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
-from jointplay.gaps import attributes
-from jointplay.model import Mechanism
+from jointplay.model.gaps import attributes
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
 from jointplay.result import Result, axes_of, split, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST
@@ -47,9 +47,9 @@ FARTHEST = 0.5
 #: half the distance of the drive values whose errors give J; its square is the error of J
 PROBE = 1e-5
 
-Places = NDArray[np.intp]
+PlaceIndices = NDArray[np.intp]
 #: error, (place, component), and status at drive values, (place, drive), of the configurations at some places
-Errors = Callable[[Floats, Places], tuple[Floats, Codes]]
+Errors = Callable[[Floats, PlaceIndices], tuple[Floats, Codes]]
 
 
 @typed
@@ -175,7 +175,7 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
     everywhere = np.arange(len(drives))
     error, status = errors(drives, everywhere)
 
-    def size(e: Floats, at: Places) -> Floats:
+    def size(e: Floats, at: PlaceIndices) -> Floats:
         norm = np.linalg.norm(weight * (e - wanted[at]), axis=1)
         return np.where(np.isfinite(norm), norm, np.inf)
 
@@ -212,7 +212,7 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
     return Correction(drives, error, status, iterations, settled)
 
 
-def _slopes(errors: Errors, drives: Floats, places: Places, unit: Floats) -> Floats:
+def _slopes(errors: Errors, drives: Floats, places: PlaceIndices, unit: Floats) -> Floats:
     """dE/dq by central differences of the non-linear model, shape (place, component, drive)."""
     columns = []
     for d in range(drives.shape[1]):
@@ -241,7 +241,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if question == "given":
         u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {})
 
-        def by_offsets(drives: Floats, places: Places) -> tuple[Floats, Codes]:
+        def by_offsets(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
             found = m.core.given(drives, at.poses[places], u[places])
             return found["error"], at.worse(found["status"], places)
 
@@ -251,7 +251,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
 
-    def by_load(drives: Floats, places: Places) -> tuple[Floats, Codes]:
+    def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
         if not m.loads.along:
             found = m.core.loaded(drives, at.poses[places])
             return found["error"], at.worse(found["status"], places)

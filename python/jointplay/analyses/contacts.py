@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, not_known
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 
 from .loaded import require_loads
 from .random import CONTACTS

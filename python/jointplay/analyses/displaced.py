@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay import poses
 from jointplay.analyses import loaded
 from jointplay.analyses.nominal import Nominal, report
-from jointplay.gaps import centre, core_with
-from jointplay.model import Mechanism
-from jointplay.spec import Spec
+from jointplay.basics import poses
+from jointplay.core.spec import Spec
+from jointplay.model.gaps import centre, core_with
+from jointplay.model.mechanism import Mechanism
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

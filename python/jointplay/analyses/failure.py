@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.mobility import Attempt, attempt, is_tree, sentences
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import Attempt, attempt, is_tree, sentences
 
 from .nominal import Floats
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.gaps import attributes
-from jointplay.model import Mechanism
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.model.gaps import attributes
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, parts, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.result.verdict import judge
 
 from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report, without_singular
 from .offsets import Offsets, admissible, parameters

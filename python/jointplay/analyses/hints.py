@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jointplay.compile import ANGULAR
-from jointplay.model import Mechanism
-from jointplay.schema import PlanarFile
+from jointplay.core.compile import ANGULAR
+from jointplay.file.schema import PlanarFile
+from jointplay.model.mechanism import Mechanism
 
 #: a clearance above this share of the shortest link at its joint
 LARGE = 0.1

@@ -23,10 +23,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.cluster import Here, Workers
+from jointplay.analyses.cluster import Here, Workers
 from jointplay.errors import InputError
-from jointplay.gaps import core_at
-from jointplay.model import Mechanism
+from jointplay.model.gaps import core_at
+from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats, Nominal
 from .yields import with_sizes

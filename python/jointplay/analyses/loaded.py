@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from jointplay.answers import Loaded
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
-from jointplay.gaps import attributes, core_with
-from jointplay.model import Mechanism
-from jointplay.result import STATUSES, Builder, Result, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import PLAYS, READABLE, add_play, judge
+from jointplay.model.gaps import attributes, core_with
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
+from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report, without_singular
 from .recorded import recorded
@@ -145,7 +145,7 @@ def compute(
     return finished(builder, done, count, unfinished)
 
 
-def _plays(m: Mechanism, builder: Builder, at: Nominal, *, exact: bool) -> str:
+def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) -> str:
     """Add what quantities reach with the largest and the smallest play; in words what Ctrl-C has left out of it."""
     unfinished = ""
     for play in PLAYS:
@@ -177,7 +177,7 @@ def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Colu
     return found, len(found["status"])
 
 
-def _details(builder: Builder, found: Loaded) -> None:
+def _details(builder: ResultBuilder, found: Loaded) -> None:
     """What every joint and every source does."""
     words = "error to first order"
     builder.add("error_first_order", ("configuration", "component"), found["error_first_order"], words, "component")
@@ -206,7 +206,7 @@ def _details(builder: Builder, found: Loaded) -> None:
     )
 
 
-def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
+def _strain(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:
     """The further results of over-constrained and elastic mechanisms."""
     words = "reaction without any load"
     builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")

@@ -10,14 +10,14 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
-from jointplay.answers import Reached
-from jointplay.compile import LENGTHS
+from jointplay.basics import poses
+from jointplay.basics.units import Units
+from jointplay.core.answers import Reached
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
-from jointplay.model import Mechanism
-from jointplay.result import STATUSES, Builder, Result, counted
-from jointplay.units import Units
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import held_spins, misfit_words, require_determinate, spin_bodies
+from jointplay.result import STATUSES, Result, ResultBuilder, counted
 
 from .ranges import leaving
 
@@ -180,12 +180,6 @@ def at_drives(m: Mechanism, drives: Floats) -> Nominal:
     return Nominal(drives, found["poses"], found["output"], found["status"])
 
 
-def judged(m: Mechanism, at: Nominal, singular_value: Floats) -> Nominal:
-    """The same, singular where a configuration is too near a singular one: one that the output leads to may be."""
-    singular = (at.status == OK) & (singular_value < m.core_spec["singular_value"])
-    return replace(at, status=np.where(singular, SINGULAR, at.status).astype(np.uint8))
-
-
 def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     """Configurations of a mechanism as those of the same with another output or in another load case."""
     # Pieces of an elastic body that only one of them has move with the body.
@@ -238,9 +232,9 @@ ON_CLOSURE = "on the exact loop closure"
 TO_FIRST_ORDER = "to first order at the nominal pose"
 
 
-def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> Builder:
+def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> ResultBuilder:
     """A result that says at which drive values and nominal poses it was found."""
-    builder = Builder(m, question, at.units, **attrs)
+    builder = ResultBuilder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
     if at.misfit:
         builder.attrs["misfit"] = at.misfit
@@ -308,7 +302,7 @@ def batched(
     return cast("Columns", joined), done
 
 
-def finished(builder: Builder, done: int, count: int, unfinished: str = "") -> Result:
+def finished(builder: ResultBuilder, done: int, count: int, unfinished: str = "") -> Result:
     """The result of batches; `unfinished` says what the last configuration lacks.
 
     Raises

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.compile import LOOSE
+from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.gaps import centre, clearance_of
-from jointplay.model import Mechanism
+from jointplay.file.schema.values import LARGEST
+from jointplay.model.gaps import centre, clearance_of
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
-from jointplay.schema.values import LARGEST
 
 from .nominal import Floats
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, Variable, coordinate_names
 
 from .nominal import Nominal, Progress, carried

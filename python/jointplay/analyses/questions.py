@@ -6,9 +6,9 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from jointplay.basics.typed import options
 from jointplay.questions import QUESTIONS, asked_by, named, require_known
 from jointplay.result import Result
-from jointplay.typed import options
 
 
 def computation(question: str, asker: str) -> Callable[..., Result]:

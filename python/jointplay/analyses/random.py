@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.answers import Random
-from jointplay.cluster import Here, Workers, with_workers
-from jointplay.compile import LOOSE
+from jointplay.analyses.cluster import Here, Workers, with_workers
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Random
+from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import ROUNDING
+from jointplay.result.verdict import ROUNDING
 
 from . import pressed
 from .capability import LEVELS
@@ -37,7 +37,7 @@ from .tails import require_rare, search_rare
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.cluster import Scheduler
+    from jointplay.analyses.cluster import Scheduler
 
 PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")

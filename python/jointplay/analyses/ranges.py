@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
-from jointplay.compile import ANGULAR, DRIVABLE, coordinate
-from jointplay.model import Mechanism
+from jointplay.basics import poses
+from jointplay.core.compile import ANGULAR, DRIVABLE, coordinate
+from jointplay.model.mechanism import Mechanism
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

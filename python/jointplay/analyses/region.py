@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.answers import Region
-from jointplay.compile import LENGTHS
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Region
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import in_range
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
-from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded

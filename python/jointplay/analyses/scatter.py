@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import confidence
-from jointplay.answers import Random
-from jointplay.cluster import Here, Workers
-from jointplay.model import Mechanism
-from jointplay.result import SIDES, STATUSES, Builder, Variable
-from jointplay.verdict import add_limits
+from jointplay.analyses.cluster import Here, Workers
+from jointplay.basics import confidence
+from jointplay.core.answers import Random
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import SIDES, STATUSES, ResultBuilder, Variable
+from jointplay.result.verdict import add_limits
 
 from .capability import capability
 from .indices import Indices, groups
@@ -21,7 +21,7 @@ from .yields import Yields, repeatability, yields
 REPLICATES = 16
 
 
-def add_moments(builder: Builder, found: Random) -> None:
+def add_moments(builder: ResultBuilder, found: Random) -> None:
     """Mean, standard deviation and covariance, exact and to first order, with the contribution of every source."""
     pose, square = ("configuration", "component"), ("configuration", "component", "component_other")
     for name, of in (("mean", "mean error"), ("std", "standard deviation of the error")):
@@ -39,7 +39,7 @@ def add_moments(builder: Builder, found: Random) -> None:
     builder.add("contribution", parts, found["contribution"], words, "component", power=2)
 
 
-def add_distribution(builder: Builder, found: Random, levels: NDArray[np.float64], m: Mechanism) -> None:
+def add_distribution(builder: ResultBuilder, found: Random, levels: NDArray[np.float64], m: Mechanism) -> None:
     """Quantiles, histograms, extremes, interferences and outcomes."""
     per = ("configuration", "quantity")
     builder.labels("probability", levels, "share of the specimens below the quantile")
@@ -60,7 +60,7 @@ def add_distribution(builder: Builder, found: Random, levels: NDArray[np.float64
     builder.add("failures", ("configuration", "outcome"), found["failures"], "specimens by outcome")
 
 
-def add_shares(builder: Builder, found: Random, limits: Floats, samples: int, count: int, sampling: str) -> None:
+def add_shares(builder: ResultBuilder, found: Random, limits: Floats, samples: int, count: int, sampling: str) -> None:
     """Shares beyond the limits with confidence intervals and standard errors, and capabilities.
 
     The quantiles that these need come after `count` others.
@@ -106,7 +106,7 @@ def add_shares(builder: Builder, found: Random, limits: Floats, samples: int, co
 
 
 def add_yields(
-    builder: Builder,
+    builder: ResultBuilder,
     m: Mechanism,
     at: Nominal,
     samples: int,
@@ -136,7 +136,7 @@ def add_yields(
             builder.add(f"{name}_{side}", (), end, f"{words}, {which} end of the 95 % confidence interval")
 
 
-def add_indices(builder: Builder, found: list[Indices]) -> None:
+def add_indices(builder: ResultBuilder, found: list[Indices]) -> None:
     """Sobol\' indices of every source."""
     per = ("configuration", "source", "quantity")
     for name, words in (("first", "alone"), ("total", "and of all that it does together with others")):
@@ -152,7 +152,7 @@ def add_indices(builder: Builder, found: list[Indices]) -> None:
     builder.coords["sobol_group"] = Variable(("source",), labels, "", "sources that are drawn together")
 
 
-def add_assembly(builder: Builder, found: Random, count: int, m: Mechanism) -> None:
+def add_assembly(builder: ResultBuilder, found: Random, count: int, m: Mechanism) -> None:
     """The further results of over-constrained and elastic mechanisms; `count` quantiles are asked for."""
     words = "clearance scale factor required for assembly without strain, quantile"
     factor = found["clearance_factor"][:, :count]

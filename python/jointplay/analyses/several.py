@@ -15,8 +15,8 @@ from typing import Any, ParamSpec
 
 import numpy as np
 
-from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import require_determinate
 from jointplay.result import SIDES, Result, Variable, align, beside, size, unit_of
 
 from .nominal import Interrupted, Nominal, Progress, carried, nominal

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
-from jointplay.compile import ANGULAR
+from jointplay.basics import poses
+from jointplay.core.compile import ANGULAR
 
 from .bracketing import edge, minimum
 from .nominal import Nominal
@@ -41,7 +41,7 @@ LEFT = sys.float_info.epsilon
 
 
 @dataclass(frozen=True)
-class Place:
+class SingularPlace:
     """A singular place on the path.
 
     Attributes
@@ -235,7 +235,7 @@ class Path:
         values = self.scaled.measure(pose[None], range(len(self.scaled.units)))["values"][0]
         return kind(values[:2], self.limit)
 
-    def _places(self, track: _Track) -> list[Place]:
+    def _places(self, track: _Track) -> list[SingularPlace]:
         """The singular places of a stretch."""
         value, sign, closed = track.value, track.sign, np.isfinite(track.value)
         with np.errstate(invalid="ignore"):
@@ -249,7 +249,7 @@ class Path:
             found += self._singular_run(track, first, last, clear)
         lowest = [self._lowest(track, k - 1, k + 1) for k in self._dips(track, clear)]
         found += [state for state in lowest if self._value(state) < self.limit]
-        return [Place(s.along, self._output(s.pose[None])[0], self._kind(s.pose)) for s in found if s.is_closed]
+        return [SingularPlace(s.along, self._output(s.pose[None])[0], self._kind(s.pose)) for s in found if s.is_closed]
 
     def _dips(self, track: _Track, clear: Flags) -> list[int]:
         """Steps around which the singular value, going on as steeply as it comes, could fall below the limit."""
@@ -343,7 +343,7 @@ class Path:
         way = np.concatenate([[anchor], between if along > anchor else between[::-1], [along]])
         return _State(float(along), self._trace(self.at.poses[anchor], way)[-1])
 
-    def _assign(self, found: Nearest, track: _Track, places: list[Place]) -> None:
+    def _assign(self, found: Nearest, track: _Track, places: list[SingularPlace]) -> None:
         """Give every configuration of a stretch its nearest place, by the travel of the output point."""
         if not places:
             return

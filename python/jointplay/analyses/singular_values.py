@@ -20,9 +20,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.answers import Nearness
-from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism
+from jointplay.core.answers import Nearness
+from jointplay.core.compile import LENGTHS
+from jointplay.model.mechanism import Mechanism
 
 Floats = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
-from jointplay.compile import LARGEST_RATIO
+from jointplay.basics.typed import typed
+from jointplay.core.compile import LARGEST_RATIO
 from jointplay.errors import InputError, not_known, shown
-from jointplay.mobility import RANK, require_determinate
-from jointplay.model import Mechanism
-from jointplay.result import Builder, Result, to_dataset
-from jointplay.typed import typed
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import RANK, require_determinate
+from jointplay.result import Result, ResultBuilder, to_dataset
 
 from .nominal import OK, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
@@ -156,7 +156,7 @@ def _judged(scaled: Scaled, at: Nominal, part: slice, counted: Sequence[int], li
     }
 
 
-def _add_values(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+def _add_values(builder: ResultBuilder, found: dict[str, NDArray[Any]]) -> None:
     for k, name in enumerate(KINDS):
         words = f"nearness to a singularity: {WORDS[name].replace('motion', 'rate of the motion', 1)}"
         builder.add(f"{name}_singular_value", "configuration", found["values"][:, k], words)
@@ -174,7 +174,7 @@ def _add_values(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
     builder.status(found["status"])
 
 
-def _add_nearest(builder: Builder, nearest: Nearest) -> None:
+def _add_nearest(builder: ResultBuilder, nearest: Nearest) -> None:
     words = "travel of the output point to the nearest singularity of the path"
     builder.add("singularity_distance", "configuration", nearest.distance, words, "length")
     words = "drive values at the nearest singularity of the path"

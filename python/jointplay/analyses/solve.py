@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.mobility import examine
-from jointplay.model import Mechanism
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import examine
 from jointplay.result import Result, Variable, to_dataset
-from jointplay.typed import typed
 
 from .failure import failure
-from .nominal import Nominal, judged, nominal, report
+from .nominal import Nominal, nominal, report
 from .ranges import coordinates
 from .recorded import recorded
 from .several import of_each
@@ -72,7 +72,6 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     asked = at is None
     at = at or nominal(m)
     near = m.core.measure(at.drives, at.poses)
-    at = judged(m, at, near["singular_value"])
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
     builder.add(

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.compile import LOOSE
-from jointplay.model import Mechanism
+from jointplay.core.compile import LOOSE
+from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats
 from .ways import Way

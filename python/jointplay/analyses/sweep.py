@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.cluster import Here, Workers, with_workers
-from jointplay.compile import ANGULAR
+from jointplay.analyses.cluster import Here, Workers, with_workers
+from jointplay.basics.typed import typed
+from jointplay.core.compile import ANGULAR
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism, changed
+from jointplay.file.schema import NotAnExpression, Variables, variables_of
+from jointplay.model.mechanism import Mechanism, changed
 from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
-from jointplay.schema import NotAnExpression, Variables, variables_of
-from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
 from .questions import check, computation
@@ -24,7 +24,7 @@ from .recorded import recorded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.cluster import Scheduler
+    from jointplay.analyses.cluster import Scheduler
 
 #: more than anybody waits for
 MOST_VALUES = 100_000
@@ -35,7 +35,7 @@ LENGTHS = frozenset(
     }
 )
 #: a result, and of every key with a ``*`` what it reached
-Answer = tuple[Result, list[str]]
+SweepAnswer = tuple[Result, list[str]]
 ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz", "backlash_angle", "pressure_angle"})
 
 
@@ -129,7 +129,7 @@ def compute(
 
 def _asked(
     keys: tuple[str, ...], question: str, options: Mapping[str, Any], item: tuple[Mechanism, float | str]
-) -> Answer:
+) -> SweepAnswer:
     """The answer of a mechanism with a value at the keys."""
     m, value = item
     copy, reached = changed(m, dict.fromkeys(keys, value))
@@ -140,7 +140,7 @@ def _over_values(
     m: Mechanism,
     keys: tuple[str, ...],
     steps: list[float | str],
-    answers: Iterator[Answer],
+    answers: Iterator[SweepAnswer],
     name: str | None,
     progress: Progress | None,
 ) -> Result:
@@ -171,7 +171,7 @@ def _over_pairs(
     m: Mechanism,
     keys: tuple[str, ...],
     values: list[float | str],
-    ask: Callable[[Iterable[tuple[Mechanism, float | str]]], Iterator[Answer]],
+    ask: Callable[[Iterable[tuple[Mechanism, float | str]]], Iterator[SweepAnswer]],
     name: str | None,
     by: Mapping[str, Iterable[float | str]],
     progress: Progress | None,

@@ -20,12 +20,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import confidence
-from jointplay.cluster import Here, Workers
+from jointplay.analyses.cluster import Here, Workers
+from jointplay.basics import confidence
 from jointplay.errors import InputError
-from jointplay.model import Mechanism
-from jointplay.result import Builder
-from jointplay.verdict import COUNTED
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import ResultBuilder
+from jointplay.result.verdict import COUNTED
 
 from .nominal import Floats, Nominal
 from .subset import MOVES, PILOT, PLAIN_PILOT, REPLICATES, SECOND, Climb, Specimens, ascend, climb, going_on
@@ -287,7 +287,7 @@ def require_rare(m: Mechanism) -> None:
 
 
 def search_rare(
-    builder: Builder,
+    builder: ResultBuilder,
     m: Mechanism,
     at: Nominal,
     counts: Floats,

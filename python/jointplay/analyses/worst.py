@@ -12,16 +12,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from jointplay.answers import Worst
+from jointplay.basics.typed import typed
+from jointplay.core.answers import Worst
 from jointplay.errors import InputError, in_range
-from jointplay.gaps import tight
-from jointplay.model import Mechanism
+from jointplay.model.gaps import tight
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
-from jointplay.typed import typed
-from jointplay.verdict import judge
+from jointplay.result.verdict import judge
 
 from .certificate import MOST_PARTS, PARTS, add_bounds, certified
-from .linear_worst import is_linear, linear_worst
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
@@ -120,12 +119,10 @@ def compute(
     drives, poses = at.drives, at.poses
 
     def run(part: slice) -> Worst:
-        if not exact and is_linear(m):
-            return linear_worst(m, drives[part], poses[part])
-        found = m.core.worst(drives[part], poses[part], starts, partly=True)
+        found = m.core.worst(drives[part], poses[part], starts if exact else 0, partly=True)
         if certify:
             found = certified(m, drives[part], poses[part], found, parts)
-        return without_singular(found) if exact else _to_first_order(found)
+        return without_singular(found) if exact else found
 
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
@@ -169,9 +166,3 @@ def compute(
     judge(builder)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))
-
-
-def _to_first_order(found: Worst) -> Worst:
-    """First-order values in the place of the exact ones."""
-    linear = (found["position_first_order"], found["rotation_first_order"], found["component_first_order"])
-    return {**found, "position": linear[0], "rotation": linear[1], "component": linear[2]}

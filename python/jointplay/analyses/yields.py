@@ -20,9 +20,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.cluster import Here, Workers
-from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism
+from jointplay.analyses.cluster import Here, Workers
+from jointplay.core.compile import LENGTHS
+from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats, Nominal
 

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.files import require_writable
+from jointplay.basics.files import require_writable
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, Point, Settings
 from .printing import prints
 from .streams import hold, tell
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
@@ -66,7 +66,7 @@ def allocate(
             help="Write the file with these sizes: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
         ),
     ] = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find the cheapest sizes with which the limits hold.
 
@@ -101,7 +101,7 @@ def allocate(
 
 def _changed(m: Mechanism, changes: str) -> Mechanism:
     """The mechanism with changed sizes; its patterns are written out, because copies have sizes of their own."""
-    from jointplay.sizing import sizings
+    from jointplay.model.sizing import sizings
 
     pairs = arguments.assignments(changes.splitlines(), "--set")
     return sizings(m)[0].with_({key: arguments.value(text, key) for key, text in pairs.items()})

@@ -8,12 +8,12 @@ import typer
 
 from . import DONE, NOT_OK, answer
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, Output, Point, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
@@ -45,7 +45,7 @@ def allow(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find how large every source may be, and the fits to order.
 

@@ -10,7 +10,7 @@ import typer
 from jointplay.errors import InputError
 
 from . import DONE, answer
-from .drawing import Dots, Figure, Size, Theme
+from .drawing import Dots, FigureFile, Size, Theme
 from .options import File, LoadCase, Point, Settings
 from .progress import bar
 
@@ -51,7 +51,7 @@ def animate(
         raise InputError("say where the animation goes: -o NAME.html, .gif or .mp4", key="--output")
     from jointplay.plot.animation import DPI, animate
 
-    look = Figure(output, {"size": size, "dpi": dpi or DPI, "style": style}).style()
+    look = FigureFile(output, {"size": size, "dpi": dpi or DPI, "style": style}).style()
     try:
         with bar("animate") as progress:
             animate(m, output, exaggerate=exaggerate, frames=frames, fps=fps, view=view, style=look, progress=progress)

@@ -18,11 +18,11 @@ from .progress import bar
 from .streams import hold, tell
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
-    from jointplay.table import Console
+    from jointplay.result.table import Console
 
-    from .drawing import Figure
+    from .drawing import FigureFile
 
 #: characters of a line that is not read on a terminal
 PLAIN = 80
@@ -38,7 +38,7 @@ def mechanism(
 
     What a key with a `*` reached goes to stderr, when there is an answer.
     """
-    from jointplay.model import load
+    from jointplay.model.mechanism import load
 
     pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
     m = load(file)
@@ -48,7 +48,7 @@ def mechanism(
 
 def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
     """A changed copy; what a key with a `*` reached goes to stderr, when there is an answer."""
-    from jointplay.model import changed
+    from jointplay.model.mechanism import changed
 
     copy, reached = changed(m, settings)
     hold(reached)
@@ -57,7 +57,7 @@ def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
 
 def reader(m: Mechanism) -> Callable[[str], float]:
     """Finds the values of expressions in the variables of a mechanism."""
-    from jointplay.schema import NotAnExpression, Variables, variables_of
+    from jointplay.file.schema import NotAnExpression, Variables, variables_of
 
     variables = Variables(*variables_of(m.raw))
 
@@ -86,12 +86,12 @@ def check_paths(output: Path | None) -> None:
     if printed().csv_dialect != Printing.csv_dialect and (output is None or output.suffix.lower() != ".csv"):
         raise InputError("says how a .csv is written; -o NAME.csv says where it goes", key="--csv-dialect")
     if output is not None:
-        from jointplay import write
+        from jointplay.result import write
 
         write.check_path(output)
 
 
-def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: Figure) -> int:
+def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: FigureFile) -> int:
     """Ask the questions one after the other, then print or write what they say.
 
     Returns
@@ -135,7 +135,7 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
 
 def _is_good(result: Result) -> bool:
     """Whether every configuration is ok, with every joint closed where that is asked, and the limits hold."""
-    from jointplay.verdict import is_good
+    from jointplay.result.verdict import is_good
 
     if result.attrs["question"] == "solve" and "misfit" in result.attrs:
         return False
@@ -145,7 +145,7 @@ def _is_good(result: Result) -> bool:
 def save(results: Mapping[str, Result], output: Path) -> None:
     """Write results as one file."""
     from jointplay.result import merge
-    from jointplay.write import save
+    from jointplay.result.write import save
 
     save(merge(results), output, csv_dialect=printed().csv_dialect)
 
@@ -174,7 +174,7 @@ def _explained(m: Mechanism, results: Mapping[str, Result]) -> Iterator[str]:
 
 def show(results: Mapping[str, Result], remarks: Sequence[str] = ()) -> None:
     """Print results: the answers first, then tables that fit."""
-    from jointplay.table import screen, show
+    from jointplay.result.table import screen, show
 
     first = next(iter(results.values()))
     answers, tables = screen(results)
@@ -184,13 +184,13 @@ def show(results: Mapping[str, Result], remarks: Sequence[str] = ()) -> None:
 
 def list_names(titles: Mapping[str, str], first: str) -> None:
     """Print names with what they are, under a first sentence."""
-    from jointplay.table import show_names
+    from jointplay.result.table import show_names
 
     show_names(first, titles, _console())
 
 
 def _console() -> Console:
     """Where it is printed: as wide as the terminal, or as COLUMNS says; 80 characters where there is no terminal."""
-    from jointplay.table import Console
+    from jointplay.result.table import Console
 
     return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PLAIN, highlight=False)

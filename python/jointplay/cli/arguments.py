@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from jointplay import toml
 from jointplay.errors import InputError, shown
+from jointplay.file import toml
 
 #: more steps than anybody waits for
 MOST_STEPS = 100_000
@@ -99,7 +99,7 @@ def _looks_plain(text: str) -> bool:
 
 def _bounded(text: str, option: str, read: Read) -> float:
     """A number, within what a file may have."""
-    from jointplay.schema.values import LARGEST
+    from jointplay.file.schema.values import LARGEST
 
     try:
         number = float(text)
@@ -203,7 +203,7 @@ def _steps(text: str, option: str, read: Read) -> list[float | str]:
         raise InputError(problem, key=option) from None
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=option)
-    from jointplay.schema.values import spaced
+    from jointplay.file.schema.values import spaced
 
     return [*spaced(low, high, count)]
 

@@ -12,12 +12,12 @@ from jointplay.questions import QUESTIONS, asked_by
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, Offset, Output, Point, Settings, Target
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 #: all questions that need nothing more than the file
@@ -43,7 +43,7 @@ def error(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Say how far off the output is, and which joint is to blame.
 
@@ -105,7 +105,7 @@ def compensate(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Correct the drives so that the output returns to its place.
 

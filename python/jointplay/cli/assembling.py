@@ -8,13 +8,13 @@ import typer
 
 from . import answer
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import Best, File, LoadCase, Output, Point, Settings
 from .printing import prints
 from .progress import bar
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
@@ -43,7 +43,7 @@ def assemble(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Follow an assembly: errors, forces, whether parts fit.
 

@@ -16,7 +16,7 @@ from .options import OF_QUESTIONS, Command, choice, exchanged, option_of
 from .printing import printed
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
 
 #: options that are called or written otherwise than the arguments of the questions
 WRITTEN: dict[str, tuple[str, Callable[[Mechanism, Any], Any]]] = {

@@ -45,7 +45,7 @@ def examples(incomplete: str) -> list[str]:
 
 def keys(ctx: typer.Context, incomplete: str) -> list[str]:
     """Keys of the file on the line, as `--set` takes them."""
-    from jointplay import toml
+    from jointplay.file import toml
 
     file = _file(ctx)
     with suppress(JointplayError, OSError, UnicodeDecodeError):
@@ -56,7 +56,7 @@ def keys(ctx: typer.Context, incomplete: str) -> list[str]:
 
 def offsets(ctx: typer.Context, incomplete: str) -> list[str]:
     """Sources and parameters of the file on the line, as `--offset` takes them."""
-    from jointplay.model import load
+    from jointplay.model.mechanism import load
 
     with suppress(JointplayError, OSError):
         m = load(_file(ctx))

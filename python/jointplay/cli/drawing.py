@@ -15,7 +15,7 @@ from jointplay.errors import InputError
 from .options import Command, exchanged
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.plot import Choice, Style
     from jointplay.result import Result
 
@@ -48,7 +48,7 @@ LOOK = ("size", "dpi", "style")
 
 
 @dataclass(frozen=True)
-class Figure:
+class FigureFile:
     """Where a figure goes, and the options that were given."""
 
     path: Path | None = None
@@ -126,7 +126,7 @@ class Figure:
 
 
 #: what commands are given that are called without the option
-NO_FIGURE = Figure()
+NO_FIGURE = FigureFile()
 
 
 def with_figure(*names: str, draws: str = "Draw the result: .png, .svg or .pdf.") -> Callable[[Command], Command]:
@@ -146,7 +146,7 @@ def with_figure(*names: str, draws: str = "Draw the result: .png, .svg or .pdf."
         @functools.wraps(command)
         def run(**values: Any) -> int:
             options = {name: values.pop(name) for name in wanted}
-            return command(**{**values, "plot": Figure(values["plot"], options)})
+            return command(**{**values, "plot": FigureFile(values["plot"], options)})
 
         added = {"plot": (path, None)} | {name: (OPTIONS[name], None) for name in wanted}
         return exchanged(run, command, {"plot": added})

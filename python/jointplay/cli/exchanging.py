@@ -72,10 +72,10 @@ def import_(
 
     Comments of the file name what is left out, and show where clearances are written.
     """
+    from jointplay.basics.files import require_writable
     from jointplay.exchange.options import Options
     from jointplay.exchange.reading import imported
-    from jointplay.files import require_writable
-    from jointplay.write import create
+    from jointplay.result.write import create
 
     path = output or Path(Path(file).stem + ".toml")
     if require_writable(path).is_file():

@@ -30,7 +30,7 @@ def new(
     import tomllib
 
     from jointplay import examples as bundled
-    from jointplay.write import create
+    from jointplay.result.write import create
 
     if name is None:
         titles = {example: bundled.title(example) for example in bundled.names()}
@@ -68,8 +68,8 @@ def schema(
     """
     import json
 
-    from jointplay.schema import json_schema
-    from jointplay.write import create
+    from jointplay.file.schema import json_schema
+    from jointplay.result.write import create
 
     text = json.dumps(json_schema(), indent=2) + "\n"
     if output is None:

@@ -14,7 +14,7 @@ from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, Point, Scheduler, Settings
 from .printing import prints
 from .progress import bar
@@ -22,7 +22,7 @@ from .progress import bar
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
@@ -92,7 +92,7 @@ def map_(
         str | None,
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
     ] = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Compute the error over a grid of drives or of positions."""
     m = answer.mechanism(file, settings, output_point, load_case)
@@ -107,7 +107,7 @@ def _answered(
     grid: Mapping[str, Any] | None,
     options: Mapping[str, Any],
     kept: Kept,
-    plot: Figure,
+    plot: FigureFile,
     variable: str | None,
 ) -> int:
     """Make a map.
@@ -161,7 +161,7 @@ def _answered(
         return DONE if _all_ok(dataset) else NOT_OK
 
 
-def _draw(result: Result | xr.Dataset, plot: Figure, variable: str | None) -> None:
+def _draw(result: Result | xr.Dataset, plot: FigureFile, variable: str | None) -> None:
     if plot.path is not None:
         from jointplay.plot.map import draw
 

@@ -33,7 +33,7 @@ def report(
     The page needs no network. A .pdf needs Chromium, Chrome or Edge. Exit code 1: some configuration is not ok, or a
     limit of the file is missed; the page is written.
     """
-    from jointplay.reporting import check_path, write
+    from jointplay.show.reporting import check_path, write
 
     path = output or Path(file).with_suffix(".html")
     check_path(path)

@@ -28,7 +28,7 @@ def studio(
     Drag drives, clearances, tolerances and loads, and see the errors follow. The page is for this machine only. Ctrl-C
     stops it.
     """
-    from jointplay.serving import leading_to, serve
+    from jointplay.show.serving import leading_to, serve
 
     with ExitStack() as until_stopped:
 

@@ -7,19 +7,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, Output, Point, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
 @prints()
 @with_figure("panel", "configuration")
 def solve(
-    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Figure = NO_FIGURE
+    file: File,
+    output_point: Point = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Solve the nominal mechanism along its path.
 
@@ -48,7 +52,7 @@ def singularities(
     output_point: Point = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find how near to a singularity it is, and what moves there.
 

@@ -10,12 +10,12 @@ from jointplay.errors import InputError
 
 from . import answer, arguments, completing
 from .belonging import NO_OPTIONS, Options, asks
-from .drawing import NO_FIGURE, Figure, with_figure
+from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, Output, Point, Scheduler
 from .printing import prints
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
@@ -54,7 +54,7 @@ def sweep(
     options: Options = NO_OPTIONS,
     scheduler: Scheduler = None,
     output: Output = None,
-    plot: Figure = NO_FIGURE,
+    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Compute the error for every value of something in the file."""
     from jointplay.analyses.sweep import compute

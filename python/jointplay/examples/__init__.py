@@ -11,12 +11,12 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from jointplay import toml
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known
-from jointplay.model import Mechanism, loads
-from jointplay.schema import SpatialFile
-from jointplay.schema.keys import assign, expand, what_is_reached
-from jointplay.typed import typed
+from jointplay.file import toml
+from jointplay.file.schema import SpatialFile
+from jointplay.file.schema.keys import assign, expand, what_is_reached
+from jointplay.model.mechanism import Mechanism, loads
 
 from .antenna_support import AntennaSupport
 from .delta import Delta

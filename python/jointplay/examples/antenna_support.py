@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from jointplay.toml import number
+from jointplay.file.toml import number
 
 from .template import Template
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointplay.toml import number, numbers
+from jointplay.file.toml import number, numbers
 
 from .template import Template, around
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from jointplay.errors import InputError, one_line, shown
-from jointplay.toml import MOST_FILES
-from jointplay.toml import read as read_text
+from jointplay.file.toml import MOST_FILES
+from jointplay.file.toml import read as read_text
 
 from .xml import parsed
 

@@ -16,9 +16,9 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.core.spec import ENDS, LoadSpec
 from jointplay.errors import InputError, listed, one_line
-from jointplay.model import Mechanism
-from jointplay.spec import ENDS, LoadSpec
+from jointplay.model.mechanism import Mechanism
 
 Floats = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from xml.etree.ElementTree import SubElement
 
 import numpy as np
 
-from jointplay.spec import ENDS, PointSpec
+from jointplay.core.spec import ENDS, PointSpec
 
 from .contact_model import Floats, Model, text_of
 

@@ -29,9 +29,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from jointplay.model import Mechanism
-from jointplay.poses import from_axes, matrix
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End
+from jointplay.basics.poses import from_axes, matrix
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End
+from jointplay.model.mechanism import Mechanism
 
 from .contact_model import LEAST, Floats, Model, text_of
 
@@ -80,7 +80,7 @@ OF_JOINT = MappingProxyType(
 OF_BODY = MappingProxyType({"slide": ("x", "y", "z"), "ball": ("rotation",)})
 
 
-class Place(NamedTuple):
+class JointPlace(NamedTuple):
     """Where joints of MuJoCo are in the nominal pose: a point, and directions as columns; and how they are called."""
 
     at: Floats
@@ -160,7 +160,7 @@ class Spatial(Model):
         for k, name in enumerate(self.m.bodies):
             if k not in above:
                 body = self.add_body(self.world, k, **self._seen(k, -1))
-                self._add_freedoms(body, k, ALL, Place(self._centre(k), np.eye(3), name, OF_BODY))
+                self._add_freedoms(body, k, ALL, JointPlace(self._centre(k), np.eye(3), name, OF_BODY))
         for one in self.hanging:
             body = self.add_body(self.on(one.on), one.body, **self._seen(one.body, one.on))
             is_first = one.body == self._ends(one.joint)[0]
@@ -175,7 +175,7 @@ class Spatial(Model):
         return [k for k in found if k >= 0]
 
     def _add_freedoms(
-        self, element: Element, body: int, freedoms: Freedoms, place: Place, *, reverse: bool = False
+        self, element: Element, body: int, freedoms: Freedoms, place: JointPlace, *, reverse: bool = False
     ) -> None:
         """Joints of MuJoCo: slides along axes of the first body come first, turns on the second.
 
@@ -217,10 +217,10 @@ class Spatial(Model):
         side /= np.linalg.norm(side)
         return np.column_stack([along, side, np.cross(along, side)])
 
-    def _joint_place(self, number: int) -> Place:
+    def _joint_place(self, number: int) -> JointPlace:
         """As the second body has it."""
         frame = self.turned[self._ends(number)[1]] @ self._own_frame(number, "second")
-        return Place(self._place(number), frame, self.m.joints[number], OF_JOINT)
+        return JointPlace(self._place(number), frame, self.m.joints[number], OF_JOINT)
 
     # --- joints as solids -------------------------------------------------------------------------------------------
 

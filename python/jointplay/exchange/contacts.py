@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError, in_range
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 
 from .contact_model import PIECES, WORLD
 from .contact_planar import Planar

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay import poses
 from jointplay.analyses.displaced import at_parameters, on_body
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.offsets import parameters
+from jointplay.basics import poses
+from jointplay.core.spec import AXIS_ON, ENDS, End, JointSpec, PointSpec
 from jointplay.errors import InputError, in_range
-from jointplay.model import Mechanism
-from jointplay.spec import AXIS_ON, ENDS, End, JointSpec, PointSpec
+from jointplay.model.mechanism import Mechanism
 
 from .drawing import NO_BODY, NOTES, OUTPUT, ezdxf
 from .skeleton import GROUND, Matrix, Vector

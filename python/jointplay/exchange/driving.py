@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.errors import InputError, listed, not_known
-from jointplay.mobility import Probe, Sample, generic, motors
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import Probe, Sample, generic, motors
 
 from .skeleton import GROUND, Joint, Matrix, Skeleton, Vector
 

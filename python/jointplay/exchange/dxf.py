@@ -22,7 +22,7 @@ from jointplay.errors import InputError, listed
 from .drawing import OUTPUT, Drawing, Guide, drawing
 from .options import Options
 from .pins import connected, pins
-from .skeleton import GROUND, Body, Frame, Joint, Matrix, Place, Skeleton, Vector
+from .skeleton import GROUND, Attachment, Body, Frame, Joint, Matrix, Skeleton, Vector
 
 #: what coincides, and what nearly does and is named, by the size of the drawing
 COINCIDENT, NEAR = 1e-4, 1e-3
@@ -153,7 +153,7 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
     sliding = []
     for first, second, at in _slides(found.guides, layers, COINCIDENT * size):
         sliding.append((first, second))
-        place = Place(at, first.along)
+        place = Attachment(at, first.along)
         # A pin may be in the middle of a slider, and has its text there.
         own = name([*second.ends(), at], first.layer, second.layer)
         yield Joint(own, "prismatic", (first.layer, second.layer), place)
@@ -164,7 +164,7 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
             if spot.is_mark or held or guide.layer in spot.layers or guide.distance(spot.at) > COINCIDENT * size:
                 continue
             body = spot.layers[0]
-            place = Place(spot.at, guide.along)
+            place = Attachment(spot.at, guide.along)
             yield Joint(name([spot.at], guide.layer, body), "pin_in_slot", (guide.layer, body), place)
 
 

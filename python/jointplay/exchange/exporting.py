@@ -8,10 +8,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from jointplay import files
+from jointplay.basics import files
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed
-from jointplay.model import Mechanism
-from jointplay.typed import typed
+from jointplay.model.mechanism import Mechanism
 
 from .contacts import to_mjcf
 from .drafting import to_dxf

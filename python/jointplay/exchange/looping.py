@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, not_known, shown
-from jointplay.schema.values import is_finite
+from jointplay.file.schema.values import is_finite
 
 from .shaping import legal, link_called
-from .skeleton import Frame, Joint, Place, Skeleton
+from .skeleton import Attachment, Frame, Joint, Skeleton
 from .writing import UNITS
 
 #: kinds that can close a loop, and whether they have an axis
@@ -67,19 +67,19 @@ def _joint(skeleton: Skeleton, name: str, table: Mapping[str, Any]) -> Joint:
     return Joint(legal(name), kind, (bodies[0], bodies[1]), first, second)
 
 
-def _place(key: str, value: Any, frame: Frame) -> Place:
+def _place(key: str, value: Any, frame: Frame) -> Attachment:
     table = value if isinstance(value, Mapping) else {"at": value}
     for word in table:
         if word not in ("at", "axis"):
             raise InputError(not_known(word, "a key here", ("at", "axis")), key=key)
     at = _triple(f"{key}.at", table.get("at")) * UNITS.length
     if "axis" not in table:
-        return Place(at).within(frame)
+        return Attachment(at).within(frame)
     axis = _triple(f"{key}.axis", table["axis"])
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
         raise InputError(f"{shown(table['axis'])} is no direction", key=f"{key}.axis")
-    return Place(at, axis / length).within(frame)
+    return Attachment(at, axis / length).within(frame)
 
 
 def _triple(key: str, value: Any) -> np.ndarray[Any, np.dtype[np.float64]]:

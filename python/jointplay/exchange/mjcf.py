@@ -20,12 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
 from jointplay.errors import InputError, listed, one_line
 
 from . import confined, mujoco_child
 from .options import Options
-from .skeleton import Body, Frame, Joint, Place, Skeleton, fixed, floating, free
+from .skeleton import Attachment, Body, Frame, Joint, Skeleton, fixed, floating, free
 from .xml import parse
 
 #: the fixed body
@@ -154,15 +154,15 @@ class _Reading:
         joint, name = self.joints[j], self.joint_names[j]
         at = np.array(joint["at"])
         if joint["kind"] == "BALL":
-            return Joint(name, "spherical", (one, other), Place(at))
+            return Joint(name, "spherical", (one, other), Attachment(at))
         if joint["held"] is not None:
-            return Joint(name, "fixed", (one, other), Place(at))
+            return Joint(name, "fixed", (one, other), Attachment(at))
         low, high = joint["range"]
         return Joint(
             name=name,
             kind="revolute" if joint["kind"] == "HINGE" else "prismatic",
             bodies=(one, other),
-            place=Place(at, np.array(joint["axis"])),
+            place=Attachment(at, np.array(joint["axis"])),
             coordinate=joint["zero"],
             limits=(low, high) if joint["limited"] and self.found["limits"] else None,
             is_driven=j in self.found["driven"],
@@ -215,10 +215,10 @@ class _Reading:
 
     def _connect(self, equality: dict[str, Any], name: str) -> Joint:
         (one, first), (other, second) = self._ends(equality)
-        places = [Place(first.at), Place(second.at)]
+        places = [Attachment(first.at), Attachment(second.at)]
         if not equality["on_sites"]:
             anchors = np.array(equality["data"])
-            places = [Place(first.point(anchors[:3])), Place(second.point(anchors[3:6]))]
+            places = [Attachment(first.point(anchors[:3])), Attachment(second.point(anchors[3:6]))]
         is_closed = np.abs(places[0].at - places[1].at).max() < OFF
         bodies = (self.names[one], self.names[other])
         return Joint(name, "spherical", bodies, places[0], None if is_closed else places[1])
@@ -234,7 +234,7 @@ class _Reading:
         if np.abs(wanted.at - second.at).max() > OFF or np.abs(wanted.axes - second.axes).max() > OFF:
             problem = "holds its bodies in another pose than the reference pose; make the two agree"
             raise InputError(problem, file=self.file, key=f"weld '{name}'")
-        return Joint(name, "fixed", (self.names[one], self.names[other]), Place(first.at))
+        return Joint(name, "fixed", (self.names[one], self.names[other]), Attachment(first.at))
 
 
 def _frame(placed: dict[str, Any]) -> Frame:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from .skeleton import Joint, Place, Vector
+from .skeleton import Attachment, Joint, Vector
 
 #: the normal of the plane
 Z = np.array([0.0, 0.0, 1.0])
@@ -16,7 +16,7 @@ def pins(name: str, bodies: Sequence[str], at: Vector, is_driven: bool = False) 
     """A pin: the first body carries it, every other one turns on it."""
     for number, body in enumerate(bodies[1:], 1):
         own = name if number == 1 else f"{name}_{number}"
-        yield Joint(own, "revolute", (bodies[0], body), Place(at, Z), is_driven=is_driven and number == 1)
+        yield Joint(own, "revolute", (bodies[0], body), Attachment(at, Z), is_driven=is_driven and number == 1)
 
 
 def connected(ground: str, joints: Iterable[Joint]) -> set[str]:

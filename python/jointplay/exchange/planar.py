@@ -14,7 +14,7 @@ import numpy as np
 from jointplay.errors import InputError, listed
 
 from .rotations import across
-from .skeleton import GROUND, Body, Frame, Joint, Matrix, Place, Skeleton, Vector
+from .skeleton import GROUND, Attachment, Body, Frame, Joint, Matrix, Skeleton, Vector
 
 #: how far an axis may be off the normal or the plane, rad: files of robots have angles with four digits
 TILT = 1e-3
@@ -125,12 +125,12 @@ def _joint(joint: Joint, plane: Matrix) -> Joint:
     elif joint.place.axis is not None:
         _check(joint, plane, along=True)
 
-    def place(old: Place) -> Place:
+    def place(old: Attachment) -> Attachment:
         if joint.kind != "prismatic":
-            return Place(_flat(plane, old.at), Z)
+            return Attachment(_flat(plane, old.at), Z)
         assert old.axis is not None
         direction = _flat(plane, old.axis)
-        return Place(_flat(plane, old.at), direction / np.linalg.norm(direction))
+        return Attachment(_flat(plane, old.at), direction / np.linalg.norm(direction))
 
     kind = ALONG.get(joint.kind, joint.kind)
     flat = replace(joint, kind=kind, place=place(joint.place), second=joint.second and place(joint.second))

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from jointplay.errors import InputError, in_range, listed, not_known, shown
-from jointplay.schema.values import is_finite, is_number
-from jointplay.toml import read as read_text
+from jointplay.file.schema.values import is_finite, is_number
+from jointplay.file.toml import read as read_text
 
 from .options import Options
 from .pins import connected, pins
-from .skeleton import Body, Frame, Joint, Place, Skeleton, Vector
+from .skeleton import Attachment, Body, Frame, Joint, Skeleton, Vector
 
 MILLIMETRE = 1e-3
 #: joints and links that are read; the time to find rigid ones grows faster than their number
@@ -234,7 +234,7 @@ def _in_slot(name: str, joint: Mapping[str, Any], bodies: list[str], ground: str
         raise InputError("no link holds it", key=f"joints.{name}")
     on = _pair(joint.get("line_point", [0.0, 0.0]), f"joints.{name}.line_point") * MILLIMETRE
     # The slot is where the format has its line, which the pin may have left by rounding.
-    place = Place(on + along * ((at - on) @ along), along)
+    place = Attachment(on + along * ((at - on) @ along), along)
     yield Joint(name, "pin_in_slot", (ground, bodies[0]), place)
     if len(bodies) > 1:
         yield from pins(f"{name}_pin", bodies, place.at)

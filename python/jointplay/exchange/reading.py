@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, listed, not_known, shown
-from jointplay.mobility import Mobility, examine, misfit_words
-from jointplay.model import Mechanism, loads
-from jointplay.schema.kinds import PLANAR, SPATIAL
-from jointplay.schema.values import is_finite
-from jointplay.typed import typed
+from jointplay.file.schema.kinds import PLANAR, SPATIAL
+from jointplay.file.schema.values import is_finite
+from jointplay.model.mechanism import Mechanism, loads
+from jointplay.model.mobility import Mobility, examine, misfit_words
 
 from .bounds import require_bounded
 from .driving import choose, distances, has_loops

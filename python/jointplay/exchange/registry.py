@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from jointplay import toml
 from jointplay.errors import InputError, listed
+from jointplay.file import toml
 
 from . import dxf, mjcf, pylinkage, sdf, urdf
 from .options import Options

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.poses import turned_by
+from jointplay.basics.poses import turned_by
 
 from .skeleton import Matrix, Vector
 

@@ -19,12 +19,12 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from jointplay.basics.poses import matrix
 from jointplay.errors import listed, not_known, shown
-from jointplay.poses import matrix
 
 from .options import Options
 from .rotations import from_rpy
-from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, free
+from .skeleton import STANDARD_GRAVITY, Attachment, Body, Frame, Joint, Matrix, Skeleton, Vector, fixed, floating, free
 from .xml import DEEPEST, Reading, counts, parse
 
 #: int() takes other digits, too, and refuses very many
@@ -296,7 +296,7 @@ class _File:
             yield self._pin(first, (one, cross), frame, element.find("axis"), named, "revolute")
             yield self._pin(second, (cross, other), frame, element.find("axis2"), named, "revolute")
         elif written in ("fixed", "ball"):
-            yield Joint(name, KINDS[written], (one, other), Place(frame.at))
+            yield Joint(name, KINDS[written], (one, other), Attachment(frame.at))
         else:
             yield self._pin(name, (one, other), frame, element.find("axis"), named, KINDS[written])
 
@@ -312,7 +312,7 @@ class _File:
             name=name,
             kind=kind,
             bodies=bodies,
-            place=Place(frame.at, self._axis(axis, frame, named, place)),
+            place=Attachment(frame.at, self._axis(axis, frame, named, place)),
             limits=(low, high),
             follows=self._follows(axis, named.scope, place),
             lead=self._lead(named.element, place) if kind == "screw" else 0.0,

@@ -70,15 +70,15 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Place:
+class Attachment:
     """Where a joint sits on a body: its point and direction in the drawing."""
 
     at: Vector
     axis: Vector | None = None
 
-    def within(self, frame: Frame) -> Place:
+    def within(self, frame: Frame) -> Attachment:
         """The same, where a frame is given instead of its own axes."""
-        return Place(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
+        return Attachment(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ class Joint:
     name: str
     kind: str
     bodies: tuple[str, str]
-    place: Place
-    second: Place | None = None
+    place: Attachment
+    second: Attachment | None = None
     coordinate: float = 0.0
     limits: tuple[float, float] | None = None
     is_driven: bool = False
@@ -122,7 +122,7 @@ class Joint:
 
 def fixed(one: str, other: str) -> Joint:
     """A joint that makes one body of two; where it is does not matter."""
-    return Joint(f"{other}-fixed", "fixed", (one, other), Place(np.zeros(3)))
+    return Joint(f"{other}-fixed", "fixed", (one, other), Attachment(np.zeros(3)))
 
 
 def free(name: str, taken: Container[str]) -> str:

@@ -14,7 +14,7 @@ from jointplay.errors import listed, not_known
 
 from .options import Options
 from .rotations import from_rpy
-from .skeleton import Body, Frame, Joint, Place, Skeleton
+from .skeleton import Attachment, Body, Frame, Joint, Skeleton
 from .xml import Reading, counts, parse, refuse_twice
 
 #: type of URDF: kind of the mechanism file
@@ -159,7 +159,7 @@ def _joint(reading: Reading, joint: Element, frames: Mapping[str, Frame], driven
         name=name,
         kind=kind,
         bodies=(parent, child),
-        place=Place(frame.at, axis),
+        place=Attachment(frame.at, axis),
         limits=_limits(reading, joint, place) if written in ("revolute", "prismatic") else None,
         is_driven=name in driven,
         follows=_follows(reading, joint, place),

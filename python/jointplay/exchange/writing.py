@@ -9,15 +9,15 @@ from typing import Any, get_args
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
+from jointplay.basics.units import Units
 from jointplay.errors import one_line
-from jointplay.schema.kinds import PLANAR, SPATIAL
-from jointplay.toml import number, numbers
-from jointplay.units import Units
+from jointplay.file.schema.kinds import PLANAR, SPATIAL
+from jointplay.file.toml import number, numbers
 
 from .driving import has_loops
 from .rotations import across, aligning
-from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
+from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector
 
 #: of every file that is written
 UNITS = Units("mm", "deg", "N")
@@ -164,15 +164,15 @@ def _is_drawn(body: Body) -> bool:
     return not body.frame.at.any() and bool((body.frame.axes == np.eye(3)).all())
 
 
-def _both(joint: Joint) -> tuple[Place, Place]:
+def _both(joint: Joint) -> tuple[Attachment, Attachment]:
     """The places on the two bodies. A travel is the distance between them."""
     if joint.second is not None:
         return joint.place, joint.second
     if joint.kind == "prismatic":
         assert joint.place.axis is not None
-        return joint.place, Place(joint.place.at + joint.coordinate * joint.place.axis, joint.place.axis)
+        return joint.place, Attachment(joint.place.at + joint.coordinate * joint.place.axis, joint.place.axis)
     if joint.kind == "pin_in_slot":
-        return joint.place, Place(joint.place.at)
+        return joint.place, Attachment(joint.place.at)
     return joint.place, joint.place
 
 
@@ -187,7 +187,7 @@ def _sides(joint: Joint, second: Body) -> tuple[Vector | None, Vector | None]:
     return poses.turned_by(turn * first.axis) @ aligning(other.axis, first.axis) @ side, side
 
 
-def _placement(skeleton: Skeleton, joint: Joint, place: Place, body: Body, side: Vector | None) -> str:
+def _placement(skeleton: Skeleton, joint: Joint, place: Attachment, body: Body, side: Vector | None) -> str:
     at = _length(skeleton, place.at)
     if place.axis is None or (skeleton.space == "planar" and joint.kind == "revolute"):
         return at

@@ -10,8 +10,8 @@ from xml.parsers import expat
 
 import numpy as np
 
-from jointplay import toml
 from jointplay.errors import InputError, listed, shown
+from jointplay.file import toml
 
 from .bounds import LARGEST
 from .skeleton import Vector

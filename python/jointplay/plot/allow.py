@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result
-from jointplay.typed import typed
 
 from .bars import pairs
 from .style import Style

@@ -19,15 +19,15 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Polygon
 
-from jointplay import files, poses
 from jointplay.analyses import region
 from jointplay.analyses.displaced import Displaced, shifts, under_load
 from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal, report
+from jointplay.basics import files, poses
+from jointplay.basics.typed import typed
+from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, in_range
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, commanded
-from jointplay.spec import ENDS
-from jointplay.typed import typed
 
 from .bodies import on_ground, outline, path_of_output
 from .linkage import kind_of

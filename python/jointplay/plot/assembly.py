@@ -11,14 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
+from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, not_known
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result
-from jointplay.spec import ENDS
-from jointplay.table import VERDICTS
-from jointplay.typed import typed
+from jointplay.result.table import VERDICTS
 
 from .bodies import outline
 from .layout import columns_of

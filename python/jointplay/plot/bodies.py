@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
+from jointplay.basics import poses
 
 from .style import mixed, theme
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: what is left of a colour when all colours have been used

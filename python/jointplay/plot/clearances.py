@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.gaps import clearance_of
-from jointplay.spec import AXIS_ON, SIDE_ON
+from jointplay.basics import poses
+from jointplay.core.spec import AXIS_ON, SIDE_ON
+from jointplay.model.gaps import clearance_of
 
 if TYPE_CHECKING:
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: corners of a circle, and circles of latitude of a sphere

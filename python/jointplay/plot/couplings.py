@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
-from jointplay.spec import JointSpec
+from jointplay.core.spec import JointSpec
 
 from .style import theme
 

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
-from jointplay.typed import typed
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay import pages
+from jointplay.basics import pages
 from jointplay.errors import JointplayError, one_line
 
 from .cells import boundaries, cell_edges, crossings

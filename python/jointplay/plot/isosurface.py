@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
-Places = np.ndarray[Any, np.dtype[np.int64]]
+GridIndices = np.ndarray[Any, np.dtype[np.int64]]
 
 #: corners of a cell as steps along the axes
 CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
@@ -37,7 +37,7 @@ def _triangles() -> dict[int, list[list[tuple[int, int]]]]:
 TRIANGLES = _triangles()
 
 
-def isosurface(axes: tuple[Floats, ...], values: Floats, level: float) -> tuple[Floats, Places]:
+def isosurface(axes: tuple[Floats, ...], values: Floats, level: float) -> tuple[Floats, GridIndices]:
     """Points and triangles where the values pass through a level.
 
     Parameters

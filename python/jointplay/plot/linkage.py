@@ -10,15 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal, report
+from jointplay.basics import poses
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, shown
-from jointplay.mobility import Attempt, attempt
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import Attempt, attempt
 from jointplay.result import Result
-from jointplay.typed import typed
 
-from .plan import Plan
+from .plan import DrawingPlan
 from .scene import PLAN, Scene, View
 from .sketch import FRONT, SIDE, TOP, Sketch
 from .solid import OBLIQUE, Solid
@@ -126,7 +126,7 @@ def kind_of(m: Mechanism, view: str | None) -> tuple[View, type[Scene]]:
     if m.pose_size != poses.SPATIAL:
         if view is not None:
             raise InputError("is for mechanisms in space", file=m.file, key="view")
-        return PLAN, Plan
+        return PLAN, DrawingPlan
     if view is not None and view not in VIEWS:
         raise InputError(not_known(view, "a view", VIEWS), key="view")
     return VIEWS[view or next(iter(VIEWS))]

@@ -15,10 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from jointplay import files
+from jointplay.basics import files
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity
-from jointplay.typed import typed
 
 from .cells import boundaries, cell_edges, crossings
 from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from jointplay import pages
+from jointplay.basics import pages
 from jointplay.errors import InputError, one_line
 
 #: dots of a picture, (height, width, red green blue)

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from jointplay import poses
+from jointplay.basics import poses
 from jointplay.errors import InputError
-from jointplay.gaps import clearance_of
-from jointplay.model import Mechanism
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.result import size as size_of
@@ -82,7 +82,7 @@ def _assembled(result: Result) -> NDArray[np.intp]:
 
 
 @dataclass(frozen=True)
-class Entry:
+class PanelEntry:
     """Panels of one sort: their names, and what makes the one of a name, None where the results have nothing for it.
 
     Names that only the results say are None before the work.
@@ -100,7 +100,7 @@ class Entry:
 class Kind:
     """A sort of sheet: its panels in their order, and how they stand."""
 
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[PanelEntry, ...] = ()
     #: as many stand beside each other
     columns: int = 2
     #: as many belong together, and stand in one row where there are no others
@@ -159,7 +159,7 @@ def _swept(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(sweep, sheet.first, quantity, surface=bool(surface)), 4.0)
 
 
-def _of_units(drawing: Callable[..., Figure]) -> Entry:
+def _of_units(drawing: Callable[..., Figure]) -> PanelEntry:
     """Sizes of sources, a panel for each unit."""
 
     def names(sheet: Sheet) -> Iterable[str] | None:
@@ -169,7 +169,7 @@ def _of_units(drawing: Callable[..., Figure]) -> Entry:
         count = sheet.first.labels("source_unit").count(unit)
         return Panel(_into(drawing, sheet.first, unit), AROUND + BAR * count, 7.0)
 
-    return Entry(names, make)
+    return PanelEntry(names, make)
 
 
 def _cost(sheet: Sheet, _: str) -> Panel | None:
@@ -249,35 +249,35 @@ def _path(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(displaced_path, sheet.results), 5.0) if sheet.choice.panel == name else None
 
 
-_ERRORS = Entry(SIZES, _size)
-_CORRECTIONS = Entry(_corrections, _correction)
+_ERRORS = PanelEntry(SIZES, _size)
+_CORRECTIONS = PanelEntry(_corrections, _correction)
 #: every panel of every sheet; declarations of questions name the sheet
 SHEETS: Mapping[str, Kind] = {
     "errors": Kind(
         (
-            Entry(("mechanism",), _at_worst),
+            PanelEntry(("mechanism",), _at_worst),
             _ERRORS,
-            Entry(SOURCES, _sources),
-            Entry(_scattered, _histogram),
-            Entry(("path",), _path),
+            PanelEntry(SOURCES, _sources),
+            PanelEntry(_scattered, _histogram),
+            PanelEntry(("path",), _path),
         )
     ),
-    "poses": Kind((Entry(_drawings, _poses),)),
+    "poses": Kind((PanelEntry(_drawings, _poses),)),
     "sweep": Kind(
-        (Entry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
+        (PanelEntry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
     ),
-    "pairs": Kind((Entry(SIZES, _swept),), has_components=False),
+    "pairs": Kind((PanelEntry(SIZES, _swept),), has_components=False),
     "corrections": Kind((_ERRORS, _CORRECTIONS), row=3),
     "comparison": Kind((_ERRORS, _CORRECTIONS)),
     "nearness": Kind(
         (
-            Entry(("mechanism",), _nearest),
-            Entry(("nearness",), lambda sheet, _: Panel(_into(nearness, sheet.first))),
-            Entry(("distance",), _distance),
+            PanelEntry(("mechanism",), _nearest),
+            PanelEntry(("nearness",), lambda sheet, _: Panel(_into(nearness, sheet.first))),
+            PanelEntry(("distance",), _distance),
         )
     ),
     "allowed": Kind((_of_units(allow),), columns=1),
-    "allocated": Kind((_of_units(allocate), Entry(("cost",), _cost)), columns=1),
+    "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }
 
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Circle, Polygon
 
-from jointplay import poses
+from jointplay.basics import poses
+from jointplay.core.spec import JointSpec
 from jointplay.result import Result
-from jointplay.spec import JointSpec
 
 from . import couplings
 from .bodies import body_colour
@@ -20,7 +20,7 @@ from .style import scaled, series, theme
 PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
 
 
-class Plan(Scene):
+class DrawingPlan(Scene):
     """One configuration of a mechanism in the plane."""
 
     def place(self, point: int) -> Points:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from jointplay import files
+from jointplay.basics import files
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result, origin_label
-from jointplay.typed import typed
 
 from .style import as_far_as_it_goes, escape_texts, theme
 

@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from jointplay import poses
-from jointplay.mobility import Attempt
+from jointplay.basics import poses
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
+from jointplay.model.mobility import Attempt
 from jointplay.result import Result
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import springs
 from .bodies import body_colour, on_ground, outline, path_of_output
@@ -26,11 +26,11 @@ from .style import alarm, scaled, theme
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
-    from jointplay.model import Mechanism
+    from jointplay.model.mechanism import Mechanism
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: lower left and upper right corner of a drawing
-Limits = tuple[Points, Points]
+Corners = tuple[Points, Points]
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
 #: what is left of the colour of a pose that stands behind
@@ -216,7 +216,7 @@ class Scene(ABC):
         self.axes.update_datalim([head])
         self.axes.autoscale_view()
 
-    def hold(self, limits: Limits | None) -> None:
+    def hold(self, limits: Corners | None) -> None:
         """Equal scales along both axes, around all that is drawn or between two corners."""
         if limits is None:
             self.axes.margins(0.08)
@@ -227,7 +227,7 @@ class Scene(ABC):
             self.axes.set(xlim=(left, right), ylim=(low, high))
             self.axes.set_aspect("equal", adjustable="box")
 
-    def frame(self, limits: Limits | None = None) -> None:
+    def frame(self, limits: Corners | None = None) -> None:
         """Axes with equal scales, and their names."""
         unit = self.m.units.length_name
         self.hold(limits)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed, not_known
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, parts
-from jointplay.typed import typed
 
 from .assembly import assembly
 from .figures import SIZES

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result
-from jointplay.typed import typed
 
 from .style import Style, canvas, limit_line, series
 from .words import along, labelled, legend, single, whole_numbers

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.patches import Polygon
 
+from jointplay.core.spec import ENDS, End, JointSpec
 from jointplay.result import Result
-from jointplay.spec import ENDS, End, JointSpec
 
 from . import couplings
 from .bodies import body_colour

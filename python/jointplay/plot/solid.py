@@ -12,10 +12,10 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from jointplay.spec import ENDS, End, JointSpec
+from jointplay.core.spec import ENDS, End, JointSpec
 
 from .couplings import strands
-from .scene import Limits, Points, View
+from .scene import Corners, Points, View
 from .sketch import SLIDING, WHEELS, Sketch
 from .style import theme
 from .words import round_factor
@@ -145,7 +145,7 @@ class Solid(Sketch):
         painted.set(zorder=4, rasterized=True)
         self.axes.add_collection(painted)
 
-    def frame(self, limits: Limits | None = None) -> None:
+    def frame(self, limits: Corners | None = None) -> None:
         """In place of axes, which an oblique view has not: the directions of x, y and z, and a scale."""
         self.hold(limits)
         self.axes.set_axis_off()

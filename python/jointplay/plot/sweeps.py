@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from jointplay.conclusions import tops
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result, typical
-from jointplay.typed import typed
+from jointplay.result.conclusions import tops
 
 from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, words_of
 from .style import Style, canvas, limit_line, series, theme

@@ -1,7 +1,7 @@
 """Labelled results: units on the way out, and the way to `xarray.Dataset`."""
 
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
-from .build import SIDES, STATUSES, Builder, axes_of, version
+from .build import SIDES, STATUSES, ResultBuilder, axes_of, version
 from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
@@ -22,7 +22,7 @@ from .quantity import (
     unit_of,
 )
 from .structure import Array, Attribute, Result, Variable
-from .tidy import Column, Rows, rows, unit_at
+from .tidy import TidyColumn, TidyRows, rows, unit_at
 
 __all__ = [
     "LOAD",
@@ -34,11 +34,11 @@ __all__ = [
     "Array",
     "Attribute",
     "Blame",
-    "Builder",
-    "Column",
     "Origin",
     "Result",
-    "Rows",
+    "ResultBuilder",
+    "TidyColumn",
+    "TidyRows",
     "Variable",
     "align",
     "attributes",

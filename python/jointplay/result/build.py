@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from jointplay import _core
-from jointplay.compile import ANGULAR, TURNS
-from jointplay.model import Mechanism
-from jointplay.units import Units
+from jointplay.basics.units import Units
+from jointplay.core.compile import ANGULAR, TURNS
+from jointplay.model.mechanism import Mechanism
 
 from .names import coordinate_names
 from .quantity import split
@@ -102,7 +102,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     }
 
 
-class Builder:
+class ResultBuilder:
     """Collects the variables of one result.
 
     Parameters

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from jointplay.carried import BOTH, TEXT
-from jointplay.model import Mechanism, plain
+from jointplay.file.carried import BOTH, TEXT
+from jointplay.model.mechanism import Mechanism, plain
 
 from .structure import Attribute, Result
 

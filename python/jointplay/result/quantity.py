@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.compile import LENGTHS
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, not_known
 from jointplay.questions import QUESTIONS, Figure
 

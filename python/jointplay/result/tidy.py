@@ -21,7 +21,7 @@ OWN = ("variable", "value", "text", "unit")
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class TidyColumn:
     """A column of rows.
 
     Attributes
@@ -46,7 +46,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class TidyRows:
     """A result row by row.
 
     Attributes
@@ -61,13 +61,13 @@ class Rows:
         Unit of the number.
     """
 
-    labels: dict[str, Column]
+    labels: dict[str, TidyColumn]
     value: NDArray[np.float64]
-    text: Column
-    unit: Column
+    text: TidyColumn
+    unit: TidyColumn
 
 
-def rows(result: Result) -> Rows:
+def rows(result: Result) -> TidyRows:
     """The result row by row.
 
     Examples
@@ -89,7 +89,7 @@ def rows(result: Result) -> Rows:
     }
     columns = {name: own.get(name) or beside[name] for dim in dims for name in (dim, *_along(dim, beside))}
     variables = list(result.data.items())
-    names = Column(
+    names = TidyColumn(
         np.array([name for name, _ in variables], dtype=str),
         np.repeat(np.arange(len(variables)), [v.values.size for _, v in variables]),
     )
@@ -98,7 +98,7 @@ def rows(result: Result) -> Rows:
         # A drive may have the name of one of the other columns.
         name = f"drive_{name}" if name in OWN else name
         parts = [_numbers(column, v) for _, v in variables]
-        labels[name] = Column(column.values.reshape(-1), np.concatenate([np.zeros(0, np.int64), *parts]))
+        labels[name] = TidyColumn(column.values.reshape(-1), np.concatenate([np.zeros(0, np.int64), *parts]))
     texts = [v.values.reshape(-1) if v.values.dtype.kind == "U" else None for _, v in variables]
     value = [
         v.values.reshape(-1).astype(np.float64) if text is None else np.full(v.values.size, np.nan)
@@ -108,7 +108,7 @@ def rows(result: Result) -> Rows:
         np.full(v.values.size, "") if text is None else text for (_, v), text in zip(variables, texts, strict=True)
     ]
     units = [_units(result, v) for _, v in variables]
-    return Rows(
+    return TidyRows(
         labels,
         np.concatenate([np.zeros(0), *value]),
         _column(np.concatenate([np.zeros(0, "U1"), *written])),
@@ -121,10 +121,10 @@ def _along(dim: str, beside: dict[str, Variable]) -> Iterator[str]:
     return (name for name, v in beside.items() if v.dims[0] == dim)
 
 
-def _column(texts: Array) -> Column:
+def _column(texts: Array) -> TidyColumn:
     """A column of texts, empty where they are."""
     entries, which = np.unique(texts, return_inverse=True)
-    return Column(entries, np.where(texts == "", -1, which.reshape(-1)))
+    return TidyColumn(entries, np.where(texts == "", -1, which.reshape(-1)))
 
 
 def _numbers(column: Variable, variable: Variable) -> NDArray[np.int64]:

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
 use crate::interrupt;
+use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factored};
 use crate::math::vector::norm;
@@ -12,7 +13,7 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
-pub(crate) const CLEAR: f64 = 30.0;
+pub(crate) const CLEAR: f64 = 10.0;
 
 /// Newton steps per solve.
 const NEWTON_STEPS: usize = 14;
@@ -442,22 +443,40 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
-    /// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
-    /// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
-    /// without a pattern.
+    /// An estimate of the smallest singular value of the length-scaled Jacobian J, never too small: with x the motion `J^-1 b`
+    /// for a vector b without a pattern, `|x| / |J^-T x|`. Near a singular pose x is mostly its motion, so that the estimate
+    /// is too large by a few per cent only.
     pub(crate) fn singular_estimate(&self, linearised: &Linearised<'_>) -> f64 {
-        let mut right: Vec<f64> = self.probe().collect();
-        let mut motion = vec![0.0; self.n_unknowns()];
-        linearised.factors.solve(&mut right, &mut motion);
-        1.0 / scaled_size(self, &motion)
+        let factors = &linearised.factors;
+        self.singular_square(|b, x| factors.solve(b, x), |b, x| factors.solve_transposed(b, x)).sqrt()
     }
 
-    /// That unit vector, with the rows' units.
-    pub(crate) fn probe(&self) -> impl Iterator<Item = f64> + '_ {
-        let size = (self.n_rows() as f64).sqrt();
+    /// The square of [`Self::singular_estimate`], with what solves `J x = b` and its transposed.
+    pub(crate) fn singular_square<S: Real>(
+        &self,
+        solve: impl Fn(&mut [S], &mut [S]),
+        solve_transposed: impl Fn(&mut [S], &mut [S]),
+    ) -> S {
+        let number = S::from_f64;
+        let zero = || vec![number(0.0); self.n_unknowns()];
+        let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
+        let square = |sum: S, v: S| sum + v * v;
+        let (mut motion, mut multipliers) = (zero(), zero());
+        let mut probe: Vec<S> = self.probe().map(number).collect();
+        solve(&mut probe, &mut motion);
+        let scaled: Vec<S> = motion.iter().enumerate().map(|(j, v)| *v * number(1.0 / unit(j))).collect();
+        let mut cost: Vec<S> = scaled.iter().enumerate().map(|(j, v)| *v * number(1.0 / unit(j))).collect();
+        solve_transposed(&mut cost, &mut multipliers);
+        let forces = multipliers.iter().zip(&self.rows).map(|(l, row)| *l * number(self.unit(row.component)));
+        scaled.into_iter().fold(number(0.0), square) / forces.fold(number(0.0), square)
+    }
+
+    /// A vector without a pattern, with the rows' units. Its entries differ in size, too: where legs are alike, entries of
+    /// one size cancel in what a singular pose leaves without force.
+    fn probe(&self) -> impl Iterator<Item = f64> + '_ {
         self.rows.iter().enumerate().map(move |(k, row)| {
             let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
-            sign * self.unit(row.component) / size
+            sign * (0.5 + (k as f64 * 0.754_878).fract()) * self.unit(row.component)
         })
     }
 

@@ -161,10 +161,10 @@ impl Block<'_, '_> {
         Place { side: self.watch.side(&state.coordinates), state }
     }
 
-    /// A state with its outcome, that on the mechanism which is brought to the nodes being known.
+    /// A state with its outcome, that on the rows which are solved being known: others may hold where these do not.
     fn judged(&self, own: Status, place: Place) -> (Status, Arc<Place>) {
-        let is_singular = own == Status::Ok && self.watch.is_singular(&place.state.coordinates, &place.side);
-        (if is_singular { Status::Singular } else { own }, Arc::new(place))
+        let is_singular = self.watch.is_singular(&place.state.coordinates, &place.side, own == Status::Ok);
+        (if is_singular { Status::Singular } else { Status::Ok }, Arc::new(place))
     }
 
     /// The node from the first of the states that leads to it.
@@ -184,7 +184,7 @@ impl Block<'_, '_> {
                         let dead = || m.dead_centre(&last, &to.drives).map(|state| self.placed(state));
                         let singular = |place: Place| {
                             let own = m.nominal_status(&place.state);
-                            Some(self.judged(own, place)).filter(|(status, _)| *status == Status::Singular)
+                            Some(self.judged(own, place)).filter(|(all, _)| [own, *all].contains(&Status::Singular))
                         };
                         let found = closed().and_then(singular).or_else(|| dead().and_then(singular));
                         if found.is_some() {
@@ -333,33 +333,24 @@ impl Mechanism {
         spread: bool,
         real: Option<&Self>,
     ) -> Reached {
-        if self.n_rows() != self.n_unknowns() {
-            return self.trace_grid_on_basis(shape, drives, seeds, spread, real);
-        }
+        let basis = if self.n_rows() == self.n_unknowns() { None } else { Some(self.basis()) };
+        let solved = match &basis {
+            None => self,
+            Some(Ok(basis)) => &basis.kept,
+            Some(Err(status)) => return Reached::none(self, shape, seeds.len(), *status),
+        };
         let watched: Vec<&Self> = std::iter::once(self).chain(real).collect();
-        self.trace_grid_watched(shape, drives, seeds, spread, &watched)
-    }
-
-    /// The same, where the sides of given mechanisms are kept.
-    pub(crate) fn trace_grid_watched(
-        &self,
-        shape: &[usize],
-        drives: &[f64],
-        seeds: &[Seed<'_>],
-        spread: bool,
-        watched: &[&Self],
-    ) -> Reached {
         let n = shape.iter().product();
         let cases: Vec<Case<'_>> = seeds.iter().map(|seed| seed.case).collect();
-        let Some(solver) = self.solver(&cases) else {
+        let Some(solver) = solved.solver(&cases) else {
             return Reached::none(self, shape, seeds.len(), Status::NotAssembled);
         };
         // A handful of nodes is solved before the program is recorded.
-        let follow = if n >= LANES && self.n_drives() > 0 { Follow::record(&solver) } else { None };
-        let watch = Watch::new(watched, &solver.planned_at);
+        let follow = if n >= LANES && solved.n_drives() > 0 { Follow::record(&solver) } else { None };
+        let watch = Watch::new(&watched, &solver.planned_at);
         let (mut strict, mut beyond) = (BTreeMap::new(), BTreeMap::new());
         for (k, seed) in seeds.iter().enumerate() {
-            if let Some(state) = self.restore(&solver, seed.case.coordinates, seed.case.drives) {
+            if let Some(state) = solved.restore(&solver, seed.case.coordinates, seed.case.drives) {
                 let place = Arc::new(Place { side: watch.side(&state.coordinates), state });
                 let wave: &mut BTreeMap<usize, Vec<_>> = if seed.beyond { &mut beyond } else { &mut strict };
                 wave.entry(seed.node).or_default().push((Origin::Seed(k), place));

@@ -70,10 +70,10 @@ impl<'m> Follow<'m> {
         let (mut outputs, twists, judged) = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
             let [residual, _] = evaluate(m, &symbolic);
             let Moved { numbers, size, twists, .. } = step_by(m, &symbolic, &residual, &linear, &turn);
-            (numbers, twists, [size, linear.pivot_product(), linear.singular_estimate(m)])
+            (numbers, twists, [size, linear.pivot_product(), linear.singular_square(m)])
         } else {
             let Step { numbers, size, twists, pivots, linear, .. } = record_step(solver, &symbolic, &turn)?;
-            (numbers, twists, [size, pivots, linear.singular_estimate(m)])
+            (numbers, twists, [size, pivots, linear.singular_square(m)])
         };
         let (first, end) = (m.n_parameters(), m.n_parameters() + layout.n_varying());
         let angles = end..end + Self::n_angles(m);
@@ -160,7 +160,7 @@ impl<'m> Follow<'m> {
         }
         let mut clear = self.step.output(registers, clear).0;
         for i in 0..LANES {
-            clear[i] = if good[i] && done[i] { clear[i] } else { f64::NAN };
+            clear[i] = if good[i] && done[i] { clear[i].sqrt() } else { f64::NAN };
         }
         if m.space == Space::Spatial {
             for numbers in registers[m.n_parameters()..][..n_pose].chunks_exact_mut(m.space.n_pose_numbers()) {

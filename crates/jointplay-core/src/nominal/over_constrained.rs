@@ -6,8 +6,6 @@ use std::sync::Arc;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
 use crate::mechanism::Mechanism;
-use crate::mechanism::status::Status;
-use crate::nominal::grid::{Reached, Seed};
 use crate::nominal::path::Configuration;
 use crate::nominal::trace::Trace;
 use crate::redundancy::basis::Basis;
@@ -85,29 +83,5 @@ impl Mechanism {
         let inputs = Inputs::nominal(self, &inputs.drives);
         let state = State { coordinates, inputs, negative };
         Configuration { status: self.nominal_status(&state), state: Some(state), mismatch: found.mismatch }
-    }
-
-    /// The grid of the basis, judged by all rows: that of the basis alone may become singular where they do not.
-    pub(crate) fn trace_grid_on_basis(
-        &self,
-        shape: &[usize],
-        drives: &[f64],
-        seeds: &[Seed<'_>],
-        spread: bool,
-        real: Option<&Self>,
-    ) -> Reached {
-        let basis = match self.basis() {
-            Ok(basis) => basis,
-            Err(status) => return Reached::none(self, shape, seeds.len(), status),
-        };
-        let watched: Vec<&Self> = std::iter::once(self).chain(real).collect();
-        let mut found = basis.kept.trace_grid_watched(shape, drives, seeds, spread, &watched);
-        let trace = &mut found.trace;
-        for (k, status) in trace.status.iter_mut().enumerate().filter(|(_, s)| **s == Status::Singular) {
-            let coordinates = trace.coordinates[k * self.n_coordinates()..(k + 1) * self.n_coordinates()].to_vec();
-            let inputs = Inputs::nominal(self, &drives[k * self.n_drives()..(k + 1) * self.n_drives()]);
-            *status = self.nominal_status(&State { coordinates, inputs, negative: false });
-        }
-        found
     }
 }

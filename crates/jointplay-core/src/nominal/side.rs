@@ -160,9 +160,10 @@ impl<'m> Watch<'m> {
         from.0.last().zip(to.0.last()).map_or(f64::NAN, |(from, to)| from.ratio(to))
     }
 
-    /// Whether the real mechanism is too near a singular pose.
-    pub(crate) fn is_singular(&self, coordinates: &[f64], side: &Side) -> bool {
-        self.0.iter().zip(&side.0).next_back().is_some_and(|(watched, look)| {
+    /// Whether a mechanism is too near a singular pose: the real one, or any where they are not known to be regular.
+    pub(crate) fn is_singular(&self, coordinates: &[f64], side: &Side, is_regular: bool) -> bool {
+        let known = if is_regular { self.0.len().saturating_sub(1) } else { 0 };
+        self.0.iter().zip(&side.0).skip(known).any(|(watched, look)| {
             let m = watched.mechanism;
             // The estimate is not for matrices with more rows than columns, and too dear for them.
             let plainly = matches!(look, Look::Square { clear, .. } if *clear >= CLEAR * m.singular_value);

@@ -19,19 +19,19 @@ from jointplay.analyses.contacts import contacts
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, shown
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
 from jointplay.result import STATUSES, Result, to_dataset
-from jointplay.typed import typed
 
 from .items import DIGITS, items_of
 from .looks import limits_of
-from .report import FOUND, STEP, Answer, report, unassembled
+from .report import FOUND, STEP, Allocated, report, unassembled
 from .required import Required
 from .sampled import SampledSearch
 from .scatter import Scatter
-from .search import Search
+from .search import AllocateSearch
 from .worst_case import WorstCase
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def compute(
     attributes: dict[str, str | int | float] = {"asked": asked}
     if any(item.is_formula for item in items):
         attributes["digits"] = digits
-    search: Search | SampledSearch
+    search: AllocateSearch | SampledSearch
     places: list[Nominal]
     if asked == "random":
         attributes |= {"probability": share, "samples": samples, "seed": seed}
@@ -184,8 +184,8 @@ def compute(
     else:
         at = {output: nominal(base.only(output)) for output in base.outputs or (None,)}
         places = list(at.values())
-        search = Search(items, WorstCase(base, items, limits, at, starts), progress)
-    answer = Answer(m, base, items, without, limits, places[0], search, attributes)
+        search = AllocateSearch(items, WorstCase(base, items, limits, at, starts), progress)
+    answer = Allocated(m, base, items, without, limits, places[0], search, attributes)
     bad = np.max([np.where(place.counts, place.status, OK) for place in places], axis=0)
     if not any(place.counts.any() for place in places):
         raise InputError(

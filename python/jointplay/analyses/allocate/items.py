@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, not_known
-from jointplay.gaps import travel
-from jointplay.model import Mechanism
-from jointplay.schema import Choice, Cost
-from jointplay.sizing import Sizing, sizings
+from jointplay.file.schema import Choice, Cost
+from jointplay.model.gaps import travel
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import Sizing, sizings
 
 Floats = NDArray[np.float64]
 

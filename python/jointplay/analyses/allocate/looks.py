@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
-from jointplay.verdict import READABLE
+from jointplay.result.verdict import READABLE
 
 from .items import Item
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.nominal import report as started
-from jointplay.model import Mechanism
-from jointplay.result import Attribute, Builder, Result, Variable, first_largest
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import Attribute, Result, ResultBuilder, Variable, first_largest
 
 from .items import Item
 from .looks import Limit, merged
@@ -32,7 +32,7 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass
-class Answer:
+class Allocated:
     """What is told.
 
     Attributes
@@ -67,7 +67,7 @@ class Answer:
     curve: list[tuple[float, Outcome]] = field(default_factory=list)
 
 
-def report(answer: Answer) -> Result:
+def report(answer: Allocated) -> Result:
     """The result."""
     outcome = answer.outcome
     assert outcome is not None
@@ -101,7 +101,7 @@ def report(answer: Answer) -> Result:
     return builder.result()
 
 
-def unassembled(answer: Answer, status: str, configurations: Sequence[int]) -> Result:
+def unassembled(answer: Allocated, status: str, configurations: Sequence[int]) -> Result:
     """The result where a configuration has no pose."""
     builder = _begun(answer)
     builder.data["status"] = Variable((), np.array(status), "", "outcome")
@@ -109,7 +109,7 @@ def unassembled(answer: Answer, status: str, configurations: Sequence[int]) -> R
     return builder.result()
 
 
-def _begun(answer: Answer) -> Builder:
+def _begun(answer: Allocated) -> ResultBuilder:
     """Names and units of the sources, and what is known before anything is found."""
     builder = started(answer.base, "allocate", answer.at, **answer.attributes)
     del builder.data["nominal"]
@@ -133,17 +133,17 @@ def _begun(answer: Answer) -> Builder:
     return builder
 
 
-def _add(builder: Builder, name: str, values: Sequence[float], words: str, *, sized: bool = False) -> None:
+def _add(builder: ResultBuilder, name: str, values: Sequence[float], words: str, *, sized: bool = False) -> None:
     units = builder.coords["source_unit"].values.tolist()
     unit = "" if not sized else units[0] if len(set(units)) == 1 else "see source_unit"
     builder.data[name] = Variable(("source",), np.array(values, dtype=np.float64), unit, words)
 
 
-def _total(builder: Builder, name: str, value: float, words: str) -> None:
+def _total(builder: ResultBuilder, name: str, value: float, words: str) -> None:
     builder.data[name] = Variable((), np.array(value), "", words)
 
 
-def _limits(builder: Builder, answer: Answer, outcome: Outcome) -> None:
+def _limits(builder: ResultBuilder, answer: Allocated, outcome: Outcome) -> None:
     """The limits by name, what is used of them, and what each of them costs."""
     kinds = ["length" if limit.quantity in (*"xyz", "position") else "angle" for limit in answer.limits]
     factors = np.array([builder.factor(kind) for kind in kinds])
@@ -172,7 +172,7 @@ def _limits(builder: Builder, answer: Answer, outcome: Outcome) -> None:
         builder.data["shadow_step"] = Variable(("limited",), steps, unit, "by how much the limit is loosened")
 
 
-def _by_yield(builder: Builder, answer: Answer, look: YieldLook) -> None:
+def _by_yield(builder: ResultBuilder, answer: Allocated, look: YieldLook) -> None:
     """What a yield has beside what is used."""
     assert isinstance(answer.search.looking, Scatter)
     names = np.array([" ".join(filter(None, (one.contact, one.load_case))) for one in answer.search.looking.assumed])

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import confidence
 from jointplay.analyses.scatter import REPLICATES
+from jointplay.basics import confidence
 
 Floats = NDArray[np.float64]
 #: specimens of a replicate that the core draws one after the other

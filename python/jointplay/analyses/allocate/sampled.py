@@ -191,7 +191,8 @@ class SampledSearch(Plans):
         sizes = Sizes(self.specimens, choices, factors)
         missed: Floats | None = None
         held: Floats | None = None
-        cost = math.inf
+        cost = dear = math.inf
+        cheap = 0.0
         for _ in range(MOST_LOOKS):
             values = sizes.least(ratio)
             if values is None or (missed is not None and self.cost(values) >= self.ceiling(factors)):
@@ -200,19 +201,19 @@ class SampledSearch(Plans):
             if not any(item.is_formula for item in self.items):
                 return
             if look.holds(factors):
-                held = ratio
+                held, dear = ratio, self.cost(values)
             else:
-                missed = ratio
+                missed, cheap = ratio, self.cost(values)
             now = self._ratio(values)
             if held is None:
-                # A ratio that is known says how much less is needed; else a part of it.
-                ratio = np.where(now > ratio, now, ratio * (1.0 + ROOM)) if (now > ratio).any() else ratio * STEP
+                # A ratio that is known says how much less is needed, at least a little; else a part of it.
+                ratio = np.maximum(now, ratio * (1.0 + ROOM)) if (now > ratio).any() else ratio * STEP
             elif missed is None:
                 if not self.cost(values) < (1.0 - WORTH) * cost:
                     return
                 cost, ratio = self.cost(values), np.minimum(now, ratio)
             else:
-                if (held / missed).max() < 1.0 + ROOM:
+                if dear < (1.0 + ROOM) * cheap:
                     return
                 ratio = np.sqrt(held * missed)
 

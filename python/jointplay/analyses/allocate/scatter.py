@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from jointplay.analyses.contacts import Assumed, assumptions
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.several import places_of
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import split
 
 from .items import Item

@@ -43,7 +43,7 @@ BAND = 0.25
 
 
 @dataclass
-class Search(Plans):
+class AllocateSearch(Plans):
     """Searches for one set of limits after another, each times a factor; what was seen is kept.
 
     Parameters

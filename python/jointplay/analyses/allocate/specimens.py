@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Nominal
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import split
 
 from .items import Item

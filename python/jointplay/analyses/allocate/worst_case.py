@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
 
 from .items import TINY, Item, Play

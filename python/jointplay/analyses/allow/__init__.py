@@ -19,16 +19,16 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism
-from jointplay.result import Builder, Result, Variable, to_dataset
-from jointplay.sizing import Sizing, sizings, times
-from jointplay.typed import typed
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import Sizing, sizings, times
+from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 
 from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed
 from .order import loosest
-from .search import Found, Search
+from .search import AllowSearch, Found
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -227,7 +227,7 @@ class _Every:
         def use(new: float, near: Any) -> Use:
             return self.asked.use(changes(new), near)
 
-        return Search(
+        return AllowSearch(
             use,
             size,
             self.now,
@@ -261,7 +261,7 @@ class _Every:
 def _result(every: _Every, done: Sequence[_One], question: str, share: float, options: Mapping[str, Any]) -> Result:
     m, now, factor = every.asked.m, every.now, every.factor
     assert factor is not None
-    builder = Builder(m, "allow", asked=question, tolerance=every.tolerance)
+    builder = ResultBuilder(m, "allow", asked=question, tolerance=every.tolerance)
     if question == "random":
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
@@ -310,7 +310,7 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     return builder.result()
 
 
-def _words(builder: Builder, done: Sequence[_One]) -> None:
+def _words(builder: ResultBuilder, done: Sequence[_One]) -> None:
     """What is no number over the sources, and where limits are missed first."""
     fits = np.array([one.fit for one in done], dtype=str)
     builder.data["fit"] = Variable(("source",), fits, "", "loosest preferred fit, or group of bearings, that holds")
@@ -325,7 +325,7 @@ def _words(builder: Builder, done: Sequence[_One]) -> None:
         builder.data[f"binding_{name}"] = Variable(("source",), np.array(values), "", words)
 
 
-def _of_all(builder: Builder, now: Use, factor: Found) -> None:
+def _of_all(builder: ResultBuilder, now: Use, factor: Found) -> None:
     """Figures of all sources together."""
     for name, value, words in (
         ("used", now.used, "largest part of a limit that is used"),

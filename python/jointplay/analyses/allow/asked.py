@@ -22,16 +22,16 @@ from jointplay.analyses.contacts import Assumed, assumptions, contacts
 from jointplay.analyses.nominal import Nominal, within_another
 from jointplay.analyses.questions import computation
 from jointplay.analyses.several import places_of
-from jointplay.compile import LENGTHS
+from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Array, Result
-from jointplay.verdict import READABLE, ROUNDING, ends
+from jointplay.result.verdict import READABLE, ROUNDING, ends
 
 Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism
-Places = list[NDArray[np.intp]]
+PlacesByPart = list[NDArray[np.intp]]
 
 #: specimens under a load take ten times as long as others and scatter by fewer sources: as many are enough, ...
 PRESSED = 4096
@@ -73,7 +73,7 @@ class Use:
     load_case: str = ""
     contact: str = ""
     not_assembled: float = 0.0
-    near: Places | None = None
+    near: PlacesByPart | None = None
 
     @property
     def holds(self) -> bool:
@@ -107,7 +107,7 @@ class Asked:
             problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
             raise InputError(problem, file=m.file, key="limits")
         self.at = places_of([one.part for one in parts])
-        self.every: Places = [np.flatnonzero(_has_error(at.status)) for at in self.at]
+        self.every: PlacesByPart = [np.flatnonzero(_has_error(at.status)) for at in self.at]
         if not any(len(places) for places in self.every):
             raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
 
@@ -123,7 +123,7 @@ class Asked:
         """Configurations that have no pose as drawn."""
         return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist()})
 
-    def use(self, changes: Mapping[str, object], near: Places | None = None) -> Use:
+    def use(self, changes: Mapping[str, object], near: PlacesByPart | None = None) -> Use:
         """How much of the limits is used with changes, at all configurations or at some of them."""
         try:
             copy = self.m.with_(changes)
@@ -133,7 +133,7 @@ class Asked:
             return Use(np.inf, REFUSED, -1)
         return self.use_of(copy, self.every if near is None or self.question == "loaded" else near, near is None)
 
-    def use_of(self, m: Mechanism, near: Places, every: bool = True) -> Use:
+    def use_of(self, m: Mechanism, near: PlacesByPart, every: bool = True) -> Use:
         """How much of the limits a mechanism uses at some configurations.
 
         Under `every` assumption, or until one says that the limits are missed.

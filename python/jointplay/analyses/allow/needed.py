@@ -17,9 +17,9 @@ from jointplay.analyses.assemble.specimens import FITS
 from jointplay.analyses.assemble.worst import corners_of
 from jointplay.analyses.nominal import Nominal
 from jointplay.errors import InputError
-from jointplay.gaps import centre
-from jointplay.model import Mechanism
-from jointplay.sizing import Sizing
+from jointplay.model.gaps import centre
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import Sizing
 
 Floats = NDArray[np.float64]
 #: halvings, more than any tolerance needs

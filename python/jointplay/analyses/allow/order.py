@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from jointplay.sizing import GROUPS, Sizing
+from jointplay.model.sizing import GROUPS, Sizing
 
 from .asked import ASSEMBLY, REFUSED, Asked
 

@@ -73,7 +73,7 @@ class Found:
     below: Use | None = None
 
 
-class Search:
+class AllowSearch:
     """One source and its sizes.
 
     Parameters

@@ -15,11 +15,11 @@ from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.several import of_each
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
 from jointplay.result import Result, to_dataset
-from jointplay.typed import typed
 
 from . import scatter, unit, worst
 from .order import best_order

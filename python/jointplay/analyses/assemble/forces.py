@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay import _core, poses
-from jointplay.answers import Loaded
-from jointplay.model import Mechanism
-from jointplay.spec import ENDS, End, SpringSpec
+from jointplay import _core
+from jointplay.basics import poses
+from jointplay.core.answers import Loaded
+from jointplay.core.spec import ENDS, End, SpringSpec
+from jointplay.model.mechanism import Mechanism
 
 from .part import Floats, Part
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.compile import DRIVABLE, LENGTHS, TURNS
-from jointplay.spec import Changes, DriveSpec, JointSpec, PointSpec
+from jointplay.core.compile import DRIVABLE, LENGTHS, TURNS
+from jointplay.core.spec import Changes, DriveSpec, JointSpec, PointSpec
 
 from .part import GROUND, Floats, Part
 

@@ -13,9 +13,9 @@ from itertools import combinations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed, not_known
-from jointplay.model import Mechanism
-from jointplay.typed import typed
+from jointplay.model.mechanism import Mechanism
 
 from .forces import Members
 from .freedom import examine

@@ -14,10 +14,10 @@ from typing import Any, Unpack, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import _core, poses
-from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism, in_core
-from jointplay.spec import (
+from jointplay import _core
+from jointplay.basics import poses
+from jointplay.core.compile import LENGTHS
+from jointplay.core.spec import (
     AXIS_ON,
     ENDS,
     SIDE_ON,
@@ -33,6 +33,7 @@ from jointplay.spec import (
     SourceSpec,
     Spec,
 )
+from jointplay.model.mechanism import Mechanism, in_core
 
 GROUND = -1
 

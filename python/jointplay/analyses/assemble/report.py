@@ -10,8 +10,8 @@ import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress, nominal
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism
-from jointplay.result import Builder, Result
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import Result, ResultBuilder
 
 from .part import Floats
 from .spans import spans
@@ -27,7 +27,7 @@ LENGTHS_OF_LINKS = {
 
 
 @dataclass(frozen=True)
-class Place:
+class Configuration:
     """Where it is assembled: one of the mechanism's configurations, SI, nan where it is not assembled.
 
     Attributes
@@ -49,14 +49,14 @@ class Place:
         return bool(np.isfinite(self.poses).all())
 
 
-def place(m: Mechanism, configuration: int) -> Place:
+def place(m: Mechanism, configuration: int) -> Configuration:
     """One of the configurations of a mechanism."""
     at = nominal(m)
     if not 0 <= configuration < len(at):
         there = f"they go from 0 to {len(at) - 1}" if len(at) > 1 else "there is only 0"
         problem = f"there is no configuration {shown(configuration)}; {there}"
         raise InputError(problem, file=m.file, key="configuration")
-    return Place(configuration, at.poses[configuration], at.output[configuration])
+    return Configuration(configuration, at.poses[configuration], at.output[configuration])
 
 
 def each(taken: Sequence[Step], work: Callable[[Step], T], progress: Progress | None) -> list[T]:
@@ -73,7 +73,7 @@ def each(taken: Sequence[Step], work: Callable[[Step], T], progress: Progress | 
     return found
 
 
-def finished(builder: Builder, count: int) -> Result:
+def finished(builder: ResultBuilder, count: int) -> Result:
     """The result over the steps that are done.
 
     Raises
@@ -88,11 +88,11 @@ def finished(builder: Builder, count: int) -> Result:
     return builder.result()
 
 
-def begun(m: Mechanism, at: Place, which: str, count: int | None = None) -> Builder:
+def begun(m: Mechanism, at: Configuration, which: str, count: int | None = None) -> ResultBuilder:
     """A result over the (first) steps of an assembly, with the members that each of them adds."""
     base, every = order(m)
     added = every[:count]
-    builder = Builder(m, "assemble", assemble=which, base=name(m, base), at_configuration=at.configuration)
+    builder = ResultBuilder(m, "assemble", assemble=which, base=name(m, base), at_configuration=at.configuration)
     builder.attrs["length"] = m.length / builder.units.length
     builder.add("nominal", "component", at.output, "nominal pose of the output", "component")
     builder.labels("step", np.arange(1, len(added) + 1), "number of the step, from 1")
@@ -101,7 +101,7 @@ def begun(m: Mechanism, at: Place, which: str, count: int | None = None) -> Buil
     return builder
 
 
-def unassembled(m: Mechanism, at: Place, which: str) -> Result:
+def unassembled(m: Mechanism, at: Configuration, which: str) -> Result:
     """The answer where not even perfect parts can be assembled."""
     builder = begun(m, at, which)
     steps = len(builder.coords["step"].values)
@@ -109,7 +109,7 @@ def unassembled(m: Mechanism, at: Place, which: str) -> Result:
     return builder.result()
 
 
-def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builder:
+def report(m: Mechanism, taken: Sequence[Step], at: Configuration, which: str) -> ResultBuilder:
     """The same with what each of the steps is."""
     builder = begun(m, at, which, len(taken))
 
@@ -128,7 +128,7 @@ def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builde
     return builder
 
 
-def _links(builder: Builder, taken: Sequence[Step], at: Place) -> None:
+def _links(builder: ResultBuilder, taken: Sequence[Step], at: Configuration) -> None:
     """The lengths of links that are locked to one another."""
     m, labels, lengths = builder.m, [], []
     for step in taken:

@@ -13,13 +13,13 @@ import numpy as np
 from jointplay import _core
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import checked, points
-from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism
+from jointplay.core.compile import LENGTHS
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats
-from .report import Place, each, finished, report
+from .report import Configuration, each, finished, report
 from .specimens import solve
 from .state import Held
 from .steps import steps
@@ -27,7 +27,7 @@ from .steps import steps
 
 def compute(
     m: Mechanism,
-    at: Place,
+    at: Configuration,
     samples: int,
     seed: int,
     law: str | None,

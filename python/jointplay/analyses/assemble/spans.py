@@ -12,9 +12,9 @@ from itertools import combinations
 
 import numpy as np
 
-from jointplay import poses
-from jointplay.model import Mechanism
-from jointplay.spec import ENDS, Changes, DriveSpec
+from jointplay.basics import poses
+from jointplay.core.spec import ENDS, Changes, DriveSpec
+from jointplay.model.mechanism import Mechanism
 
 from .freedom import TARGET
 from .part import GROUND, Floats, Part, cut, rigid

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
 from jointplay.analyses.displaced import on_body
-from jointplay.compile import LOOSE
+from jointplay.basics import poses
+from jointplay.core.compile import LOOSE
+from jointplay.core.spec import ENDS
 from jointplay.result import STATUSES
-from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import GROUND, Floats, Part
@@ -28,7 +28,7 @@ FITS = 1.0 + 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Units:
+class StepSpecimens:
     """Specimens after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a specimen failed.
 
     Attributes
@@ -62,7 +62,7 @@ class Units:
         return np.asarray(~failed & (self.clearance_factor <= FITS))
 
 
-def solve(held: Held, members: Members, u: Floats) -> Units:
+def solve(held: Held, members: Members, u: Floats) -> StepSpecimens:
     """Solve specimens with offsets and deviations u of the whole mechanism; its shape is (specimen, parameter).
 
     In an over-constrained part only the deviations of u count. Offsets follow from deviations, elasticity and loads;
@@ -101,7 +101,7 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
         output = poses.difference(there, np.broadcast_to(nominal, there.shape))
         output += by_loads[held.output]
         output[:, : part.lengths] = errors[held.output]
-    return Units(centres, output, sizes, force, factor, STATUSES[status])
+    return StepSpecimens(centres, output, sizes, force, factor, STATUSES[status])
 
 
 def bent(held: Held, point: int) -> Floats:

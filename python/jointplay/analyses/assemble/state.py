@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
-from jointplay.answers import Given, Loaded
-from jointplay.compile import LOOSE
-from jointplay.gaps import clearance_of
-from jointplay.model import Mechanism
+from jointplay.core.answers import Given, Loaded
+from jointplay.core.compile import LOOSE
+from jointplay.core.spec import ENDS, Changes, End, JointSpec
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
-from jointplay.spec import ENDS, Changes, End, JointSpec
 
 from .forces import Members
 from .part import Floats, rigid

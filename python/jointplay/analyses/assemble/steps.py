@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from jointplay.errors import InputError
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
 
 from .freedom import Freedom, examine
 from .part import GROUND, Floats, Part, cut

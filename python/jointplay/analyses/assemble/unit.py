@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
-from jointplay.compile import LOOSE
-from jointplay.model import Mechanism
+from jointplay.core.compile import LOOSE
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of
 
 from .forces import Members
 from .part import Floats
-from .report import Place, each, finished, report
+from .report import Configuration, each, finished, report
 from .specimens import solve
 from .state import Held, contact, state
 from .steps import Step, steps
@@ -21,7 +21,7 @@ DIFFERENCE = 1e-6
 CENTRES = ("step", "joint", "component")
 
 
-def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
+def compute(m: Mechanism, at: Configuration, progress: Progress | None = None) -> Result:
     """The state of the specimen after every step."""
     every, members = list(steps(m, at.poses)), Members(m)
     states = each(every, lambda step: state(step, members), progress)

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
-from jointplay.compile import LOOSE
-from jointplay.model import Mechanism
+from jointplay.core.compile import LOOSE
+from jointplay.core.spec import ENDS
+from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result
-from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import Floats
-from .report import Place, each, finished, report
+from .report import Configuration, each, finished, report
 from .specimens import FITS, bent_at_most, solve
 from .state import SERIOUS, Held
 from .steps import Step, steps
@@ -37,7 +37,7 @@ EVERY_CORNER = 8
 ROUNDS = 6
 
 
-def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
+def compute(m: Mechanism, at: Configuration, progress: Progress | None = None) -> Result:
     """The largest errors, forces and clearance factors after every step."""
     every, members = list(steps(m, at.poses)), Members(m)
     found = each(every, lambda step: _Extremes(step, members), progress)

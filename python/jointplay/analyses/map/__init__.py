@@ -11,26 +11,26 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from jointplay.analyses.cluster import Here, Workers, connected
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check, computation
-from jointplay.cluster import Here, Workers, connected
-from jointplay.compile import Grid
+from jointplay.basics.typed import typed
+from jointplay.core.compile import Grid
 from jointplay.errors import InputError, in_range
-from jointplay.model import Mechanism
+from jointplay.file.schema.values import spaced
+from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
-from jointplay.schema.values import spaced
-from jointplay.store import MemoryStore, Plan, open_store
-from jointplay.typed import typed
 
 from .answering import OWN, Ask, Asking, axis_names, drive_names, unassembled
 from .lattice import Lattice
 from .run import Work
+from .store import MemoryStore, StorePlan, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.cluster import Scheduler
+    from jointplay.analyses.cluster import Scheduler
 
 #: of the largest map: some ten gigabytes where only the error is kept
 MOST_NODES = 10**9
@@ -164,7 +164,7 @@ def _made(
     """The map in memory; None where it goes to a file."""
     lattice, ask = asking.lattice, asking.ask
     fingerprint = _fingerprint(ask.whole, ask.question, lattice, ask.options)
-    plan = Plan(axis_names(lattice.grid, asking.names), lattice.shape, lattice.chunk, fingerprint)
+    plan = StorePlan(axis_names(lattice.grid, asking.names), lattice.shape, lattice.chunk, fingerprint)
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     try:
         if not isinstance(store, MemoryStore) and store.is_complete():

@@ -13,21 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats, Nominal, bounded, carried, judged
+from jointplay.analyses.nominal import Floats, Nominal, bounded, carried
 from jointplay.analyses.questions import computation
-from jointplay.compile import Grid
+from jointplay.core.compile import Grid
 from jointplay.errors import InputError, listed
-from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import require_determinate
 from jointplay.questions import QUESTIONS
 from jointplay.result import Attribute, Origin, Result, Variable, axes_of, coordinate_names
-from jointplay.store import Stamps, Writer
 
 from .contact import Contacts
 from .lattice import Lattice
+from .store import Stamps, Writer
 
-#: questions whose answers do not say by themselves that a node which the output leads to is singular
-UNJUDGED = ("worst", "random")
 #: what a map has beside the answers at its nodes
 CROSSING = "singular_crossing"
 OWN = ("across", "contact_change", CROSSING)
@@ -70,7 +68,7 @@ class Ask:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ChunkAnswer:
     """The answer at the nodes of a chunk.
 
     Attributes
@@ -115,18 +113,16 @@ class Asking:
     def _contacts(self) -> Contacts:
         return Contacts(self.ask.m)
 
-    def __call__(self, chunk: Chunk) -> Answer:
+    def __call__(self, chunk: Chunk) -> ChunkAnswer:
         """The answer at the nodes of a chunk, of which these are the configurations."""
         number, at, crossing = chunk
         m = self.ask.m
-        if self.ask.question in UNJUDGED and self.lattice.grid.of_output:
-            at = judged(m, at, m.core.measure(at.drives, at.poses)["singular_value"])
         at = bounded(m, at)
         part, states = self._part(number, at, crossing)
         contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
         if self.writer is None:
-            return Answer(part, {}, contacts)
-        return Answer(None, self.writer.write(self.lattice.region(number), part), contacts)
+            return ChunkAnswer(part, {}, contacts)
+        return ChunkAnswer(None, self.writer.write(self.lattice.region(number), part), contacts)
 
     def _attributes(self, flat: Result) -> dict[str, Attribute]:
         """Those of an answer, which say what the whole map is of: they are written with its first chunk."""

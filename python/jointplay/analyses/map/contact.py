@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats
-from jointplay.compile import LOOSE
-from jointplay.gaps import clearance_of
-from jointplay.model import Mechanism
+from jointplay.core.compile import LOOSE
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
 
 #: a share of the clearance: below it a round contact has no direction
 CENTRAL = 1e-6
@@ -26,7 +26,7 @@ CORNER = 0.25
 
 
 @dataclass(frozen=True)
-class Place:
+class ContactPlace:
     """A place of contact: it is where ``map @ offset`` is, as a share of the clearance."""
 
     columns: NDArray[np.int64]
@@ -39,7 +39,7 @@ class Contacts:
     """The places of contact of a mechanism."""
 
     def __init__(self, m: Mechanism) -> None:
-        places: list[Place] = []
+        places: list[ContactPlace] = []
         for number, source in enumerate(m.core_spec["sources"]):
             if source["kind"] not in LOOSE:
                 continue
@@ -48,7 +48,7 @@ class Contacts:
             for is_round, rows in _places(shape, size):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
-                places.append(Place(columns, np.array(source["centre"]) + _middle(size), matrix, is_round))
+                places.append(ContactPlace(columns, np.array(source["centre"]) + _middle(size), matrix, is_round))
         places.sort(key=lambda place: place.round)
         sizes = [len(place.map) for place in places]
         first = np.cumsum([0, *sizes])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.analyses.nominal import Floats
-from jointplay.compile import Grid
+from jointplay.core.compile import Grid
 
 Region = tuple[slice, ...]
 #: nodes along an axis among which a start is sought

@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import _core, poses
+from jointplay import _core
 from jointplay.analyses.nominal import Floats, Nominal, at_drives
-from jointplay.answers import TracedGrid
-from jointplay.compile import Grid
+from jointplay.basics import poses
+from jointplay.core.answers import TracedGrid
+from jointplay.core.compile import Grid
 from jointplay.errors import InputError, listed
-from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism, in_core
+from jointplay.model.mechanism import Mechanism, in_core
+from jointplay.model.mobility import require_determinate
 from jointplay.result import STATUSES
 
 from .lattice import Lattice

@@ -15,15 +15,15 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.cluster import RETRIED, Here, Workers
 from jointplay.analyses.nominal import Floats, Progress
-from jointplay.cluster import RETRIED, Here, Workers
 from jointplay.result import STATUSES
-from jointplay.store import ChunkStore, Store
 
-from .answering import CROSSING, NOT_ASSEMBLED, Answer, Array, Asking, Chunk, face, faces
+from .answering import CROSSING, NOT_ASSEMBLED, Array, Asking, Chunk, ChunkAnswer, face, faces
 from .contact import Contacts
 from .lattice import Neighbour
 from .reach import BEYOND, Reach, Seeds
+from .store import ChunkStore, Store
 
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
 MOST_PASSES = 100
@@ -100,13 +100,13 @@ class Work:
         self._join()
         self.store.finish({RETRIED: self.workers.retried} if self.workers.retried else {})
 
-    def _answers(self, way: Iterator[Chunk]) -> Iterator[Answer]:
+    def _answers(self, way: Iterator[Chunk]) -> Iterator[ChunkAnswer]:
         """The answers at the chunks of a way, in their order."""
         if self.shared is None:
             return self.workers.each(Asking.__call__, (self.asking,), way)
         return self._written(self.shared, way)
 
-    def _written(self, shared: ChunkStore, way: Iterator[Chunk]) -> Iterator[Answer]:
+    def _written(self, shared: ChunkStore, way: Iterator[Chunk]) -> Iterator[ChunkAnswer]:
         """The same where workers write; the first answer makes the room for all."""
         if (writer := shared.writer()) is None:
             yield from self.workers.each(Asking.__call__, (self.asking,), islice(way, 1))
@@ -136,7 +136,7 @@ class Work:
                 self.shared.announce(chunk)
             yield chunk, found.at, found.crossing
 
-    def _keep(self, answer: Answer) -> tuple[int, int]:
+    def _keep(self, answer: ChunkAnswer) -> tuple[int, int]:
         """Keep the answer at the first chunk that waits for one; the position after it."""
         chunk = next(iter(self.ahead))
         position, entry = self.ahead[chunk]

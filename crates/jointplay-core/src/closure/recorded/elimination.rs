@@ -21,9 +21,10 @@ pub(crate) trait Linear<'r> {
         let (plan, factors) = self.eliminated();
         plan.growth(factors).fold(Symbol::Constant(0.0), |largest, growth| largest.max(growth.abs()))
     }
-    /// An estimate of the smallest singular value of the length-scaled Jacobian from what a probe of the rows
-    /// moves.
-    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r>;
+    /// As [`Mechanism::singular_square`].
+    fn singular_square(&self, m: &Mechanism) -> Symbol<'r> {
+        m.singular_square(|b, x| self.solve(b, x), |b, x| self.solve_transposed(b, x))
+    }
 }
 
 /// By a recorded elimination of all rows.
@@ -43,16 +44,5 @@ impl<'r> Linear<'r> for Eliminated<'_, 'r> {
 
     fn eliminated(&self) -> (&Elimination, &Factors<Symbol<'r>>) {
         (self.plan, &self.factors)
-    }
-
-    /// As [`Mechanism::singular_estimate`].
-    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r> {
-        let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
-        let mut x = vec![Symbol::Constant(0.0); m.n_rows()];
-        self.solve(&mut right, &mut x);
-        let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
-            largest.max((*v * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()]))).abs())
-        });
-        Symbol::Constant(1.0) / largest
     }
 }

@@ -58,7 +58,7 @@ impl StaticsOutputs {
     /// Whether the statics of a lane are those of its nominal pose; not where its coordinates are no numbers.
     #[inline(always)]
     pub fn is_sound<'b>(&self, m: &Mechanism, out: impl Fn(usize) -> &'b Block, lane: usize) -> bool {
-        let is_clear = out(self.clear).0[lane] >= CLEAR * m.singular_value;
+        let is_clear = out(self.clear).0[lane].sqrt() >= CLEAR * m.singular_value;
         let mut is_sound = is_clear && out(self.growth).0[lane] <= LARGEST_GROWTH;
         for d in 0..m.n_drives() {
             is_sound &= out(self.drives + d).0[lane].abs() <= SAME_DRIVES;
@@ -142,7 +142,7 @@ pub(crate) fn statics_outputs<'r>(
     let statics = load_statics(m, linear, symbolic);
     let poses = poses_of(m, symbolic);
     let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m), linear.growth()]);
+    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_square(m), linear.growth()]);
     outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);

@@ -2,7 +2,7 @@
 
 use crate::closure::newton::Solver;
 use crate::closure::recorded::elimination::Linear;
-use crate::closure::tree::{Branch, Equations, LoopRow, Screw, Tree, nothing, power, sum};
+use crate::closure::tree::{Branch, Equations, Screw, Tree, nothing, power, sum};
 use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factors};
 use crate::math::vector::{Vec3, add, cross};
@@ -142,20 +142,12 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
         (&self.plan, &self.factors)
     }
 
-    /// A singular pose is one of the loops: they are probed, and no body moves by more than all free components
-    /// together.
-    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r> {
-        let probe: Vec<f64> = m.probe().collect();
-        let of_row = |row: &LoopRow<Symbol<'r>>| Symbol::Constant(probe[row.rows[0].0]);
-        let mut right: Vec<Symbol<'r>> = self.equations.loops.iter().map(of_row).collect();
-        let mut free = vec![Symbol::Constant(0.0); right.len()];
-        self.plan.solve(&self.factors, &mut right, &mut free);
-        let moves = self.tree.free.iter().zip(&free);
-        let all = moves.fold(Symbol::Constant(0.0), |all, ((_, component), v)| {
-            all + v.abs() * Symbol::Constant(1.0 / m.unit(*component))
-        });
-        // A mechanism without loops is regular everywhere.
-        if free.is_empty() { Symbol::Constant(1.0) } else { Symbol::Constant(1.0) / all }
+    /// A mechanism without loops is regular everywhere.
+    fn singular_square(&self, m: &Mechanism) -> Symbol<'r> {
+        if self.tree.free.is_empty() {
+            return Symbol::Constant(1.0);
+        }
+        m.singular_square(|b, x| self.solve(b, x), |b, x| self.solve_transposed(b, x))
     }
 }
 

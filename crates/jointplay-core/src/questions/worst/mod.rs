@@ -36,7 +36,7 @@ use crate::questions::worst::flanks::Flanks;
 use crate::questions::worst::on_lanes::{Climb, Site};
 use crate::questions::worst::prepared::Prepared;
 use crate::questions::worst::search::{Found, Search};
-use crate::questions::worst::starts::Extreme;
+use crate::questions::worst::starts::{Extreme, Linear};
 use crate::questions::worst::worker::Height;
 
 /// Configurations at most that one task climbs.
@@ -62,8 +62,8 @@ pub(crate) struct Summits {
 }
 
 impl Mechanism {
-    /// The worst errors of every case, each extreme climbed from `starts` starts; without `lanes` every climb is by the
-    /// plain solver, which is the measure of the batch engine.
+    /// The worst errors of every case, each extreme climbed from `starts` starts, to first order if there are none; without
+    /// `lanes` every climb is by the plain solver, which is the measure of the batch engine.
     #[must_use]
     pub fn worst(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Answer {
         let m = self.with_largest_gaps();
@@ -120,7 +120,7 @@ impl Mechanism {
         let Some(solver) = self.solver(cases) else {
             return cases.iter().map(|_| Err(Status::NotAssembled)).collect();
         };
-        let climb = if lanes { Climb::record(&solver) } else { None };
+        let climb = if lanes && starts > 0 { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
         let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
         let climbed = |part| interrupt::until_stopped(|| self.climbed(&solver, climb.as_ref(), part, measures, starts));
@@ -209,6 +209,9 @@ impl Mechanism {
             self.prepare(solver, case, nominal, measures, starts)
         };
         let prepared: Vec<Result<Prepared<'_>, Status>> = cases.iter().map(prepare).collect();
+        if starts == 0 {
+            return prepared.into_iter().map(|prepared| prepared.map(|at| self.told(at, Found::default()))).collect();
+        }
         let ready: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
         let mut found = Search::new(self, solver, climb, ready).run().into_iter();
         let told = |prepared: Result<Prepared<'_>, Status>| {
@@ -219,9 +222,11 @@ impl Mechanism {
 
     /// The result of one configuration.
     fn told(&self, prepared: Prepared<'_>, found: Found) -> Summits {
-        let heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
-        let extremes = prepared.extremes.into_iter().zip(heights);
-        let extremes = extremes.map(|(extreme, height)| Reported {
+        // Nothing has been climbed to first order.
+        let mut heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
+        let mut height = |linear: &Linear| heights.next().unwrap_or_else(|| linear.height());
+        let extremes = prepared.extremes.into_iter().map(|extreme| (height(&extreme.linear), extreme));
+        let extremes = extremes.map(|(height, extreme)| Reported {
             measure: extreme.measure,
             first_order: extreme.linear.value,
             bound: extreme.bound,

@@ -14,6 +14,7 @@ use crate::math::vector::Vec3;
 use crate::mechanism::Mechanism;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::first_order::Reach;
+use crate::questions::worst::worker::Height;
 
 /// One extreme of the linearised mechanism.
 #[derive(Clone)]
@@ -21,6 +22,8 @@ pub(crate) struct Linear {
     pub value: f64,
     pub parameters: Vec<f64>,
     pub contribution: Vec<f64>,
+    /// Error of the output.
+    pub error: Vec<f64>,
     /// Sources without an effect to first order.
     undecided: Vec<usize>,
 }
@@ -30,6 +33,12 @@ pub(super) trait AtExtreme {
     fn value(&self) -> f64;
     /// The offsets, in the order of the inputs.
     fn offsets(&self) -> &[f64];
+}
+
+impl Linear {
+    pub(super) fn height(&self) -> Height {
+        Height { value: self.value, parameters: self.parameters.clone(), error: self.error.clone() }
+    }
 }
 
 impl AtExtreme for Linear {
@@ -50,6 +59,8 @@ pub(crate) struct Extreme<L = Linear> {
     pub starts: Vec<Vec<f64>>,
 }
 
+/// Linearised optima at most among which one that closes its flanks is looked for, where nothing is climbed.
+const MOST_OPTIMA: usize = 24;
 /// Fewer gradients tell nothing.
 const FEW: usize = 4;
 /// Losses whose mean is this many times their standard deviation are losses everywhere: gradients are nearly linear
@@ -98,7 +109,9 @@ impl Mechanism {
         let largest = reach.iter().copied().fold(0.0, f64::max);
         let acts = |s: &usize| reach[*s] > 1e-9 * largest || self.sources[*s].set.is_zero();
         let undecided = (0..self.sources.len()).filter(|s| !acts(s)).collect();
-        Linear { value, parameters, contribution, undecided }
+        let moved = |i: usize| parameters.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
+        let error = shift.iter().enumerate().map(|(i, shift)| shift + moved(i)).collect();
+        Linear { value, parameters, contribution, error, undecided }
     }
 
     /// The largest size of some components: position or rotation. Of the map of some flanks the largest that closes
@@ -118,7 +131,8 @@ impl Mechanism {
             direction[range.clone()].iter_mut().zip(u).for_each(|(d, u)| *d = u);
             self.extent(map, shift, &direction)
         };
-        let mut optima: Vec<Linear> = found.directions.iter().take(starts.max(1)).map(|&u| along(u)).collect();
+        let most = if starts == 0 { MOST_OPTIMA } else { starts };
+        let mut optima: Vec<Linear> = found.directions.iter().take(most).map(|&u| along(u)).collect();
         let closes = |linear: &Linear| {
             let plays = self.rows.iter().filter_map(|row| row.parameter.zip(row.play));
             flanks.is_none_or(|at| plays.into_iter().all(|(p, play)| !play.parts(at[p], linear.parameters[p])))

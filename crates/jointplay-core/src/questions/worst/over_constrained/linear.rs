@@ -18,6 +18,7 @@ use crate::mechanism::status::Status;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::flanks::Flanks;
 use crate::questions::worst::starts::{self, AtExtreme};
+use crate::questions::worst::worker::Height;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
@@ -38,6 +39,8 @@ pub(super) struct Farthest {
     pub displacements: Vec<f64>,
     /// Share of every source in the value.
     pub contribution: Vec<f64>,
+    /// Error of the output.
+    pub error: Vec<f64>,
 }
 
 impl AtExtreme for Farthest {
@@ -91,7 +94,14 @@ impl Site<'_> {
         let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
         let (contribution, _) = self.system.parts(&map, &m.centre, &balance);
         let value = direction.iter().zip(&error).map(|(u, e)| u * e).sum();
-        Some(Farthest { value, displacements, contribution })
+        Some(Farthest { value, displacements, contribution, error })
+    }
+
+    /// An extreme as it is told to first order.
+    pub fn height(&self, at: &Farthest) -> Height {
+        let m = self.system.mechanism;
+        let parameters = (0..m.n_parameters()).map(|p| at.displacements[m.place_of(p)]).collect();
+        Height { value: at.value, parameters, error: at.error.clone() }
     }
 
     /// A direction of some components of one unit (lengths or angles) among all.
@@ -149,7 +159,7 @@ impl Site<'_> {
         let mut maxima: Vec<Reached> = maxima.into_iter().collect::<Option<_>>()?;
         maxima.sort_by(|a, b| b.value.total_cmp(&a.value));
         let bound = covered(range.len(), &value);
-        let found = maxima.iter().take(starts).map(|at| self.along(&self.whole(&range, at.direction)));
+        let found = maxima.iter().take(starts.max(1)).map(|at| self.along(&self.whole(&range, at.direction)));
         let mut found: Vec<Farthest> = found.collect::<Option<_>>()?;
         found.sort_by(|a, b| b.value.total_cmp(&a.value));
         let closes = |found: &Farthest| {

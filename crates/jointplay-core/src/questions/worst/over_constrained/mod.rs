@@ -36,14 +36,14 @@ const STARTS_PER_CLIMB: usize = 6;
 impl Mechanism {
     /// The extremes of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
     /// assembled without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
-    /// programs than `starts` are begun, for each of them sees all offsets at once.
+    /// programs than `starts` are begun, for each of them sees all offsets at once; none where all is to first order.
     pub(crate) fn summits_over_constrained(
         &self,
         cases: &[Case<'_>],
         measures: &[Measure],
         starts: usize,
     ) -> Vec<Result<Summits, Status>> {
-        let climbs = starts.div_ceil(STARTS_PER_CLIMB).max(1);
+        let climbs = starts.div_ceil(STARTS_PER_CLIMB);
         self.each_on_basis(
             cases,
             |system, solver, _, case, nominal| self.summits_at(system, solver, case, &nominal, measures, climbs),
@@ -134,9 +134,12 @@ impl Mechanism {
         let Some(extremes) = site.extremes(measures, climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
         let extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
-        let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
-        let built = solver.follow(nominal, &built)?;
-        let (summits, reached) = site.summits(solver, &built, &extremes);
+        let (summits, reached) = if climbs == 0 {
+            (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
+        } else {
+            let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
+            site.summits(solver, &solver.follow(nominal, &built)?, &extremes)
+        };
         let reported = extremes.into_iter().zip(summits).map(|(extreme, height)| Reported {
             measure: extreme.measure,
             first_order: extreme.linear.value,

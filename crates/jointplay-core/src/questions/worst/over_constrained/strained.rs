@@ -147,11 +147,15 @@ impl Elastic<'_> {
             // Those that can be assembled without force are sought all at once, by programs of their own.
             let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.specimen));
             let heights = strained.take(climbs).filter_map(|climb| self.summit(climb, strain));
-            let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
+            let mut height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
             let (measure, bound) = (first.measure, self.bound(&model, first));
             let strained = model.pose_alone(&first.specimen, &model.weights(measure, &first.strained.error), TINY)?;
             let value = model.value(measure, &strained);
             let (contribution, elastic) = self.shares(&model, measure, &first.specimen, &strained);
+            if climbs == 0 {
+                let parameters = self.deviations.parameters(&first.specimen);
+                height = Some(Height { value, parameters, error: strained.error });
+            }
             Some(Found { value, bound, contribution, elastic, height })
         };
         Some(found.into_par_iter().map(of).collect())

@@ -1,0 +1,477 @@
+"""From the data of a file to the numbers of a mechanism: indices, SI units and radians.
+
+Everything that one part of the file says about another is checked here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.basics.units import Units
+from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
+from jointplay.errors import InputError, not_known
+from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
+
+from .assembly import Assembly, compile_assembly
+from .bounds import LARGEST_RATIO, check_sizes
+from .coordinates import coordinate
+from .correlations import compile_correlations
+from .costs import check_costs
+from .couplings import compile_couplings
+from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compliance_of, coordinate_factor
+from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
+from .grid import Grid, compile_grid
+from .loads import Loads, compile_loads, compile_output, places_of_outputs
+from .members import Member, split
+from .sizes import described
+from .source import LOOSE
+from .sources import compile_sources
+from .spatial_start import spatial_start
+from .spins import Spin, find_spins
+from .springs import compile_springs
+from .start import planar_start
+
+__all__ = [
+    "ANGULAR",
+    "DRIVABLE",
+    "LARGEST_RATIO",
+    "LENGTHS",
+    "LOOSE",
+    "TURNS",
+    "Assembly",
+    "Compiled",
+    "Grid",
+    "Limits",
+    "Loads",
+    "Member",
+    "Spin",
+    "compile_file",
+    "coordinate",
+    "described",
+]
+
+#: below this (metres) a mechanism has no size of its own
+SMALLEST_LENGTH = 1e-12
+
+T = TypeVar("T", bound=np.generic)
+Floats = NDArray[np.float64]
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What is acceptable, in SI and radians.
+
+    Parameters
+    ----------
+    errors : mapping
+        Lowest and highest acceptable value of the components of the error, of `position` and of `rotation`, infinite
+        where one side has no limit; those without any are left out.
+    probability : float
+        Share of the specimens that must keep to the limits; nan where the file asks for none.
+    contact : str
+        Where clearances are in these specimens, ``scattered`` or ``loaded``; empty where the file does not say.
+    singular_value : float
+        Smallest acceptable singular value of the length-scaled Jacobian.
+    drives, joints : mapping
+        Ranges (lowest, highest) by name.
+    """
+
+    errors: Mapping[str, Range]
+    probability: float
+    contact: str
+    singular_value: float
+    drives: Mapping[str, Range]
+    joints: Mapping[str, Range]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Read-only views cannot be pickled.
+        errors, drives, joints = dict(self.errors), dict(self.drives), dict(self.joints)
+        return (Limits, (errors, self.probability, self.contact, self.singular_value, drives, joints))
+
+    def bounds(self, quantities: Sequence[str]) -> Floats:
+        """Lowest and highest acceptable value of quantities, a row each."""
+        free = (-math.inf, math.inf)
+        return np.array([self.errors.get(name, free) for name in quantities])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Compiled:
+    """A mechanism in numbers. SI and radians, except where a factor says how to get there.
+
+    Parameters
+    ----------
+    file : str
+        Name for messages.
+    data : MechanismFile
+        The checked file.
+    units : Units
+        Units of the file.
+    bodies, joints : tuple of str
+        Names; a pin with several riders counts as several joints, ``PIN/RIDER``. An elastic body has a further piece,
+        ``BODY.JOINT``, for everything that sits along it, and a joint, ``BODY.FROM-TO``, between neighbours.
+    owners : tuple of str
+        The body of the file that each of the bodies is, or is a piece of.
+    crosses : frozenset of int
+        Indices of the bodies that are crosses of universal joints.
+    members : tuple of Member
+        The elastic parts of bodies, and which joint gives as they do.
+    spins : tuple of Spin
+        Turns of bodies about a line that move nothing of interest, held unless a load turns them.
+    joint_kinds : tuple of str
+        Type of each joint.
+    sources : tuple of str
+        Names of what can be off.
+    source_kinds : tuple of str
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
+        ``drive``, ``backlash`` or ``thermal``.
+    drives : tuple of str
+        Names of the drives.
+    drive_joints : tuple of int
+        Index of the joint that each drive commands, of a motor that moves several the first.
+    drive_moves : tuple
+        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
+    parameters : tuple of str
+        Label of every entry of the vector u of all offsets, such as ``J1.x``.
+    parameter_factors : ndarray
+        SI per file unit of every entry of u.
+    parameter_source : ndarray of int
+        Source of every entry of u.
+    centre : ndarray
+        Known deviations: where u is when nothing is off.
+    components : tuple of str
+        Components of a pose.
+    component_factors : ndarray
+        SI per file unit of the components of a pose.
+    pose_size : int
+        How many numbers a body's pose has in the core: in space it has a quaternion.
+    drive_factors : ndarray
+        SI per file unit of every drive.
+    drive_values : ndarray or None
+        Commanded values, shape (configuration, drive); None when a path is followed.
+    start_drives : ndarray
+        Drive values at the start guess, from which a path is approached.
+    targets : ndarray or None
+        Output poses asked by a path, shape (configuration, component), nan where nothing is asked.
+    target_components : tuple of str
+        Components that the path asks for.
+    grid : Grid or None
+        What is mapped.
+    limits : Limits
+        What is acceptable.
+    assembly : Assembly or None
+        In which order it is assembled.
+    loads : Loads
+        What acts in each configuration.
+    has_loads : bool
+        Whether any force, moment or spring acts.
+    length : float
+        Characteristic length, by which angles and lengths are compared; never zero.
+    core_spec : Spec
+        The mechanism as the core reads it.
+    """
+
+    file: str
+    data: MechanismFile
+    units: Units
+    bodies: tuple[str, ...]
+    owners: tuple[str, ...]
+    crosses: frozenset[int]
+    members: tuple[Member, ...]
+    spins: tuple[Spin, ...]
+    joints: tuple[str, ...]
+    joint_kinds: tuple[str, ...]
+    sources: tuple[str, ...]
+    source_kinds: tuple[str, ...]
+    drives: tuple[str, ...]
+    drive_joints: tuple[int, ...]
+    drive_moves: tuple[Moves, ...]
+    parameters: tuple[str, ...]
+    parameter_factors: Floats
+    parameter_source: NDArray[np.int64]
+    centre: Floats
+    components: tuple[str, ...]
+    component_factors: Floats
+    pose_size: int
+    drive_factors: Floats
+    drive_values: Floats | None
+    start_drives: Floats
+    targets: Floats | None
+    target_components: tuple[str, ...]
+    grid: Grid | None
+    limits: Limits
+    assembly: Assembly | None
+    loads: Loads
+    has_loads: bool
+    length: float
+    core_spec: Spec
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """The components of an error, then its two sizes."""
+        return (*self.components, "position", "rotation")
+
+
+def compile_file(data: MechanismFile, file: str, output: str = "", load_case: str = "") -> Compiled:
+    """Compile the checked data of a file.
+
+    Parameters
+    ----------
+    data : MechanismFile
+        The data.
+    file : str
+        Name of the file, for messages.
+    output, load_case : str
+        Which of several outputs and of the load cases it is about; empty where the file has none, and without a load
+        case only the loads of every case act.
+
+    Raises
+    ------
+    InputError
+        When a name means nothing, bodies are not connected, or parts of the file contradict each other.
+    """
+    # What stands in the place of [output] and at the end of [[loads]] has another key in the file.
+    common = len(data.loads)
+
+    def key_of_load(number: int) -> str:
+        of_case = load_case and number >= common
+        return f"load_cases.{load_case}.{number - common}" if of_case else f"loads.{number}"
+
+    try:
+        return _compiled(data.only(output, load_case), file, key_of_load)
+    except InputError as error:
+        head, *rest = error.key.split(".")
+        if output and head == "output":
+            raise InputError(error.problem, file=file, key=".".join(["outputs", output, *rest])) from None
+        if head == "loads" and rest:
+            key = ".".join([key_of_load(int(rest[0])), *rest[1:]])
+            raise InputError(error.problem, file=file, key=key) from None
+        raise
+
+
+def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str]) -> Compiled:
+    assert data.output is not None
+    units = Units(data.units.length, data.units.angle, data.units.force)
+    graph = Graph(data, units, file)
+    commands = compile_drives(data, graph)
+    output = compile_output(data.output, graph)
+    outputs = places_of_outputs(data, graph, output["point"])
+    loads = compile_loads(data, graph, commands, output["point"])
+    springs, torsions = compile_springs(data, graph, commands)
+    guess = _guess(data, graph, commands)
+    length = _length(graph, guess)
+    labels = {point: name for name, (_, point) in outputs.items()} | {output["point"]: "output"}
+    pieces = split(data, graph, {**labels, **_loaded(data, loads, springs, output["point"])})
+    loads.take_axes(data, graph)
+    guess = pieces.guess(guess)
+    asked = [data.output, *data.outputs.values()]
+    watched = {name for each in asked for name in (each.body, each.relative_to)}
+    acting = _acting(data, loads, springs, key_of_load)
+    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
+    held = {spin.joints[0]: spin for spin in spins if spin.load is None}
+    couplings = compile_couplings(data, graph, guess)
+    sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
+    check_sizes(data, graph, guess, commands, sources, length)
+    check_costs(data, graph, sources)
+    limits = _limits(data, graph, commands)
+    components = COMPONENTS[data.space]
+    component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
+    spec: Spec = {
+        "space": data.space,
+        "n_bodies": len(guess),
+        "guess": guess.tolist(),
+        "length": length,
+        "singular_value": limits.singular_value,
+        "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
+        "joints": [
+            _joint_spec(joint, data.space, couplings.get(k), held.get(k)) for k, joint in enumerate(graph.joints)
+        ],
+        "drives": [
+            _drive_spec(moves, compliance_of(graph, drive, moves))
+            for moves, drive in zip(commands.moves, data.drives.values(), strict=True)
+        ],
+        "output": output,
+        "loads": loads.first,
+        "springs": springs,
+        "torsions": torsions,
+        "displacements": graph.displacements,
+        "sources": [s.core_spec for s in sources],
+        "correlations": compile_correlations(data, graph, sources),
+    }
+    return Compiled(
+        file=file,
+        data=data,
+        units=units,
+        bodies=(*graph.bodies, *pieces.bodies),
+        owners=(*graph.bodies, *(graph.bodies[body] for body in pieces.owners)),
+        crosses=frozenset(graph.crosses),
+        members=pieces.members,
+        spins=tuple(spins),
+        joints=tuple(joint.name for joint in graph.joints),
+        joint_kinds=tuple(joint.kind for joint in graph.joints),
+        sources=tuple(source.name for source in sources),
+        source_kinds=tuple(source.kind for source in sources),
+        drives=commands.names,
+        drive_joints=commands.joints,
+        drive_moves=commands.moves,
+        parameters=tuple(f"{source.name}.{component}" for source in sources for component in source.components),
+        parameter_factors=_fixed([factor for source in sources for factor in source.factors]),
+        parameter_source=_frozen(
+            np.array([k for k, source in enumerate(sources) for _ in source.components], dtype=np.int64)
+        ),
+        centre=_fixed([value for source in sources for value in source.centre]),
+        components=components,
+        component_factors=component_factors,
+        pose_size=guess.shape[1],
+        drive_factors=_frozen(commands.factors),
+        drive_values=None if commands.values is None else _frozen(commands.values),
+        start_drives=_fixed([float(coordinate(spec, moves[0][0], guess)) / moves[0][1] for moves in commands.moves]),
+        targets=None if commands.targets is None else _frozen(commands.targets),
+        target_components=commands.target_components,
+        grid=compile_grid(data, commands, components, component_factors, file),
+        limits=limits,
+        assembly=compile_assembly(data, graph),
+        loads=loads,
+        has_loads=loads.are_any or any(s["stiffness"] or s["preload"] for s in (*springs, *torsions)),
+        length=length,
+        core_spec=cast("Spec", MappingProxyType(spec)),
+    )
+
+
+def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output: int) -> dict[int, str]:
+    """What the points are where loads and springs act, beside the output."""
+    names = _of_loads(data, loads, "load{}".format, "centre")
+    named = {load["point"]: name for load, name in zip(loads.first, names, strict=True)}
+    ends = {spring[end]: name for name, spring in _named(data, springs) for end in ENDS}
+    return {point: name for point, name in {**ends, **named}.items() if point != output}
+
+
+def _acting(
+    data: MechanismFile, loads: Loads, springs: list[SpringSpec], key_of_load: Callable[[int], str]
+) -> list[tuple[str, LoadSpec]]:
+    """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
+    keys = _of_loads(data, loads, key_of_load, "its weight")
+    acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
+    for name, spring in _named(data, springs):
+        acting += [
+            (f"springs.{name}", {"point": spring[end], "force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
+            for end in ENDS
+        ]
+    return acting
+
+
+def _of_loads(data: MechanismFile, loads: Loads, numbered: Callable[[int], str], weight: str) -> list[str]:
+    """A word for every load by its number in the file, and for the weights that follow them."""
+    given = len(data.loads)
+    return [numbered(k) for k in range(given)] + [weight] * (len(loads.first) - given)
+
+
+def _named(data: MechanismFile, springs: list[SpringSpec]) -> Iterator[tuple[str, SpringSpec]]:
+    """The springs between points with their names."""
+    return zip((name for name, spring in data.springs.items() if spring.on is not None), springs, strict=True)
+
+
+def _length(graph: Graph, guess: Floats) -> float:
+    """Characteristic length in metres: median size of the bodies, else how far points are apart, else a file unit."""
+    largest = graph.span()
+    if largest < SMALLEST_LENGTH:
+        placed = graph.placed(guess)
+        largest = float(np.linalg.norm(placed - placed[0], axis=1).max())
+        # What rounding leaves far from the origin is no distance.
+        largest = largest if largest > SMALLEST_LENGTH * float(np.abs(placed).max()) else 0.0
+    return largest if largest >= SMALLEST_LENGTH else graph.units.length
+
+
+def _guess(data: MechanismFile, graph: Graph, commands: Commands) -> Floats:
+    if isinstance(data, SpatialFile):
+        return spatial_start(data, graph, commands)
+    assert isinstance(data, PlanarFile)
+    return planar_start(data, graph, commands)
+
+
+def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
+    units, given = graph.units, data.limits
+    for name in given.drives:
+        if name not in data.drives:
+            raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.drives.{name}")
+
+    def scaled(pair: Range, joint: int) -> Range:
+        factor = coordinate_factor(graph, graph.joints[joint])
+        return (pair[0] * factor, pair[1] * factor)
+
+    errors: dict[str, Range] = {}
+    for name in given.words():
+        limit, factor = getattr(given, name), units.length if name in (*LENGTHS, "position") else units.angle
+        if isinstance(limit, Bounds):
+            low, high = -math.inf if limit.low is None else limit.low, math.inf if limit.high is None else limit.high
+            errors[name] = (low * factor, high * factor)
+        elif limit is not None:
+            errors[name] = (-math.inf, limit * factor)
+    driven = dict(zip(data.drives, commands.joints, strict=True))
+    joints = {name: graph.joint_index(name, f"limits.joints.{name}") for name in given.joints}
+    for name, index in joints.items():
+        if not graph.joints[index].can_be_driven:
+            problem = f"'{name}' is a {graph.joints[index].kind} joint and has no coordinate to limit"
+            raise graph.refuse(problem, f"limits.joints.{name}")
+    return Limits(
+        errors=MappingProxyType(errors),
+        probability=math.nan if given.probability is None else given.probability,
+        contact=given.contact or "",
+        singular_value=given.singular_value,
+        drives=MappingProxyType({name: scaled(pair, driven[name]) for name, pair in given.drives.items()}),
+        joints=MappingProxyType({name: scaled(pair, joints[name]) for name, pair in given.joints.items()}),
+    )
+
+
+def _drive_spec(moves: Moves, compliance: tuple[float, ...] | None) -> DriveSpec:
+    (joint, coefficient), *others = moves
+    told: DriveSpec = {"joint": joint}
+    if coefficient != 1.0:
+        told["coefficient"] = coefficient
+    if others:
+        told["also"] = [{"joint": k, "coefficient": c} for k, c in others]
+    if compliance is not None:
+        told["compliance"] = list(compliance)
+    return told
+
+
+def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None, spin: Spin | None) -> JointSpec:
+    told: JointSpec = {
+        "kind": joint.kind,
+        "first": joint.first,
+        "second": joint.second,
+        "axis_first": list(joint.axis_first),
+        "axis_second": list(joint.axis_second),
+    }
+    if space == "spatial":
+        told["side_first"], told["side_second"] = list(joint.side_first), list(joint.side_second)
+    if joint.compliance is not None:
+        told["compliance"] = list(joint.compliance)
+    if coupling is not None:
+        told["coupling"] = coupling
+    if spin is not None:
+        (told["axis_first"], told["side_first"]), (told["axis_second"], told["side_second"]) = (
+            (list(axis), list(side)) for axis, side in spin.frames
+        )
+        told["settled"] = True
+        if joint.compliance is not None:
+            # The row that holds the spin carries nothing, so that it cannot give.
+            size = round(len(joint.compliance) ** 0.5)
+            told["compliance"] = np.pad(np.reshape(joint.compliance, (size, size)), (0, 1)).ravel().tolist()
+    return told
+
+
+def _fixed(values: list[float]) -> Floats:
+    return _frozen(np.array(values, dtype=np.float64))
+
+
+def _frozen(array: NDArray[T]) -> NDArray[T]:
+    array.flags.writeable = False
+    return array

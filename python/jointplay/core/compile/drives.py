@@ -1,0 +1,177 @@
+"""What the drives are commanded, their values or the path of the output from which they are solved; how they give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import listed, shown
+from jointplay.file.schema import Coupling, Drive, MechanismFile
+
+from .compliance import flat
+from .graph import CompiledJoint, Graph
+
+#: components of a pose, and which of them are lengths; the others are angles
+COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
+LENGTHS = ("x", "y", "z")
+#: turns of a drive that are followed from one configuration to the next
+MOST_TURNS = 1000
+
+#: indices of the joints that one drive moves, each with its coefficient
+Moves = tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Drives in SI units.
+
+    Parameters
+    ----------
+    names : tuple of str
+    joints : tuple of int
+        Index of the driven joint, of a motor that moves several the first.
+    moves : tuple
+        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
+    factors : ndarray
+        SI per file unit of each drive.
+    values : ndarray or None
+        Commanded values, shape (configuration, drive); None when a path or the nodes of a grid decide them.
+    targets : ndarray or None
+        Poses asked of the output, shape (configuration, component), nan where nothing is asked.
+    target_components : tuple of str
+        The components that are asked.
+    """
+
+    names: tuple[str, ...]
+    joints: tuple[int, ...]
+    moves: tuple[Moves, ...]
+    factors: NDArray[np.float64]
+    values: NDArray[np.float64] | None
+    targets: NDArray[np.float64] | None
+    target_components: tuple[str, ...]
+
+    def first_values(self, data: MechanismFile) -> dict[int, float]:
+        """Coordinates of the driven joints in the first configuration, SI, by the index of the joint.
+
+        None where couplings mesh as they start: which teeth do must not depend on what is commanded.
+        """
+        if self.values is None or any(isinstance(joint, Coupling) for joint in data.joints.values()):
+            return {}
+        values = zip(self.moves, map(float, self.values[0]), strict=True)
+        return {joint: coefficient * value for moves, value in values for joint, coefficient in moves}
+
+
+def coordinate_factor(graph: Graph, joint: CompiledJoint) -> float:
+    """SI per file unit of a joint's coordinate."""
+    return graph.units.angle if joint.is_angular else graph.units.length
+
+
+def compliance_of(graph: Graph, drive: Drive, moves: Moves) -> tuple[float, ...] | None:
+    """Compliance of a drive over the coordinates that it moves, SI, row by row; None where it is rigid."""
+    given, units = drive.stiffnesses, graph.units
+    if not given:
+        return None
+    gives = []
+    for (joint, _), name in zip(moves, drive.moves, strict=True):
+        unit = units.turning_stiffness if graph.joints[joint].is_angular else units.stiffness
+        gives.append(1.0 / (given[name] * unit) if name in given else 0.0)
+    return flat(np.diag(gives))
+
+
+def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
+    """Check the drives against the joints and bring them to SI."""
+    driver: dict[int, str] = {}
+    moves: list[Moves] = []
+    for name, drive in data.drives.items():
+        indices = [_driven(graph, name, drive, joint, driver) for joint in drive.moves]
+        units = [coordinate_factor(graph, graph.joints[index]) for index in indices]
+        ratios = [unit / units[0] for unit in units]
+        coefficients = [ratio * c for ratio, c in zip(ratios, drive.moves.values(), strict=True)]
+        moves.append(tuple(zip(indices, coefficients, strict=True)))
+    joints = [moved[0][0] for moved in moves]
+    factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
+    # With a grid drives may be left without values; then there is nothing but a map to ask for.
+    mapped_only = data.grid is not None and not all(drive.is_commanded for drive in data.drives.values())
+    values = None if data.path is not None or mapped_only else _values(data, graph) * factors
+    targets, asked = _targets(data, graph)
+    return Commands(tuple(data.drives), tuple(joints), tuple(moves), factors, values, targets, asked)
+
+
+def _driven(graph: Graph, name: str, drive: Drive, joint: str, driver: dict[int, str]) -> int:
+    """Index of a joint that a drive moves, which nothing else may."""
+    key = f"drives.{name}.joint" if drive.joint is not None else f"drives.{name}.joints.{joint}"
+    index = graph.joint_index(joint, key)
+    if not graph.joints[index].can_be_driven:
+        free = listed(j.name for j in graph.joints if j.can_be_driven)
+        kind = graph.joints[index].kind
+        problem = f"'{joint}' is a {kind} joint and has no coordinate to drive; joints that have one: {free}"
+        raise graph.refuse(problem, key)
+    if index in driver:
+        raise graph.refuse(f"'{joint}' is already driven by '{driver[index]}'", key)
+    driver[index] = name
+    return index
+
+
+def _values(data: MechanismFile, graph: Graph) -> NDArray[np.float64]:
+    """Drive values in file units, value by value; a single value is repeated."""
+    commands = {name: drive.commands for name, drive in data.drives.items()}
+    for name, values in commands.items():
+        if not values:
+            problem = "say what it does: values = [...], or from, to and count, or a [path] for the output"
+            raise graph.refuse(problem, f"drives.{name}")
+    count = max((len(values) for values in commands.values()), default=1)
+    odd = [name for name, values in commands.items() if len(values) not in (1, count)]
+    if odd:
+        counts = ", ".join(f"{name} {len(values)}" for name, values in commands.items())
+        problem = f"drives run together and need as many values each (or a single one that is held); here: {counts}"
+        raise graph.refuse(problem, f"drives.{odd[0]}")
+    _check_ranges(data, graph, commands)
+    _check_turns(data, graph, commands)
+    columns = [np.broadcast_to(np.array(values, dtype=np.float64), (count,)) for values in commands.values()]
+    return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+
+def _check_ranges(data: MechanismFile, graph: Graph, commands: dict[str, tuple[float, ...]]) -> None:
+    for name, (low, high) in data.limits.drives.items():
+        for k, value in enumerate(commands.get(name, ())):
+            if not low <= value <= high:
+                key = f"drives.{name}.values.{k}" if data.drives[name].values is not None else f"drives.{name}"
+                problem = f"{value:g} is outside limits.drives.{name} = {shown([low, high])}"
+                raise graph.refuse(problem, key)
+
+
+def _check_turns(data: MechanismFile, graph: Graph, commands: dict[str, tuple[float, ...]]) -> None:
+    # With couplings the start is followed, too: they mesh as the joints start, where drives are zero.
+    start = [0.0] if any(isinstance(joint, Coupling) for joint in data.joints.values()) else []
+    for name, values in commands.items():
+        joint = graph.joints[graph.joint_index(next(iter(data.drives[name].moves)), f"drives.{name}")]
+        if not joint.is_angular:
+            continue
+        turns = np.abs(np.diff([*start, *values])) * graph.units.angle / (2.0 * np.pi)
+        if turns.size and turns.max() > MOST_TURNS:
+            problem = (
+                f"from one configuration to the next, or from zero to the first, it turns {turns.max():,.0f} times; "
+                f"at most {MOST_TURNS} turns are followed"
+            )
+            raise graph.refuse(problem, f"drives.{name}")
+
+
+def _targets(data: MechanismFile, graph: Graph) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
+    if data.path is None:
+        return None, ()
+    if not data.drives:
+        raise graph.refuse("a path needs drives that follow it: [drives.NAME] with a joint", "path")
+    for name, drive in data.drives.items():
+        if drive.is_commanded:
+            problem = "either the drives have values or the output has a [path]; here are both"
+            raise graph.refuse(problem, f"drives.{name}")
+    asked = data.path.asked
+    components = COMPONENTS[data.space]
+    count = len(next(iter(asked.values())))
+    targets = np.full((count, len(components)), np.nan)
+    for component, values in asked.items():
+        factor = graph.units.length if component in LENGTHS else graph.units.angle
+        targets[:, components.index(component)] = np.array(values) * factor
+    return targets, tuple(asked)

@@ -1,0 +1,58 @@
+"""What can be off, as one thing: a source of error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from jointplay.core.spec import SourcePart, SourceSpec
+from jointplay.file.schema import ToleranceLaw, ToleranceTable, law_in_core, limits_of
+
+#: two points closer than this share of the mechanism's length have no direction between them
+COINCIDENT = 1e-9
+#: kinds of sources whose offsets the load decides
+LOOSE = ("clearance", "backlash")
+SHIFTS_ACROSS = ("side", "normal")
+TILTS = ("tilt_side", "tilt_normal")
+
+
+@dataclass(frozen=True)
+class Source:
+    """One thing that can be off.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``,
+        ``link``, ``drive``, ``backlash`` or ``thermal``.
+    components : tuple of str
+        What each of its parameters is called.
+    factors : tuple of float
+        SI per file unit of each parameter.
+    centre : tuple of float
+        Known deviation of each parameter, SI.
+    spec : SourcePart
+        The rest of it as the core wants it.
+    key : str
+        Where the file says it, if that does not follow from its name.
+    """
+
+    name: str
+    kind: str
+    components: tuple[str, ...]
+    factors: tuple[float, ...]
+    centre: tuple[float, ...]
+    spec: SourcePart = field(repr=False)
+    key: str = ""
+
+    @property
+    def core_spec(self) -> SourceSpec:
+        """All of it as the core wants it."""
+        return {"kind": self.kind, "centre": list(self.centre), **self.spec}
+
+
+def interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
+    """The set and the law of one component, SI."""
+    low, high = (limit * factor for limit in limits_of(tolerance, law))
+    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
+    return {"set": {"interval": {"low": low, "high": high}}, "law": own}

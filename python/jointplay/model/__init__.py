@@ -1,0 +1,1 @@
+"""The mechanism: read from a file, written in Python, written out, changed, sized, and how it can move."""

@@ -1,0 +1,1496 @@
+"""The methods that write the tables of a mechanism, with their keys.
+
+Written from the schema of the file by tests/helpers/signatures.py; not by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+from .tables import (
+    Backlash,
+    BallClearance,
+    BallStiffness,
+    BearingClearance,
+    BeltClearance,
+    Bounds,
+    Choice,
+    ComponentDeviation,
+    Direction,
+    ErrorLimits,
+    FlankClearance,
+    FlankStiffness,
+    GuideClearance,
+    GuideStiffness,
+    JournalStiffness,
+    Law,
+    LockedAngle,
+    MountStiffness,
+    Placement,
+    PlateClearance,
+    PlateStiffness,
+    Position,
+    RatioError,
+    RevoluteClearance,
+    RunOut,
+    ScrewClearance,
+    SleeveClearance,
+    SleeveStiffness,
+    SlotClearance,
+    SlotStiffness,
+    StrandStiffness,
+    Tolerance,
+)
+from .values import Count, Number, Numbers, Rows
+from .writing import Writing
+
+
+class Parts(Writing):
+    """What the mechanism and a pattern of it are made of."""
+
+    def revolute(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: BearingClearance | None = None,
+        stiffness: JournalStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A pin in a hole.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "revolute",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def prismatic(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: GuideClearance | None = None,
+        stiffness: GuideStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A slider in a guide, which the first body carries.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "prismatic",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def pin_in_slot(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: SlotClearance | None = None,
+        stiffness: SlotStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Number | Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | ComponentDeviation] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A pin in a straight slot, which the first body carries.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "pin_in_slot",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def fixed(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: RevoluteClearance | None = None,
+        angle: LockedAngle | None = None,
+        stiffness: MountStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """Two bodies locked together; an axis on them gives the mounting angle.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play of a pin whose angle is locked: a hinge that latches (in the plane only).
+        angle : optional
+            Error of the mounting angle; in space: error of the mounting angle about the axis.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "fixed",
+            name,
+            {
+                "clearance": clearance,
+                "angle": angle,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def gear(
+        self,
+        name: str,
+        /,
+        *,
+        ratio_error: Number | RatioError | None = None,
+        runout: Mapping[str, Number | RunOut] | None = None,
+        clearance: FlankClearance | None = None,
+        stiffness: FlankStiffness | None = None,
+        teeth: Sequence[Count] | None = None,
+        module: Number | None = None,
+        radii: Numbers | None = None,
+        internal: bool | None = None,
+        pressure_angle: Number | None = None,
+        marks: Mapping[str, Number | Numbers] | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Rows | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """Two toothed wheels that mesh.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        ratio_error : optional
+            Transmission error, a length at the pitch circle (of a screw along its axis).
+        runout : optional
+            Eccentricity of its wheels, by the name of the body.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        teeth : optional
+            Tooth counts of the wheels on the first and on the second body.
+        module : optional
+            Module: pitch diameter over tooth count.
+        radii : optional
+            Instead of the module: pitch radii of both wheels.
+        internal : optional
+            Whether the second body is a ring with teeth inside.
+        pressure_angle : optional
+            Pressure angle where the pitch circles touch; 20 degrees if left out.
+        marks : optional
+            Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
+            start if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point on each of the two, as drawn.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "gear",
+            name,
+            {
+                "ratio_error": ratio_error,
+                "runout": runout,
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "teeth": teeth,
+                "module": module,
+                "radii": radii,
+                "internal": internal,
+                "pressure_angle": pressure_angle,
+                "marks": marks,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def rack(
+        self,
+        name: str,
+        /,
+        *,
+        ratio_error: Number | RatioError | None = None,
+        runout: Mapping[str, Number | RunOut] | None = None,
+        clearance: FlankClearance | None = None,
+        stiffness: FlankStiffness | None = None,
+        radius: Number | None = None,
+        teeth: Count | None = None,
+        module: Number | None = None,
+        pressure_angle: Number | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Rows | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A rack on the first body, along the joint's axis, and a pinion on the second.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        ratio_error : optional
+            Transmission error, a length at the pitch circle (of a screw along its axis).
+        runout : optional
+            Eccentricity of its wheels, by the name of the body.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        radius : optional
+            Pitch radius of the pinion.
+        teeth : optional
+            Tooth count of the pinion.
+        module : optional
+            Instead of the radius, with teeth: pitch diameter over tooth count.
+        pressure_angle : optional
+            Pressure angle; 20 degrees if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point on each of the two, as drawn.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "rack",
+            name,
+            {
+                "ratio_error": ratio_error,
+                "runout": runout,
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "radius": radius,
+                "teeth": teeth,
+                "module": module,
+                "pressure_angle": pressure_angle,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def belt(
+        self,
+        name: str,
+        /,
+        *,
+        ratio_error: Number | RatioError | None = None,
+        runout: Mapping[str, Number | RunOut] | None = None,
+        clearance: BeltClearance | None = None,
+        stiffness: StrandStiffness | None = None,
+        radii: Numbers | None = None,
+        teeth: Sequence[Count] | None = None,
+        pitch: Number | None = None,
+        crossed: bool | None = None,
+        distance: Number | None = None,
+        marks: Mapping[str, Number | Numbers] | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Rows | None = None,
+        axis: Number | Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A belt or chain around two pulleys.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        ratio_error : optional
+            Transmission error, a length at the pitch circle (of a screw along its axis).
+        runout : optional
+            Eccentricity of its wheels, by the name of the body.
+        clearance : optional
+            Slack of the belt or chain.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        radii : optional
+            Pitch radii of the pulleys on the first and on the second body.
+        teeth : optional
+            Tooth counts of the pulleys or sprockets.
+        pitch : optional
+            Instead of the radii, with teeth: distance of two teeth of the belt or chain.
+        crossed : optional
+            Whether it is crossed, so that the pulleys turn against each other.
+        distance : optional
+            Distance of the centres at which it has its slack; as in the start if left out.
+        marks : optional
+            Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
+            start if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point on each of the two, as drawn.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all (in space only).
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
+            name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "belt",
+            name,
+            {
+                "ratio_error": ratio_error,
+                "runout": runout,
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "radii": radii,
+                "teeth": teeth,
+                "pitch": pitch,
+                "crossed": crossed,
+                "distance": distance,
+                "marks": marks,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def cylindrical(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: SleeveClearance | None = None,
+        stiffness: SleeveStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A pin that turns and slides in its hole.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "cylindrical",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def spherical(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: BallClearance | None = None,
+        stiffness: BallStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A ball in a socket.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "spherical",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def universal(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: BearingClearance | None = None,
+        stiffness: JournalStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Numbers | None = None,
+        side: Numbers | None = None,
+        axes: Rows | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A cross whose two pins, at right angles, sit in one body each.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play of each of the two pins.
+        stiffness : optional
+            Of each of the two pins: how hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        axes : optional
+            With `bodies`: directions of the pin in the first and of the pin in the second body.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "universal",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "axes": axes,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def planar(
+        self,
+        name: str,
+        /,
+        *,
+        clearance: PlateClearance | None = None,
+        stiffness: PlateStiffness | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A plate between two planes; its axis is their normal.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "planar",
+            name,
+            {
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def screw(
+        self,
+        name: str,
+        /,
+        *,
+        ratio_error: Number | RatioError | None = None,
+        clearance: ScrewClearance | None = None,
+        stiffness: JournalStiffness | None = None,
+        lead: Number | None = None,
+        on: Mapping[str, Numbers | Placement] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: Numbers | None = None,
+        axis: Numbers | None = None,
+        side: Numbers | None = None,
+        position: Mapping[str, Position] | None = None,
+        direction: Mapping[str, Number | Direction] | None = None,
+        **places: Numbers | Placement,
+    ) -> None:
+        """A screw in a nut, which the first body carries or is.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        ratio_error : optional
+            Transmission error, a length at the pitch circle (of a screw along its axis).
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        lead : optional
+            Travel of the second body along the axis for one turn; negative for a left-hand one.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point, the same for all.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "screw",
+            name,
+            {
+                "ratio_error": ratio_error,
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "lead": lead,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
+    def body(
+        self,
+        body: str,
+        /,
+        *,
+        mass: Number | None = None,
+        centre: Numbers | None = None,
+        expansion: Number | None = None,
+        stiffness: Number | None = None,
+        E: Number | None = None,
+        area: Number | None = None,
+        inertia: Number | Numbers | None = None,
+        G: Number | None = None,
+        torsion: Number | None = None,
+        side: Numbers | None = None,
+    ) -> None:
+        """Mass of a body, for its weight, and what makes it elastic.
+
+        Parameters
+        ----------
+        body : str
+            Name of the body.
+        mass : optional
+            Mass in kg.
+        centre : optional
+            Centre of mass in body axes.
+        expansion : optional
+            Coefficient of thermal expansion, 1/K; the one of the whole file if left out.
+        stiffness : optional
+            Axial stiffness of the whole member between its outermost joints, force per length.
+        E : optional
+            Modulus of elasticity, force per length squared.
+        area : optional
+            Area of the section: with E it can be stretched.
+        inertia : optional
+            Second moment of area of the section: with E it can be bent; in space: second moment of area; two of
+            them for bending about `side` and about the direction across.
+        G : optional
+            Shear modulus, force per length squared (in space only).
+        torsion : optional
+            Torsion constant of the section (round: its polar moment): with G it can be twisted (in space only).
+        side : optional
+            Direction across the member, in body axes, to which its two inertias refer (in space only).
+        """
+        self._named(
+            "bodies",
+            body,
+            {
+                "mass": mass,
+                "centre": centre,
+                "expansion": expansion,
+                "stiffness": stiffness,
+                "E": E,
+                "area": area,
+                "inertia": inertia,
+                "G": G,
+                "torsion": torsion,
+                "side": side,
+            },
+        )
+
+    def start(
+        self,
+        body: str,
+        /,
+        *,
+        x: Number | None = None,
+        y: Number | None = None,
+        angle: Number | None = None,
+        z: Number | None = None,
+        rotation: Numbers | None = None,
+    ) -> None:
+        """Roughly where a body is. What is left out follows from the joints; it need not be exact.
+
+        Parameters
+        ----------
+        body : str
+            Name of the body.
+        x : optional
+            Position of the body's origin in ground axes.
+        y : optional
+            Position of the body's origin in ground axes.
+        angle : optional
+            Angle of the body's axes in ground axes (in the plane only).
+        z : optional
+            Position of the body's origin in ground axes (in space only).
+        rotation : optional
+            Rotation vector of the body's axes in ground axes: along the axis, as long as the angle (in space only).
+        """
+        self._named("start", body, {"x": x, "y": y, "angle": angle, "z": z, "rotation": rotation})
+
+    def drive(
+        self,
+        name: str,
+        /,
+        *,
+        joint: str | None = None,
+        joints: Mapping[str, Number] | None = None,
+        values: Numbers | None = None,
+        csv: str | None = None,
+        column: str | None = None,
+        from_: Number | None = None,
+        to: Number | None = None,
+        count: Count | None = None,
+        error: Number | Tolerance | None = None,
+        law: Literal["normal", "uniform", "triangular"] | Law | None = None,
+        backlash: Number | Mapping[str, Number | Backlash] | Backlash | None = None,
+        backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
+        stiffness: Number | Mapping[str, Number] | None = None,
+    ) -> None:
+        """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        joint : optional
+            The joint whose coordinate it commands.
+        joints : optional
+            Instead of `joint`: several joints that one motor moves, each with the motion of its coordinate per
+            motion of the motor.
+        values : optional
+            The commanded values, one per configuration.
+        csv : optional
+            Instead: file in the same folder with the values.
+        column : optional
+            With csv: the name of the column in its first row; that of the drive if left out.
+        from_ : optional
+            First of equally spaced values.
+        to : optional
+            Last of equally spaced values.
+        count : optional
+            How many equally spaced values.
+        error : optional
+            How far the drive may be off its command.
+        law : optional
+            How it scatters: uniform if left out; see tolerances.
+        backlash : optional
+            Lost motion of the joint that it drives, from flank to flank, where the load decides: half of it to
+            either side of the command, or { plus, minus }; with `joints` a table by joint.
+        backlash_law : optional
+            How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
+        stiffness : optional
+            Force per length, or moment per angle in the file's units, by which it winds up beside its backlash;
+            rigid if left out; with `joints` a table by joint.
+        """
+        self._named(
+            "drives",
+            name,
+            {
+                "joint": joint,
+                "joints": joints,
+                "values": values,
+                "csv": csv,
+                "column": column,
+                "from": from_,
+                "to": to,
+                "count": count,
+                "error": error,
+                "law": law,
+                "backlash": backlash,
+                "backlash_law": backlash_law,
+                "stiffness": stiffness,
+            },
+        )
+
+    def dimension(
+        self,
+        name: str,
+        /,
+        *,
+        tolerance: Number | Tolerance | None = None,
+        deviation: Number | None = None,
+        law: Literal["normal", "uniform", "triangular"] | Law | None = None,
+        body: str | None = None,
+        between: Sequence[str] | None = None,
+    ) -> None:
+        """A named distance on one body; the second of the two points moves with its error.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        tolerance : optional
+            How far it may be off.
+        deviation : optional
+            The known error of one built specimen.
+        law : optional
+            Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 },
+            { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }.
+        body : optional
+            The body that has the distance.
+        between : optional
+            Two joints on the body, or "output"; the second point moves.
+        """
+        self._named(
+            "dimensions",
+            name,
+            {"tolerance": tolerance, "deviation": deviation, "law": law, "body": body, "between": between},
+        )
+
+    def link(
+        self,
+        name: str,
+        /,
+        *,
+        body: str | None = None,
+        between: Sequence[str] | None = None,
+        x: Number | ComponentDeviation | None = None,
+        y: Number | ComponentDeviation | None = None,
+        angle: Number | ComponentDeviation | None = None,
+        z: Number | ComponentDeviation | None = None,
+        rx: Number | ComponentDeviation | None = None,
+        ry: Number | ComponentDeviation | None = None,
+        rz: Number | ComponentDeviation | None = None,
+        a: Number | ComponentDeviation | None = None,
+        alpha: Number | ComponentDeviation | None = None,
+        d: Number | ComponentDeviation | None = None,
+        theta: Number | ComponentDeviation | None = None,
+    ) -> None:
+        """How far one joint of a body is from its place against another one.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        body : optional
+            The body that has both joints.
+        between : optional
+            Two joints on the body; the second is displaced, or the "output".
+        x : optional
+            Deviation along the x axis of the body.
+        y : optional
+            Deviation along the y axis of the body.
+        angle : optional
+            Deviation of the angle (in the plane only).
+        z : optional
+            Deviation along the z axis of the body (in space only).
+        rx : optional
+            X of the rotation vector of the second joint, body axes (in space only).
+        ry : optional
+            Y of the rotation vector of the second joint, body axes (in space only).
+        rz : optional
+            Z of the rotation vector of the second joint, body axes (in space only).
+        a : optional
+            Denavit-Hartenberg: deviation along the common normal of the axes (in space only).
+        alpha : optional
+            Denavit-Hartenberg: deviation of the angle about the common normal (in space only).
+        d : optional
+            Denavit-Hartenberg: deviation along the axis of the first joint (in space only).
+        theta : optional
+            Denavit-Hartenberg: deviation of the angle about that axis (in space only).
+        """
+        self._named(
+            "links",
+            name,
+            {
+                "body": body,
+                "between": between,
+                "x": x,
+                "y": y,
+                "angle": angle,
+                "z": z,
+                "rx": rx,
+                "ry": ry,
+                "rz": rz,
+                "a": a,
+                "alpha": alpha,
+                "d": d,
+                "theta": theta,
+            },
+        )
+
+    def spring(
+        self,
+        name: str,
+        /,
+        *,
+        on: Mapping[str, str | Numbers] | None = None,
+        joint: str | None = None,
+        stiffness: Number | None = None,
+        free_length: Number | None = None,
+        free_angle: Number | None = None,
+        preload: Number | None = None,
+        **places: Numbers | str,
+    ) -> None:
+        """A spring: its force follows from the pose.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        on : optional
+            Its two bodies, and where it is fixed on each: [x, y] in body axes, or a joint on the body; in space:
+            its two bodies, and where it is fixed on each: [x, y, z] in body axes, or a joint on the body.
+        joint : optional
+            Instead of `on`: the joint about which a torsion spring acts, one whose coordinate is an angle.
+        stiffness : optional
+            Force per length; of a torsion spring moment per angle.
+        free_length : optional
+            Distance of its ends at which its tension is the preload.
+        free_angle : optional
+            Of a torsion spring: the joint's coordinate at which its moment is the preload; 0 if left out.
+        preload : optional
+            Tension at the free length, negative for a push; of a torsion spring moment at the free angle.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._named(
+            "springs",
+            name,
+            {
+                "on": on,
+                "joint": joint,
+                "stiffness": stiffness,
+                "free_length": free_length,
+                "free_angle": free_angle,
+                "preload": preload,
+            },
+            places,
+        )
+
+
+class Whole(Parts):
+    """What a mechanism has as a whole."""
+
+    def cost(
+        self,
+        source: str,
+        /,
+        *,
+        model: Literal["reciprocal", "exponential"] | None = None,
+        a: Number | None = None,
+        b: Number | None = None,
+        k: Number | None = None,
+        from_: Number | None = None,
+        to: Number | None = None,
+        choices: Sequence[Choice] | None = None,
+    ) -> None:
+        """What a source costs, by its size.
+
+        Parameters
+        ----------
+        source : str
+            Name of the source.
+        model : optional
+            Reciprocal: a + b / t^k; exponential: a + b exp(-k t); t is the size in the units of the file.
+        a : optional
+            What it costs in any case; 0 if left out.
+        b : optional
+            What tightness costs; not negative.
+        k : optional
+            How fast the cost falls as the size grows; 1 if left out, of a reciprocal cost.
+        from_ : optional
+            Smallest size that can be made.
+        to : optional
+            Largest size that is considered.
+        choices : optional
+            Instead of a model: what can be ordered, with prices.
+        """
+        self._named(
+            "costs", source, {"model": model, "a": a, "b": b, "k": k, "from": from_, "to": to, "choices": choices}
+        )
+
+    def path(
+        self,
+        *,
+        csv: str | None = None,
+        x: Numbers | None = None,
+        y: Numbers | None = None,
+        angle: Numbers | None = None,
+        z: Numbers | None = None,
+        rx: Numbers | None = None,
+        ry: Numbers | None = None,
+        rz: Numbers | None = None,
+    ) -> None:
+        """Target values of the output, from which the drives are solved.
+
+        Parameters
+        ----------
+        csv : optional
+            Instead: file in the same folder, whose columns have the names of the components.
+        x : optional
+            Positions of the output along the ground's x axis.
+        y : optional
+            Positions of the output along the ground's y axis.
+        angle : optional
+            Angles of the output body (in the plane only).
+        z : optional
+            Positions of the output along the ground's z axis (in space only).
+        rx : optional
+            X of the rotation vector of the output body (in space only).
+        ry : optional
+            Y of the rotation vector of the output body (in space only).
+        rz : optional
+            Z of the rotation vector of the output body (in space only).
+        """
+        self._single("path", {"csv": csv, "x": x, "y": y, "angle": angle, "z": z, "rx": rx, "ry": ry, "rz": rz})
+
+    def assembly(self, *, base: str | None = None, steps: Sequence[Sequence[str]] | None = None) -> None:
+        """The order in which a mechanism is assembled.
+
+        Parameters
+        ----------
+        base : optional
+            The body that everything is assembled on, and that errors refer to.
+        steps : optional
+            The bodies that each step adds; every body is added once.
+        """
+        self._single("assembly", {"base": base, "steps": steps})
+
+    def limits(
+        self,
+        *,
+        position: Number | None = None,
+        rotation: Number | None = None,
+        x: Number | Numbers | Bounds | None = None,
+        y: Number | Numbers | Bounds | None = None,
+        angle: Number | Numbers | Bounds | None = None,
+        probability: Number | None = None,
+        contact: Literal["scattered", "loaded"] | None = None,
+        singular_value: Number | None = None,
+        drives: Mapping[str, Numbers] | None = None,
+        joints: Mapping[str, Numbers] | None = None,
+        z: Number | Numbers | Bounds | None = None,
+        rx: Number | Numbers | Bounds | None = None,
+        ry: Number | Numbers | Bounds | None = None,
+        rz: Number | Numbers | Bounds | None = None,
+    ) -> None:
+        """What is acceptable.
+
+        Parameters
+        ----------
+        position : optional
+            Largest acceptable position error.
+        rotation : optional
+            Largest acceptable rotation error.
+        x : optional
+            Acceptable error along the ground's x axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }.
+        y : optional
+            Acceptable error along the ground's y axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }.
+        angle : optional
+            Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high = 0.1
+            } (in the plane only).
+        probability : optional
+            Share of the specimens that must keep to the limits in `random`; such as 0.9973.
+        contact : optional
+            Where clearances are in these specimens: offsets that scatter, or those that the load decides; both
+            count where it is left out and there are loads.
+        singular_value : optional
+            Smallest acceptable singular value of the length-scaled Jacobian.
+        drives : optional
+            Range of each drive.
+        joints : optional
+            Range of each joint's coordinate.
+        z : optional
+            Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }
+            (in space only).
+        rx : optional
+            Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as { high =
+            0.1 } (in space only).
+        ry : optional
+            Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as { high =
+            0.1 } (in space only).
+        rz : optional
+            Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as { high =
+            0.1 } (in space only).
+        """
+        self._single(
+            "limits",
+            {
+                "position": position,
+                "rotation": rotation,
+                "x": x,
+                "y": y,
+                "angle": angle,
+                "probability": probability,
+                "contact": contact,
+                "singular_value": singular_value,
+                "drives": drives,
+                "joints": joints,
+                "z": z,
+                "rx": rx,
+                "ry": ry,
+                "rz": rz,
+            },
+        )
+
+    def output(
+        self,
+        name: str | None = None,
+        /,
+        *,
+        body: str | None = None,
+        at: str | Numbers | None = None,
+        relative_to: str | None = None,
+        limits: ErrorLimits | None = None,
+        leads: bool | None = None,
+    ) -> None:
+        """The point whose error is asked, or one of several.
+
+        Parameters
+        ----------
+        name : str, optional
+            Its name where there are several.
+        body : optional
+            The body that carries the output point.
+        at : optional
+            The output point: [x, y] in body axes, or a joint on the body; in space: the output point: [x, y, z] in
+            body axes, or a joint on the body.
+        relative_to : optional
+            The body against which the output is measured, in the axes of that body; the ground if left out.
+        limits : optional
+            Its own limits, in place of those of [limits].
+        leads : optional
+            Whether it is the one that [path] and a [grid] of positions speak of.
+        """
+        self._output(name, {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "leads": leads})
+
+    def load(
+        self,
+        case: str | None = None,
+        /,
+        *,
+        body: str | None = None,
+        at: str | Numbers | None = None,
+        axes: str | None = None,
+        force: Numbers | Rows | None = None,
+        moment: Number | Numbers | Rows | None = None,
+    ) -> None:
+        """A load: dead in ground axes, or a follower in those of a body.
+
+        Parameters
+        ----------
+        case : str, optional
+            The load case in which it acts; in every case if left out. Without anything else, a case without loads
+            of its own.
+        body : optional
+            The loaded body; the output body if left out.
+        at : optional
+            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y,
+            z] in body axes or a joint on the body; the output point if left out.
+        axes : optional
+            Axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the load
+            turns, or the name of another body.
+        force : optional
+            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of
+            them, one per configuration.
+        moment : optional
+            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
+            one per configuration.
+        """
+        self._load(case, {"body": body, "at": at, "axes": axes, "force": force, "moment": moment})
+
+    def correlation(
+        self, *, sources: Sequence[str] | None = None, rank: Number | None = None, ranks: Rows | None = None
+    ) -> None:
+        """Sources that scatter together, such as three holes of one reamer.
+
+        Parameters
+        ----------
+        sources : optional
+            Names of sizes, dimensions, angles, ratio errors and drive errors.
+        rank : optional
+            Rank correlation of every two of them.
+        ranks : optional
+            Instead of rank: the matrix of rank correlations, row by row.
+        """
+        self._listed(("correlations",), {"sources": sources, "rank": rank, "ranks": ranks})
+
+
+class Repeated(Parts):
+    """What a pattern has in another way."""
+
+    def limits(
+        self, *, drives: Mapping[str, Numbers] | None = None, joints: Mapping[str, Numbers] | None = None
+    ) -> None:
+        """Ranges of the drives and joints of a pattern.
+
+        Parameters
+        ----------
+        drives : optional
+            Range of each drive.
+        joints : optional
+            Range of each joint's coordinate.
+        """
+        self._single("limits", {"drives": drives, "joints": joints})
+
+    def load(
+        self,
+        *,
+        body: str | None = None,
+        at: str | Numbers | None = None,
+        axes: str | None = None,
+        force: Numbers | Rows | None = None,
+        moment: Number | Numbers | Rows | None = None,
+    ) -> None:
+        """A load: dead in ground axes, or a follower in those of a body.
+
+        Parameters
+        ----------
+        body : optional
+            The loaded body; the output body if left out.
+        at : optional
+            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y,
+            z] in body axes or a joint on the body; the output point if left out.
+        axes : optional
+            Axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the load
+            turns, or the name of another body.
+        force : optional
+            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of
+            them, one per configuration.
+        moment : optional
+            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
+            one per configuration.
+        """
+        self._listed(("loads",), {"body": body, "at": at, "axes": axes, "force": force, "moment": moment})

@@ -1,0 +1,138 @@
+"""Paths and drive values from columns of a table in the folder of the mechanism.
+
+A column may say its unit behind its name, ``x [mm]``; without one its numbers are in the unit of the file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
+
+from jointplay.basics import units
+from jointplay.core.compile.drives import COMPONENTS, LENGTHS
+from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.file.columns import Columns, Tables
+from jointplay.file.schema import space_of, with_coordinate
+
+#: the name of a column, and its unit in brackets
+HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[\s*(?P<square>[^\]]*?)\s*\]|\(\s*(?P<round>[^)]*?)\s*\))?")
+#: what says where values are from, and what says them
+REFERENCE, VALUES = ("csv", "column"), ("values", "from", "to", "count")
+
+
+def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
+    """The tables of a file with the values of the tables that its path and its drives name.
+
+    Parameters
+    ----------
+    raw : dict
+        The tables as they were read. What changes is copied.
+    path : str
+        The file: the tables are in the same folder.
+    file : str
+        Its name in messages.
+
+    Raises
+    ------
+    InputError
+        When a file or a column is not there, a value is no number, or a unit is not that of the column.
+    """
+    reader = _Reader(raw, path, file)
+    found = dict(raw)
+    targets = raw.get("path")
+    components = COMPONENTS[space_of(raw, file)]
+    # What gives values as well is refused where the table is checked.
+    if _refers(targets) and not set(targets) & set(components):
+        found["path"] = reader.targets(targets, components)
+    return reader.with_drives(found, ())
+
+
+def _refers(table: object) -> TypeGuard[Mapping[str, Any]]:
+    return isinstance(table, Mapping) and "csv" in table
+
+
+class _Reader:
+    def __init__(self, raw: Mapping[str, Any], path: str, file: str) -> None:
+        self.tables = Tables(path, file)
+        own = raw.get("units")
+        self.units = own if isinstance(own, Mapping) else {}
+
+    def targets(self, table: Mapping[str, Any], components: Sequence[str]) -> dict[str, Any]:
+        """The path with its values."""
+        columns = self.tables.beside(table["csv"], "path.csv")
+        names = {_split(word)[0]: word for word in columns.header}
+        asked = [component for component in components if component in names]
+        if not asked:
+            problem = f"the first row has none of {listed(components)}, but {listed(columns.header)}"
+            raise InputError(problem, file=columns.name, key="path.csv")
+        rest = {key: value for key, value in table.items() if key != "csv"}
+        return rest | {name: self._values(columns, names[name], name in LENGTHS, "path.csv") for name in asked}
+
+    def with_drives(self, tables: dict[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
+        """Tables, of the file or of a pattern, with the values of their drives."""
+        drives = tables.get("drives")
+        if isinstance(drives, Mapping):
+            joints = tables.get("joints")
+            tables = tables | {
+                "drives": {
+                    name: self._drive(name, drive, joints, ".".join((*above, "drives", str(name))))
+                    for name, drive in drives.items()
+                }
+            }
+        patterns = tables.get("patterns")
+        if isinstance(patterns, Mapping) and not above:
+            made = {
+                name: self.with_drives(dict(part), ("patterns", str(name))) if isinstance(part, Mapping) else part
+                for name, part in patterns.items()
+            }
+            tables = tables | {"patterns": made}
+        return tables
+
+    def _drive(self, name: str, drive: Any, joints: Any, key: str) -> Any:
+        if not _refers(drive) or set(drive) & set(VALUES):
+            return drive
+        columns = self.tables.beside(drive["csv"], f"{key}.csv")
+        wanted = drive.get("column", name)
+        words = {_split(word)[0]: word for word in columns.header}
+        word = wanted if wanted in columns.header else words.get(wanted) if isinstance(wanted, str) else None
+        if word is None:
+            problem = not_known(str(wanted), "a column of its first row", columns.header)
+            raise InputError(problem, file=columns.name, key=f"{key}.column")
+        moved = drive.get(
+            "joint", next(iter(drive["joints"]), None) if isinstance(drive.get("joints"), Mapping) else None
+        )
+        joint = joints.get(str(moved).partition("/")[0]) if isinstance(joints, Mapping) else None
+        kind = joint.get("type") if isinstance(joint, Mapping) else None
+        values = self._values(columns, word, kind not in with_coordinate("angle"), f"{key}.column")
+        return {**{k: v for k, v in drive.items() if k not in REFERENCE}, "values": values}
+
+    def _values(self, columns: Columns, word: str, is_length: bool, key: str) -> list[float]:
+        """A column in the units of the file."""
+        values = columns.numbers(word, key, whole=True)
+        if not values:
+            raise InputError(f"column {shown(word)} has no values", file=columns.name, key=key)
+        unit = _split(word)[1]
+        known = units.LENGTHS if is_length else units.ANGLES
+        own = self.units.get("length", "mm") if is_length else self.units.get("angle", "deg")
+        if not unit or own not in known:
+            return values
+        if unit not in known:
+            what = "a length" if is_length else "an angle"
+            problem = f"the unit of column {shown(word)}: {not_known(unit, f'a unit of {what}', known)}"
+            raise InputError(problem, file=columns.name, key=key)
+        # The same unit leaves every digit as it is.
+        return values if unit == own else [value * known[unit] / known[own] for value in values]
+
+
+def _split(word: str) -> tuple[str, str]:
+    """Name and unit of a column.
+
+    Examples
+    --------
+    >>> _split("theta [deg]"), _split("x (mm)"), _split("y")
+    (('theta', 'deg'), ('x', 'mm'), ('y', ''))
+    """
+    found = HEADER.fullmatch(word.strip())
+    assert found is not None
+    return found["name"], found["square"] or found["round"] or ""

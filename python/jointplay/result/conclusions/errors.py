@@ -1,0 +1,125 @@
+"""The answers of the four questions: the verdict on limits, then the largest errors, where, and what is to blame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from jointplay.result import Array, Result, figure, typical
+from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
+
+from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which
+
+#: what of the output is meant, in words
+WORDS = {"position": "position error", "rotation": "rotation"}
+
+
+def of_errors(result: Result) -> Conclusion:
+    """The answer of `loaded`, `given`, `worst` or `random`, of one output in one load case."""
+    found = verdict(result)
+    judged = list(judged_in(found))
+    sizes = list(_sizes(result, found))
+    if sizes and not found.named:
+        sizes[0] = replace(sizes[0], is_answer=True)
+    limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
+    # Without limits the largest error is the answer.
+    first = 0 if judged else 1
+    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *proved(result), *limits)
+    largest = [_largest(result, quantity) for quantity in WORDS]
+    severity = (float(RANK[found.outcome]), found.used, *(0.0 if value is None else value[0] for value in largest))
+    return Conclusion(sentences, severity)
+
+
+def judged_in(found: Verdict) -> Iterator[Sentence]:
+    """The sentences of a verdict, the answer first."""
+    for k, text in enumerate(found.sentences):
+        is_alarm = k < found.alarms or (k == 0 and found.outcome == NOT_SHOWN)
+        state = found.outcome if k == 0 else MISSED if k < found.alarms else ""
+        yield Sentence(text, is_alarm, is_answer=k < found.answers, state=state)
+
+
+def _largest(result: Result, quantity: str) -> tuple[float, str, int] | None:
+    """The largest value of a quantity, its unit, and the configuration."""
+    values, unit = figure(result, quantity)
+    configuration = farthest(values, result.get("status"))
+    return None if configuration is None else (float(values[configuration]), unit, configuration)
+
+
+def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
+    """The largest position error and the largest rotation, unless the verdict has named them."""
+    for quantity, words in WORDS.items():
+        found = _largest(result, quantity)
+        if found is None or quantity in judged.named:
+            continue
+        value, unit, configuration = found
+        if value <= rounding(result, unit):
+            if _is_open(result, quantity, unit):
+                continue
+            yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
+            continue
+        where = there(result, configuration)
+        if result.attrs["question"] == "random":
+            text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
+        else:
+            text = f"Largest {words}: {say(value, unit)}{where}"
+        yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
+
+
+def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
+    """What the bounds of the worst case prove, and where there are none."""
+    if "certified" not in result.data:
+        return
+    certified = result.get("certified")
+    count = int(certified.sum())
+    if count:
+        parts = []
+        for quantity, words in WORDS.items():
+            bounds, unit = (
+                result.get(f"worst_{quantity}_certified")[certified],
+                result.unit(f"worst_{quantity}_certified"),
+            )
+            if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
+                highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
+                parts.append(f"a {words} above {highest} ({_close(result.get(f'worst_{quantity}_gap')[certified])})")
+        these = f" at {count} of {plural(certified.size, place)}" if count < certified.size else ""
+        if parts:
+            yield Sentence(f"Proved{these}: no offsets within the sets make {' or '.join(parts)}.")
+    if count < certified.size:
+        reasons = "; ".join(dict.fromkeys(result.get("certified_reason")[~certified].tolist()))
+        missing = np.flatnonzero(~certified).tolist()
+        # Configurations have numbers, nodes of a map have not.
+        where = which(missing) if place == "configuration" else plural(len(missing), place)
+        text = f"No {place} has a bound" if certified.size == 1 else f"{where} without a bound"
+        yield Sentence(f"{text}: {reasons}.")
+
+
+def _close(gaps: Array) -> str:
+    """The largest gap in percent, raised to three digits or thousandths; there is none where nothing is attained."""
+    attained = np.isfinite(gaps)
+    if not attained.any():
+        return "nothing is attained"
+    percent = max(100.0 * float(gaps[attained].max()), 1e-3)
+    step = max(1e-3, 10.0 ** (math.floor(math.log10(percent)) - 2))
+    where = "" if attained.all() else ", where anything is attained"
+    return f"at most {math.ceil(percent / step - 1e-9) * step:.4g} % above what is attained{where}"
+
+
+def _is_open(result: Result, quantity: str, unit: str) -> bool:
+    """Whether a load leaves open how large a quantity is of which it makes nothing."""
+    if "undetermined" not in result.data:
+        return False
+    _, highest = ends(result)
+    return bool(np.nanmax(highest[:, SIZES.index(quantity) - len(SIZES)], initial=0.0) > rounding(result, unit))
+
+
+def blamed(result: Result, quantity: str, configuration: int) -> str:
+    """What has the largest share, as the end of a sentence."""
+    return caused(result, quantity, "high", configuration, "; to blame")
+
+
+def quantile(result: Result, quantity: str, probability: float) -> Array:
+    """What a share of the specimens stays below, the one of the result that is nearest to it."""
+    return np.asarray(result.get("error_quantile", probability=typical(result, probability), quantity=quantity))

@@ -1,0 +1,270 @@
+"""The answers about many mechanisms or places: `sweep`, `compare` and `map`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from jointplay.result import (
+    Array,
+    Result,
+    figure,
+    figures,
+    first_largest,
+    in_words,
+    judged_alone,
+    largest,
+    parts_by_cause,
+    quantity,
+    split,
+)
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
+
+from .errors import WORDS, blamed, proved
+from .motion import largest_change
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
+
+Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+def judged(result: Result) -> list[Verdict]:
+    """The verdicts on every mechanism of a comparison, or value of a sweep."""
+    return [verdict(part) for part in each(result)]
+
+
+def beyond(result: Result) -> list[tuple[str, ...]]:
+    """For every mechanism of a comparison, or value of a sweep, what each configuration misses."""
+    return [found.marks for found in judged(result)]
+
+
+def each(result: Result) -> list[Result]:
+    """The results of every mechanism of a comparison, or of every value of a sweep."""
+    dim = "mechanism" if "mechanism" in result.sizes else str(result.attrs["sweep"])
+    attrs = {key: value for key, value in result.attrs.items() if key != "sweep"}
+    found = (result.isel(dim, k) for k in range(result.sizes[dim]))
+    return [judged_alone(Result(part.coords, part.data, attrs)) for part in found]
+
+
+def of_sweep(result: Result) -> Conclusion:
+    """Where the largest error over the motion is least and largest, and at which values limits are missed."""
+    dim = str(result.attrs["sweep"])
+    along = result.coords[dim]
+
+    def value(k: int) -> str:
+        one = along.values[k]
+        return f"{dim} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
+
+    sentences = [*_missed_values(result, value), *_bad(result)]
+    severity = 0.0
+    for name, declared in figures(result).items():
+        values, unit = figure(result, name)
+        sizes = np.abs(values)
+        # Of nearness to a singularity the smallest counts.
+        sign = -1.0 if name == "singular_value" else 1.0
+        worst = np.where(np.isfinite(sizes), sign * sizes, -np.inf)
+        tops, known = sign * worst.max(axis=1), np.isfinite(worst).any(axis=1)
+        if not known.any() or not tops[known].any():
+            continue
+        low, high = (int(np.where(known, part, np.inf).argmin()) for part in (sign * tops, -sign * tops))
+        severity = max(severity, float(sign * tops[high])) if name == "position" else severity
+        k = int(first_largest(worst[high]))
+        part = each(result)[high]
+        cause = blamed(part, name, k) if sign > 0.0 else ""
+        words = extreme(declared.words)
+        span = f"{say(tops[high], unit)} with {value(high)}"
+        if say(tops[low]) != say(tops[high]):
+            span = f"{say(tops[low], unit)} with {value(low)}, {span}"
+        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
+    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+
+
+def extreme(words: str) -> str:
+    """Some names say already that it is the smallest or the largest one."""
+    return words if words.startswith(("largest", "smallest")) else f"largest {words}"
+
+
+def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
+    """How bad the verdict among some sentences is, and whether any of them is an alarm."""
+    worst = max((RANK[sentence.state] for sentence in sentences), default=0)
+    return float(worst), float(any(sentence.is_alarm for sentence in sentences))
+
+
+def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
+    found = judged(result)
+    if any(outcomes := [one.outcome for one in found]):
+        yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, value)
+
+
+def summed_up(
+    result: Result, outcomes: Sequence[str], total: str, basis: str, value: Callable[[int], str] | None = None
+) -> Sentence:
+    """At how many values, pairs or nodes limits hold, are missed, or are not shown to hold.
+
+    Parameters
+    ----------
+    total : str
+        How many there are, and what.
+    basis : str
+        What the verdicts rest on.
+    value : callable, optional
+        Which one it is, by its number.
+    """
+    end = f"{',' * bool(basis)}{basis}."
+    bad, unknown = ([k for k, one in enumerate(outcomes) if one == which] for which in (MISSED, NOT_SHOWN))
+    noun, verb, holds = _of_limits(result)
+    first = f", first at {value((bad or unknown)[0])}" if value is not None and (bad or unknown) else ""
+    if bad:
+        rest = f"; not shown at {len(unknown)}" if unknown else ""
+        return Sentence(f"{noun} {verb} missed at {len(bad)} of {total}{first}{rest}{end}", True, True, state=MISSED)
+    if unknown:
+        others = len(outcomes) - len(unknown)
+        rest = f"; {'it' if verb == 'is' else 'they'} {holds} at the others" if others else ""
+        whether = f"whether {noun[:1].lower()}{noun[1:]} {holds}"
+        text = f"Not shown: {whether} at {len(unknown)} of {total}{first}{rest}{end}"
+        return Sentence(text, True, True, state=NOT_SHOWN)
+    every = f"all {total.removeprefix('the ')}" if len(outcomes) > 1 else total
+    return Sentence(f"{noun} {holds} at {every}{end}", is_answer=True, state=HELD)
+
+
+def _of_limits(result: Result) -> tuple[str, str, str]:
+    """What is kept to, with its verbs."""
+    if result.attrs["question"] != "random":
+        return "Limits", "are", "hold"
+    share = result.attrs.get("required_yield")
+    of = f" of {percent(float(share))}" if share is not None else ""
+    return f"The required yield{of}", "is", "is met"
+
+
+def _bad(result: Result) -> Iterator[Sentence]:
+    bad = int((result.get("status") != "ok").sum())
+    if bad:
+        status = result.get("status")
+        total, outside = plural(status.size, "configuration"), int((status == OUTSIDE).sum())
+        told = f", {outside} of them outside limits ({leaving(result)})" if outside else ""
+        yield Sentence(f"Not ok are {bad} of {total} at all values together{told}.", True, is_first=outside > 0)
+
+
+def of_compare(result: Result) -> Conclusion:
+    """How the errors of the second mechanism compare with those of the first."""
+    names, is_corrected = result.labels("mechanism"), "correction" in result.data
+    two = each(result)
+    sentences = []
+    verdicts = judged(result)
+    if all(found.outcome == HELD for found in verdicts):
+        sentences.append(Sentence(f"Limits hold in both{verdicts[0].basis}.", state=HELD))
+    for name, found in zip(names, verdicts, strict=True):
+        count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
+        if found.outcome == MISSED:
+            text = f"Limit missed: {name}, at {count} of {total}."
+            sentences.append(Sentence(text, is_alarm=True, state=MISSED))
+        elif found.outcome == NOT_SHOWN:
+            text = f"Not shown: whether limits hold in {name}; {found.gist}."
+            sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
+    for kind, declared in figures(result).items():
+        values, unit = figure(result, kind)
+        known = np.isfinite(values)
+        if not known.any(axis=1).all() or not np.nan_to_num(values).any():
+            continue
+        tops = []
+        for one, row, part in zip(names, values, two, strict=True):
+            k = farthest(row, part.get("status"))
+            if k is None:
+                continue
+            tops.append(
+                f"{one} {say(float(row[k]), unit)}{there(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}"
+            )
+        if tops:
+            said = declared.words if is_corrected else WORDS[kind]
+            sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
+    for name, part in zip(names, two, strict=True) if is_corrected else ():
+        sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
+    for name, part in zip(names, two, strict=True):
+        bad = part.get("status") != "ok"
+        if bad.any():
+            words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
+            outside = bool((part.get("status") == OUTSIDE).any())
+            words = f"{words}; {leaving(part)}" if outside else words
+            text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
+            sentences.append(Sentence(text, is_alarm=True, is_first=outside))
+    return Conclusion(tuple(sentences), ranked(sentences))
+
+
+def of_map(result: Result) -> Conclusion:
+    """The largest error over the nodes, where, what is to blame, and how many nodes miss a limit or are not ok."""
+    good = np.isin(result.get("status"), READABLE)
+    sizes = list(_over_nodes(result, good)) if good.any() else []
+    judged = list(_beyond_nodes(result))
+    sentences = (*judged, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
+    return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
+
+
+def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
+    """The worst value of every quantity, and where it is."""
+    axes = str(result.attrs["grid"]).split(", ")
+    for name in figures(result):
+        variable = quantity(result, name)
+        sign = -1.0 if name == "singular_value" else 1.0
+        bad = np.where(good, sign * variable.values, -np.inf)
+        node = np.unravel_index(int(np.argmax(bad)), bad.shape)
+        if not np.isfinite(bad[node]) or variable.values[node] == 0.0:
+            continue
+        where = ", ".join(
+            f"{axis} = {say(float(result.coords[axis].values[k]), result.coords[axis].units)}"
+            for axis, k in zip(axes, node, strict=True)
+        )
+        head = variable.long_name if sign < 0.0 else extreme(variable.long_name)
+        text = f"{head[0].upper()}{head[1:]}: {say(float(variable.values[node]), variable.units)} at {where}"
+        yield Sentence(f"{text}{_blamed_over_nodes(result, good, name)}.")
+
+
+def _not_ok_nodes(result: Result) -> Iterator[Sentence]:
+    status = result.get("status")
+    if (status == "ok").all():
+        return
+    names, counts = np.unique(status[status != "ok"], return_counts=True)
+    words = {name: str(name).replace("_", " ") or "not computed" for name in names.tolist()}
+    if OUTSIDE in words:
+        words[OUTSIDE] = f"outside limits ({leaving(result)})"
+    told = ", ".join(f"{count} {word}" for word, count in zip(words.values(), counts, strict=True))
+    yield Sentence(f"Not ok of {status.size} nodes: {told}.", is_alarm=True, is_first=OUTSIDE in words)
+
+
+def _beyond_nodes(result: Result) -> Iterator[Sentence]:
+    """The verdict over the nodes that have a pose."""
+    found = of_nodes(result)
+    if found is None:
+        return
+    outcomes, basis = found
+    known = outcomes[outcomes != ""].tolist()
+    if known:
+        yield summed_up(result, known, f"the {plural(len(known), 'node')} with a pose", basis)
+    else:
+        text = "Not shown: whether limits hold; the machine can be at none of the nodes."
+        yield Sentence(text, is_alarm=True, is_answer=True, state=NOT_SHOWN)
+
+
+def _blamed_over_nodes(result: Result, good: Nodes, name: str) -> str:
+    if "contribution" not in result.data:
+        return ""
+    causes, found = shares_over_nodes(result, good)
+    if name not in found or not found[name].sum() > 0.0:
+        return ""
+    shares = found[name] / found[name].sum()
+    top = largest(causes, shares)
+    return f"; to blame, over all nodes: {in_words(*top)}" if top is not None else ""
+
+
+def shares_over_nodes(result: Result, good: Nodes) -> tuple[tuple[str, ...], dict[str, Array]]:
+    """The causes, and what each adds to the first-order error, summed over the nodes: (cause)."""
+    if "extreme" in result.data["contribution"].dims:
+        extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}
+        return tuple(result.labels("source")), {which: parts.sum(axis=0) for which, parts in extremes.items()}
+    causes, values = parts_by_cause(result)
+    values = values[good]
+    # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
+    along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
+    components = result.labels("component")
+    moves = np.isin(components, split(components)[0])
+    sums = along.sum(axis=0)
+    return causes, {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}

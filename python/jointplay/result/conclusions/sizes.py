@@ -1,0 +1,177 @@
+"""The answers about sizes: `allow` and `allocate`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.result import Result, first_largest
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN
+
+from .words import Conclusion, Sentence
+
+#: what misses its limit, in words
+QUANTITIES = {"position": "the position error", "rotation": "the rotation"}
+#: where clearances are in the specimens of a yield
+CONTACTS = {"scattered": "offsets that scatter", "loaded": "offsets that the load decides"}
+#: sources that bring as much to this share are named together
+ALIKE = 0.01
+#: a factor of all sizes that leaves nothing of them
+NONE = 1e-4
+#: as many names stand in a sentence
+MOST_NAMES = 4
+
+
+def of_allow(result: Result) -> Conclusion:
+    """Whether the limits hold, how much larger all sizes may be, and which source to tighten."""
+    used = float(result.get("used"))
+    return Conclusion((*_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used))))
+
+
+def _hold(result: Result, used: float) -> Iterator[Sentence]:
+    """Whether the limits hold with the sizes as they are; not shown where a configuration is not known."""
+    said, place = _said(result, used), int(result.get("used_configuration"))
+    without = str(result.attrs.get("without_pose", ""))
+    if used > 1.0:
+        at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
+        yield Sentence(f"The limits are missed{_contacts(result)}: {said}{at}.", is_alarm=True, state=MISSED)
+    elif without:
+        which = f"configuration{'s' * (', ' in without)} {without}"
+        text = f"Not shown: whether the limits hold{_contacts(result)}; {which} cannot be assembled."
+        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
+        yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
+    else:
+        yield Sentence(f"The limits hold{_contacts(result)}: {said}, at configuration {place}.", state=HELD)
+
+
+def _said(result: Result, used: float) -> str:
+    """What is used of the limits, where most of it is."""
+    quantity, place = str(result.get("used_quantity")), int(result.get("used_configuration"))
+    if "probability" in result.attrs:
+        allowed = 1.0 - float(result.attrs["probability"])
+        lost = float(result.get("used_not_assembled"))
+        outside = min(used * allowed, 1.0) if np.isfinite(used) else 1.0
+        by = _decided(str(result.get("used_contact"))) if "used_contact" in result.data else ""
+        if quantity == "assembly":
+            return f"{share_of(lost)} of the specimens cannot be assembled, {share_of(allowed)} may be outside{by}"
+        return f"{share_of(outside)} of the specimens are outside, {share_of(allowed)} may be{by}"
+    if not np.isfinite(used):
+        return f"configuration {place} cannot be assembled" if quantity == "assembly" else "a limit of zero is missed"
+    return f"{QUANTITIES.get(quantity, quantity)} uses {share_of(used)} of its limit"
+
+
+def _contacts(result: Result) -> str:
+    """By which assumption a yield is told; nothing where there is no load, so that there is one only."""
+    names = str(result.attrs.get("contact", ""))
+    return " " + " and ".join(f"with {CONTACTS[name]}" for name in names.split(", ")) if names else ""
+
+
+def _decided(contact: str, load_case: str = "") -> str:
+    """Which assumption it is of."""
+    where = f", load case {load_case}" if load_case else ""
+    return f", with {CONTACTS[contact]}{where}" if contact else ""
+
+
+def _factor(result: Result) -> str:
+    status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
+    if status == "not_enough":
+        return "All sizes together: the limits are missed however small they are made."
+    if status == "needs_play":
+        return "All sizes together: the limits hold as they are, and are missed with sizes of zero."
+    if status in ("unlimited", "no_effect"):
+        return f"All sizes together: the limits hold up to {factor:.4g} times the sizes; no larger factor was tried."
+    if factor < NONE:
+        return "All sizes together: the limits hold with none of them only."
+    verb = "may be" if factor >= 1.0 else "have to be"
+    return (
+        f"All sizes together {verb} {_down(factor)} times as large; {first_missed(result, 'factor_binding')} is first."
+    )
+
+
+def _down(value: float) -> str:
+    """Four digits of a number, rounded down, so that what is said still holds."""
+    if not value > 0.0:
+        return "0"
+    places = 3 - int(np.floor(np.log10(value)))
+    return f"{np.floor(value * 10.0**places * (1.0 + 1e-12)) / 10.0**places:.4g}"
+
+
+def _tighten(result: Result, used: float) -> Iterator[str]:
+    """Which source brings most."""
+    without = result.get("used_without")
+    if not np.isfinite(without).any():
+        return
+    least = float(np.nanmin(without))
+    if not least < used * (1.0 - ALIKE):
+        return
+    best = [name for name, share in zip(result.labels("source"), without, strict=True) if share <= least + ALIKE * used]
+    names = " or ".join(best) if len(best) <= MOST_NAMES else f"one of {len(best)} sources, such as {best[0]},"
+    yield f"To tighten {names} brings most: without it {share_of(least)} would be used."
+
+
+def first_missed(result: Result, what: str, k: int | None = None) -> str:
+    """``position #10``: what misses its limit first when a size grows, and at which configuration."""
+    quantity, place = (result.get(f"{what}_{name}") for name in ("quantity", "configuration"))
+    quantity, place = (quantity, place) if k is None else (quantity[k], place[k])
+    text = f"{quantity} #{int(place)}"
+    for name in ("output", "load_case"):
+        if k is not None and f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
+            text += f" {label}"
+    return text
+
+
+def share_of(part: float, digits: int = 4) -> str:
+    """A share in per cent; `more than all` where there is no end to it."""
+    return f"{100.0 * part:.{digits}g} %" if np.isfinite(part) else "more than all"
+
+
+def of_allocate(result: Result) -> Conclusion:
+    """The least cost, and which limit binds."""
+    status = str(result.get("status"))
+    if "size" not in result.data:
+        text = f"No sizes are found: configuration {result.attrs['without_pose']} is {status.replace('_', ' ')}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    used = result.get("used")
+    limit, configuration = np.unravel_index(int(first_largest(used.reshape(-1))), used.shape)
+    name, share = result.labels("limited")[limit], float(used[limit, configuration])
+    place = f"{name} at configuration {configuration}"
+    by = ""
+    if ", " in str(result.attrs.get("contact", "")):
+        contact, _, load_case = str(result.get("decided_by")[limit, configuration]).partition(" ")
+        by = _decided(contact, load_case)
+    if status == "infeasible":
+        lost = float(result.get("not_assembled")) if "not_assembled" in result.data else 0.0
+        allowed = 1.0 - float(result.attrs.get("probability", 1.0))
+        what = f"use {share_of(share)} of {place}{by}"
+        if lost > allowed:
+            what = f"cannot be assembled with {share_of(lost)} of the specimens"
+        elif not np.isfinite(share):
+            what = f"miss {place}{by}"
+        text = f"No sizes hold the limits{_contacts(result)}: even the tightest ones {what}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    if status not in ("ok", "unfinished"):
+        text = f"No sizes are found: even with the tightest ones the mechanism is {status.replace('_', ' ')}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    cost, before = float(result.get("total_cost")), float(result.get("total_cost_before"))
+    now = f"; the sizes in the file cost {before:.5g}" if np.isfinite(before) else ""
+    if now and "before" in result.attrs:
+        now += ", and hold them too" if result.attrs["before"] == "holds" else ", and miss them"
+    if not result.attrs.get("changes"):
+        now = f", that of the sizes in the file{'; none is found that is cheaper' if status == 'ok' else ''}"
+    sentences = [
+        Sentence(f"The limits hold{_contacts(result)} for a cost of {cost:.5g}{now}."),
+        Sentence(f"What binds is {place}{by}: {share_of(share)} of the limit is used.{_direction(result)}"),
+    ]
+    if status == "unfinished":
+        sentences.append(Sentence("The search reached its limit of steps: there may be cheaper sizes.", is_alarm=True))
+    if "cheapest" in result.attrs:
+        sentences.append(Sentence("All sources have their cheapest size; looser limits save nothing."))
+    return Conclusion(tuple(sentences))
+
+
+def _direction(result: Result) -> str:
+    if "binding_direction" not in result.data:
+        return ""
+    parts = ", ".join(f"{value:.3g}" for value in result.get("binding_direction"))
+    return f" Direction: [{parts}]."

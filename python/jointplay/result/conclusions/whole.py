@@ -1,0 +1,65 @@
+"""The verdict for a whole file: one sentence over all questions that were asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from jointplay.questions import QUESTIONS
+from jointplay.result import Result
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, percent, verdict
+
+from .words import Sentence
+
+#: the results of a question, of every output and load case, each with its heading
+Parts = Sequence[tuple[str, Result]]
+
+
+def decide(answers: Mapping[str, Parts]) -> Sentence | None:
+    """Whether limits hold in all questions that were asked together, and what this rests on.
+
+    Parameters
+    ----------
+    answers : mapping
+        By question; see `jointplay.result.parts`.
+
+    Returns
+    -------
+    Sentence or None
+        None where fewer than two questions were asked, or none of them has limits to keep to.
+    """
+    if len(answers) < 2:
+        return None
+    told: dict[str, list[str]] = {MISSED: [], NOT_SHOWN: [], HELD: []}
+    for question, parts in answers.items():
+        if QUESTIONS[question].judged and parts:
+            heading, part, found = max(_judged(parts), key=lambda one: (RANK[one[2].outcome], one[2].used))
+            if found.outcome:
+                told[found.outcome].append(rests(question, part, found, heading))
+    missed, unknown, held = told.values()
+    if missed:
+        rest = f" Held: {_listed(held)}." if held else ""
+        rest += f" Not shown: {'; '.join(unknown)}." if unknown else ""
+        return Sentence(f"Limits missed: {'; '.join(missed)}.{rest}", True, True, state=MISSED)
+    if unknown:
+        rest = f"; they hold {_listed(held)}" if held else ""
+        return Sentence(f"Not shown: whether limits hold {'; '.join(unknown)}{rest}.", True, True, state=NOT_SHOWN)
+    return Sentence(f"Limits hold {_listed(held)}.", is_answer=True, state=HELD) if held else None
+
+
+def _judged(parts: Parts) -> list[tuple[str, Result, Verdict]]:
+    return [(heading, part, verdict(part)) for heading, part in parts]
+
+
+def rests(question: str, part: Result, found: Verdict, heading: str = "") -> str:
+    """What a verdict rests on, and where limits do not hold what decides it."""
+    share = float(part.attrs.get("required_yield", float("nan")))
+    words = f"{QUESTIONS[question].judged.format(percent(share))}{found.basis}"
+    if not found.gist:
+        return words
+    where = f"{heading[:1].lower()}{heading[1:]}: " if heading else ""
+    return f"{words} ({where}{found.gist})"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """``in the worst case, under the load and in the required 99 % of the specimens``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,87 @@
+"""Limits and margins as variables of a result.
+
+margin = min(high - largest value, lowest value - low)      negative where a limit is missed
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.core.compile import LENGTHS
+from jointplay.result import SIDES, Array, Result, ResultBuilder, Variable
+
+from .words import ROUNDING, SIZES
+
+#: what clearances that scatter are taken as beside their middle sizes
+PLAYS = ("largest", "smallest")
+
+
+def add_limits(builder: ResultBuilder) -> None:
+    """Add the limits of the file to a result: `limit`, nan where there is none."""
+    m = builder.m
+    bounds = m.limits.bounds(m.quantities)
+    words = "lowest and highest acceptable value"
+    builder.add("limit", ("quantity", "side"), np.where(np.isfinite(bounds), bounds, np.nan), words, "quantity")
+
+
+def judge(builder: ResultBuilder) -> None:
+    """Add the limits to a result of errors, and whether and by how much they are kept: `limit_met`, `margin`."""
+    add_limits(builder)
+    limit = builder.data["limit"]
+    margin = room(limit.values, *ends(Result(builder.coords, builder.data, builder.attrs)))
+    limited = np.isfinite(limit.values).any(axis=1)
+    met = ~limited | (margin >= -_roundings(builder))
+    per = ("configuration", "quantity")
+    builder.data["limit_met"] = Variable(per, met, "", "whether the quantity keeps to its limits")
+    words = "how far the quantity is from its limits, negative where it is beyond one"
+    builder.data["margin"] = Variable(per, margin, limit.units, words)
+
+
+def add_play(builder: ResultBuilder, play: str, error: Array, half: Array) -> None:
+    """Add what quantities reach with clearances of the largest or the smallest play; nan where it is not known."""
+    values = np.stack(_reached(error, half, list(builder.m.components)), axis=-1)
+    words = f"lowest and highest value with the {play} play"
+    builder.add(f"play_{play}", ("configuration", "quantity", "side"), values, words, "quantity")
+
+
+def room(limit: Array, lowest: Array, highest: Array) -> Array:
+    """How far values are from their limits; nan where there is no limit, or no value."""
+    low, high = limit.T
+    below, above = (np.where(np.isfinite(end), end, sign * np.inf) for end, sign in ((low, -1.0), (high, 1.0)))
+    left = np.minimum(above - highest, lowest - below)
+    return np.where((np.isfinite(low) | np.isfinite(high)) & np.isfinite(left), left, np.nan)
+
+
+def _roundings(builder: ResultBuilder) -> Array:
+    """What of every quantity is rounding, in the units of the result."""
+    sizes = {"length": builder.m.length / builder.units.length, "angle": 1.0 / builder.units.angle}
+    return ROUNDING * np.array([sizes[kind] for kind in builder.axes["quantity"].kinds])
+
+
+def ends(result: Result) -> tuple[Array, Array]:
+    """Lowest and highest value of every quantity, each (configuration, quantity).
+
+    What a load leaves open counts: a component may be anywhere within its half-width, and a size is at most that of
+    the farthest corner. Of corrected drives it is what is left that counts.
+    """
+    if "worst_component" in result.data:
+        low, high = (result.get("worst_component", side=side) for side in SIDES)
+        sizes = [result.get(f"worst_{which}") for which in SIZES]
+        return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
+    error, half = judged(result)
+    return _reached(error, half, result.labels("component"))
+
+
+def judged(result: Result) -> tuple[Array, Array]:
+    """The errors that are judged, and what a load leaves open of each."""
+    is_corrected = "correction" in result.data
+    error = result.get("residual") - result.get("target") if is_corrected else result.get("error")
+    open_ = "residual_undetermined" if is_corrected else "undetermined"
+    return error, result.get(open_) if open_ in result.data else np.zeros_like(error)
+
+
+def _reached(error: Array, half: Array, components: list[str]) -> tuple[Array, Array]:
+    low, high = error - half, error + half
+    moves = np.array([name in LENGTHS for name in components])
+    sizes = [np.linalg.norm((np.abs(error) + half)[:, which], axis=1) for which in (moves, ~moves)]
+    return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])

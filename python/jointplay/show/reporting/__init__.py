@@ -1,0 +1,101 @@
+"""A report to hand on: one page with the verdict, the mechanism, its errors, who is to blame, and its inputs.
+
+The page carries all that it needs. It opens from an e-mail attachment, works without a network and prints on A4.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from jointplay.analyses import random
+from jointplay.basics import files
+from jointplay.basics.typed import typed
+from jointplay.errors import InputError
+from jointplay.model.mechanism import Mechanism
+
+from . import printing
+from .answers import SAMPLES, Progress, ask
+from .notebook import View, view
+from .page import page
+
+__all__ = ["View", "check_path", "report", "view", "write"]
+
+EXTENSIONS = (".html", ".pdf")
+
+
+@typed
+def report(
+    m: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    samples: int = SAMPLES,
+    seed: int = 0,
+) -> None:
+    """Write a report on a mechanism.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With drive values or a path. Of several outputs each has a chapter of its own.
+    path : str or path
+        Ending in `.html`, or in `.pdf` where Chromium or a browser like it is installed.
+    samples : int
+        Random specimens per configuration.
+    seed : int
+        Of the random numbers.
+
+    Raises
+    ------
+    InputError
+        When nothing can be written there, or no configuration can be solved.
+    JointplayError
+        When the page is to be a PDF and no browser is found that prints it.
+    """
+    write(m, Path(path), samples=samples, seed=seed)
+
+
+def write(
+    m: Mechanism,
+    path: Path,
+    *,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    command: str = "",
+    progress: Progress | None = None,
+) -> bool:
+    """The report of `report`.
+
+    Parameters
+    ----------
+    command : str
+        What has been typed to make the page, where it was typed.
+    progress : callable, optional
+        Called with how many steps are done and how many there are.
+
+    Returns
+    -------
+    bool
+        Whether all configurations are ok and no limit is missed.
+    """
+    check_path(path)
+    random.checked(samples, seed, None, random.PROBABILITIES, "sobol")
+    answers = ask(m, samples, seed, progress)
+    text = page(answers, command)
+    content = printing.pdf(text) if path.suffix.lower() == ".pdf" else text.encode()
+    files.put(memoryview(content), path)
+    return answers.is_good
+
+
+def check_path(path: Path) -> None:
+    """Refuse a path that no report can be written to.
+
+    Raises
+    ------
+    InputError
+    """
+    if path.suffix.lower() not in EXTENSIONS:
+        raise InputError(f"reports are written as {', '.join(EXTENSIONS)}", file=os.fspath(path))
+    files.require_writable(path)
+    if path.suffix.lower() == ".pdf":
+        printing.browser()

@@ -1,0 +1,201 @@
+"""What a report is made of: the answers to all questions that the file allows, and why others were not asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses import (
+    allow,
+    assemble,
+    check,
+    compensate,
+    loaded,
+    random,
+    region,
+    singularities,
+    worst,
+)
+from jointplay.analyses.displaced import Displaced, shifts
+from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.core.compile import LENGTHS
+from jointplay.errors import InputError
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import sizings, times
+from jointplay.result import Result, Variable, parts, size, stack
+from jointplay.result.verdict import is_good
+
+from . import maps
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+#: called with how many steps are done and how many there are
+Progress = Callable[[int, int], None]
+
+SAMPLES = 32_768
+#: factors of all clearances and tolerances against which the error is drawn
+FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
+#: specimens that are drawn as points
+CLOUD = 300
+#: configurations between which the slider of the page moves
+MOST_SHOWN = 121
+#: part of the largest error to which errors of the same offsets agree
+SAME = 1e-6
+
+
+@dataclass
+class Chapter:
+    """The answers about one output.
+
+    Attributes
+    ----------
+    m : Mechanism
+        With this output only.
+    output : str
+        Its name; empty where the file has one output.
+    at : Nominal
+    results : mapping
+        By question.
+    reasons : mapping
+        By question why it was not asked.
+    cloud : ndarray or None
+        Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
+    """
+
+    m: Mechanism
+    output: str
+    at: Nominal
+    results: dict[str, Result] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
+    cloud: Floats | None = None
+
+    def parts(self, question: str) -> list[tuple[str, Result]]:
+        """The answer to a question, load case by load case, each with what it is called."""
+        return parts(self.results[question]) if question in self.results else []
+
+
+@dataclass
+class Answers:
+    """The answers about a mechanism."""
+
+    m: Mechanism
+    samples: int
+    seed: int
+    check: Result
+    chapters: list[Chapter]
+    assembly: Result | None = None
+    map: Result | None = None
+
+    @property
+    def is_good(self) -> bool:
+        """Whether all configurations are ok and no limit is missed."""
+        judged = [c.results[name] for c in self.chapters for name in ("worst", "loaded", "random") if name in c.results]
+        return all(map(is_good, judged))
+
+
+def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None) -> Answers:
+    """Ask all questions that the file allows.
+
+    Raises
+    ------
+    InputError
+        When there is no configuration to ask about.
+    """
+    at = nominal(m.first)
+    if not np.isfinite(at.poses).all(axis=(1, 2)).any():
+        raise InputError("no configuration can be assembled; `jointplay solve` says where it stays open", file=m.file)
+    chapters = []
+    for name in m.outputs or ("",):
+        own = m.only(name or None, None)
+        first = own.first
+        chapters.append(Chapter(own, name, at if first.of == m.first.of else carried(at, m.first, first)))
+    asked = [_questions(chapter, samples, seed) for chapter in chapters]
+    steps = sum(map(len, asked)) + 2
+    done = 0
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, steps)
+
+    for chapter, questions in zip(chapters, asked, strict=True):
+        _ask(chapter, questions, seed, step)
+    answers = Answers(m, samples, seed, check.compute(m), chapters)
+    if m.assembly is not None:
+        answers.assembly = assemble.compute(m.first)
+    step()
+    if m.data.grid is not None:
+        try:
+            answers.map = maps.compute(m)
+        except InputError as problem:
+            chapters[0].reasons["map"] = str(problem.problem)
+    step()
+    return answers
+
+
+def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callable[[], Result]]:
+    """What is asked about an output."""
+    m, first = chapter.m, chapter.m.first
+    return {
+        "worst": lambda: worst.compute(m),
+        "loaded": lambda: loaded.compute(m),
+        "random": lambda: random.compute(m, samples, seed),
+        "compensate": lambda: compensate.compute(m),
+        "region": lambda: region.compute(first, at=chapter.at),
+        "sizes": lambda: _sizes(first),
+        "singularities": lambda: singularities.compute(first),
+        "allow": lambda: allow.compute(first),
+    }
+
+
+def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: int, step: Callable[[], None]) -> None:
+    for name, question in questions.items():
+        try:
+            chapter.results[name] = question()
+        except InputError as problem:
+            chapter.reasons[name] = str(problem.problem)
+        step()
+    if "random" in chapter.results:
+        chapter.cloud = specimens(chapter.m.first, chapter.at, seed)
+
+
+def _sizes(m: Mechanism) -> Result:
+    """The worst error with all sizes of the file times a factor."""
+    base, sources = sizings(m)
+    if not times(sources, 0.5):
+        raise InputError("the file has no clearance and no tolerance whose size could be changed")
+    found = [worst.compute(base.with_(times(sources, factor))) for factor in FACTORS]
+    along = Variable(("factor",), np.array(FACTORS), "", "factor of all clearances and tolerances")
+    return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
+
+
+def specimens(m: Mechanism, at: Nominal, seed: int = 0) -> Floats | None:
+    """Position errors of some specimens, the same ones in every configuration, in units of the file."""
+    if not m.core.isostatic:
+        return None
+    axes = sum(name in LENGTHS for name in m.components)
+    drawn = m.core.specimens(CLOUD, seed)
+    found = np.full((len(at), CLOUD, axes), np.nan)
+    for k, (drives, placed) in enumerate(zip(at.drives, at.poses, strict=True)):
+        if np.isfinite(placed).all():
+            every = np.tile(placed, (CLOUD, 1, 1))
+            errors = m.core.given(np.tile(drives, (CLOUD, 1)), every, drawn)["error"]
+            found[k] = errors[:, :axes] / m.units.length
+    return found
+
+
+def reproduces(m: Mechanism, at: Nominal, result: Result, moved: Displaced) -> bool:
+    """Whether a displaced mechanism has the errors of a result: `error`, or those of `worst`."""
+    own = shifts(m, at, moved)
+    wanted = size(result, "error", "position") if "error" in result.data else result.get("worst_position")
+    both = np.isfinite(own) & np.isfinite(wanted)
+    # What is elastic gives way under a load, which offsets alone do not tell.
+    return bool(both.any() and np.allclose(own[both], wanted[both], rtol=SAME, atol=SAME * float(wanted[both].max())))
+
+
+def shown(count: int) -> NDArray[np.intp]:
+    """Which configurations the slider of the page has: all, or evenly chosen ones."""
+    return np.unique(np.linspace(0, count - 1, min(count, MOST_SHOWN)).round().astype(np.intp))

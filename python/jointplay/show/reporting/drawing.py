@@ -1,0 +1,93 @@
+"""The drawing to play with: what is known of a mechanism, as data of the viewer, and how it stands on a page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from jointplay.analyses import displaced
+from jointplay.questions import QUESTIONS
+from jointplay.result import figure, figures, in_words
+from jointplay.result.verdict import cause, place, verdict
+from jointplay.show import viewer
+from jointplay.show.viewer import Displaced, scene
+
+from .answers import Chapter, reproduces, shown
+
+#: what the questions are called in headings and sentences that judge, the one first that says most
+WORDS = {name: QUESTIONS[name].label for name in ("worst", "loaded", "random")}
+#: draws every scene of the page; what is folded is printed, too
+START = """
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
+for (const place of document.querySelectorAll("[data-viewer]")) {
+  view(place, JSON.parse(place.nextElementSibling.textContent));
+}
+"""
+
+
+def drawing(chapter: Chapter) -> dict[str, Any]:
+    """The data of the viewer."""
+    m, at = chapter.m.first, chapter.at
+    kept = shown(len(at))
+    states = [Displaced(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
+    own = at.chosen(kept)
+    bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
+    limit = float(bounds["position"][1]) / m.units.length
+    region = chapter.results["region"].get("region")[kept] if "region" in chapter.results else None
+    return scene(
+        m,
+        own,
+        displaced=states,
+        region=region,
+        cloud=None if chapter.cloud is None else chapter.cloud[kept],
+        limit=limit if np.isfinite(limit) else None,
+        texts=[_text(chapter, int(k)) for k in kept],
+    )
+
+
+def _states(chapter: Chapter) -> Iterator[tuple[str, displaced.Displaced]]:
+    """What displaces the mechanism, in words, and where it is then."""
+    for heading, part in chapter.parts("loaded"):
+        case = chapter.m.only(None, str(part.coords["load_case"].values) if heading else None)
+        moved = displaced.under_load(case, chapter.at)
+        if reproduces(case, chapter.at, part, moved):
+            yield ", ".join(filter(None, (QUESTIONS["loaded"].displaced, heading))), moved
+    for _, part in chapter.parts("worst"):
+        moved = displaced.at_offsets(chapter.m.first, chapter.at, part.get("worst_offset", extreme="position"))
+        if reproduces(chapter.m.first, chapter.at, part, moved):
+            yield QUESTIONS["worst"].displaced, moved
+
+
+def _text(chapter: Chapter, k: int) -> list[str]:
+    """What is said beside a configuration."""
+    lines: list[str] = []
+    for question in ("worst", "loaded"):
+        for heading, part in chapter.parts(question):
+            if not lines:
+                where = place(part, k)
+                lines.append(f"{where[:1].upper()}{where[1:]}")
+            label = ", ".join(filter(None, (WORDS[question], heading)))
+            values, unit = figure(part, "position")
+            found = cause(part, "position", "high", k) if question == "worst" else None
+            said = figures(part)["position"].words if question == "worst" else label
+            whose = f", to blame first: {in_words(*found)}" if found else ""
+            lines.append(f"{said} {float(values[k]):.4g} {unit}{whose}")
+            mark = (verdict(part).marks or ("",) * (k + 1))[k]
+            if mark:
+                lines.append(f"{label}: beyond the limit: {mark}")
+    return lines
+
+
+def embedded(data: Mapping[str, Any]) -> str:
+    """Where a drawing stands on a page, with its data."""
+    # Within a script a page ends at the first tag that closes one.
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return f'<div class="viewer" data-viewer></div><script type="application/json">{text}</script>'
+
+
+def program() -> str:
+    """The end of a page: what draws."""
+    return f'<script type="module">{viewer.script()}{START}</script></body></html>\n'

@@ -1,0 +1,57 @@
+"""Figures of a page as HTML, each with its numbers to take along."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from jointplay.file.columns import as_cell
+from jointplay.plot.style import USUAL_STYLE, escape_texts
+from jointplay.result import Result
+from jointplay.result.spreadsheets import frame
+
+#: rows of a file of numbers that is within the page
+MOST_NUMBERS = 20_000
+
+
+def svg(figure: Figure) -> str:
+    """A figure as the source of a picture."""
+    content = io.BytesIO()
+    escape_texts(figure)
+    # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
+    with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}):
+        # A drawing would keep its text.
+        Figure.savefig(figure, content, format="svg", metadata={"Date": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
+
+
+def picture(figures: Figure | Sequence[Figure], words: str, numbers: Mapping[str, str] | None = None) -> str:
+    """Figures, side by side where there is room, with what they show, and files of their numbers by name."""
+    links = "".join(download(name, text) for name, text in (numbers or {}).items())
+    several = [figures] if isinstance(figures, Figure) else figures
+    images = "".join(f'<img alt="{escape(words, quote=True)}" src="{svg(figure)}">' for figure in several)
+    kind = ' class="row"' if len(several) > 1 else ""
+    return f"<figure><div{kind}>{images}</div><figcaption>{escape(words)} {links}</figcaption></figure>"
+
+
+def download(name: str, text: str) -> str:
+    """A link that saves a text as a file."""
+    content = base64.b64encode(text.encode()).decode()
+    file = escape(name, quote=True)
+    return (
+        f'<a class="numbers" download="{file}" href="data:text/csv;charset=utf-8;base64,{content}">{escape(name)}</a> '
+    )
+
+
+def numbers(result: Result, names: Iterable[str]) -> str:
+    """Some variables of a result as CSV, one row for each value."""
+    kept = {name: result.data[name] for name in names if name in result.data}
+    table = frame(Result(result.coords, kept, result.attrs))
+    table = table.head(MOST_NUMBERS).dropna(axis="columns", how="all").rename(columns=as_cell)
+    texts = table.select_dtypes("category").columns
+    return str(table.assign(**{name: table[name].cat.rename_categories(as_cell) for name in texts}).to_csv(index=False))

@@ -1,0 +1,95 @@
+"""The map of a report: the error over the grid of the file, with slices where it has three axes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from jointplay import plot
+from jointplay.analyses import map as maps
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import Result, parts, quantity
+from jointplay.result.conclusions import conclude
+from jointplay.result.table import tables
+from jointplay.result.table.html import folded, paragraphs, table
+
+from .figures import numbers, picture
+
+#: nodes of a map that a reader waits for, and the most where each of them is a search
+MOST_NODES, MOST_SEARCHED = 1500, 200
+#: of a map with two axes, inches
+SIZE = (5.2, 4.0)
+#: variables whose numbers the page has
+KEPT = (
+    *("error", "undetermined", "worst_position", "worst_rotation"),
+    *("limit", "limit_met", "status", "contact_change"),
+)
+
+
+def compute(m: Mechanism) -> Result:
+    """The error over the grid of the file, on so many of its nodes as a reader waits for.
+
+    It is the error under load; without loads the largest one.
+    """
+    is_quick = m.has_loads and m.first.core.isostatic
+    grid = thinned(m, MOST_NODES if is_quick else MOST_SEARCHED)
+    found = maps.compute(m, "loaded", grid, details=False) if m.has_loads else maps.compute(m, "worst", grid)
+    assert found is not None
+    return found
+
+
+def thinned(m: Mechanism, most: int) -> dict[str, Any]:
+    """The grid of the file with evenly chosen nodes of every axis, so that there are not more than so many."""
+    assert m.data.grid is not None
+    nodes = {name: np.array(along.nodes) for name, along in m.data.grid.items()}
+    axes = sorted((name for name in nodes if len(nodes[name]) > 1), key=lambda name: len(nodes[name]))
+    grid: dict[str, Any] = {name: float(values[0]) for name, values in nodes.items() if len(values) == 1}
+    chosen, left = {}, float(most)
+    for k, name in enumerate(axes):
+        # What a short axis does not need is left to the others.
+        count = min(len(nodes[name]), max(2, math.floor(left ** (1.0 / (len(axes) - k)))))
+        picks = np.unique(np.linspace(0, len(nodes[name]) - 1, count).round().astype(int))
+        chosen[name] = nodes[name][picks].tolist()
+        left /= count
+    return {name: grid.get(name, chosen.get(name)) for name in nodes}
+
+
+def content(m: Mechanism, result: Result) -> str:
+    """What the section says and shows."""
+    lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
+    several = [_picture(heading, part) for heading, part in parts(result)]
+    others = folded("The same of other outputs and load cases", "".join(several[1:])) if several[1:] else ""
+    blocks = "".join(table(found, title=True) for found in tables(result))
+    return lead + several[0] + others + folded("Tables", blocks) + paragraphs(_notes(m, result), "note")
+
+
+def _notes(m: Mechanism, result: Result) -> list[str]:
+    assert m.grid is not None
+    own = tuple(result.sizes[name] for name in str(result.attrs["grid"]).split(", "))
+    if own == m.grid.shape:
+        return []
+    whole, shown = (" × ".join(map(str, shape)) for shape in (m.grid.shape, own))
+    return [f"The grid of the file has {whole} nodes; {shown} of them are shown here, `jointplay map` computes all."]
+
+
+def _picture(heading: str, part: Result) -> str:
+    figures = [_drawn(part, name) for name in ("position", "rotation") if _is_something(part, name)]
+    question = "under load" if part.attrs["question"] == "loaded" else "largest possible error"
+    lead = f"Error over the grid of the file, {question}"
+    said = ", ".join(filter(None, (lead, heading)))
+    return picture(figures or [_drawn(part, "position")], f"{said}.", {"map.csv": numbers(part, KEPT)})
+
+
+def _is_something(part: Result, name: str) -> bool:
+    return bool(np.nan_to_num(quantity(part, name).values).any())
+
+
+def _drawn(part: Result, name: str) -> Figure:
+    if len(str(part.attrs["grid"]).split(", ")) > 2:
+        return plot.map(part, name)
+    figure = Figure(figsize=SIZE)
+    plot.map(part, name, axes=figure.add_subplot())
+    return figure

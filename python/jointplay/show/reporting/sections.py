@@ -1,0 +1,316 @@
+"""The sections of a report, in the order in which a reader needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from platform import python_version
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from jointplay import plot
+from jointplay.analyses.hints import hints
+from jointplay.plot.sheet import sheet
+from jointplay.plot.style import USUAL_STYLE
+from jointplay.result import Result, figure, in_words, today
+from jointplay.result.conclusions import Sentence, conclude, decide
+from jointplay.result.table import tables
+from jointplay.result.table.html import folded, paragraphs, table
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
+
+from . import maps
+from .answers import Answers, Chapter
+from .drawing import WORDS, drawing, embedded
+from .figures import numbers, picture
+
+QUANTITIES = ("position", "rotation")
+#: in front of verdicts
+SYMBOLS = {HELD: "✓", MISSED: "✗", NOT_SHOWN: "?"}
+#: variables that stand behind a figure of errors
+ERRORS = {
+    "worst": ("worst_position", "worst_rotation", "worst_component", "limit", "status"),
+    "loaded": ("error", "undetermined", "limit", "status"),
+    "random": ("error_mean", "error_std", "error_quantile", "outside", "limit", "status"),
+}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading with what stands below it, in HTML."""
+
+    title: str
+    content: str
+
+
+def of_chapter(chapter: Chapter) -> Iterator[Section]:
+    """The sections on one output."""
+    with mpl.rc_context(USUAL_STYLE.rc):
+        yield Section("Verdict", _verdict(chapter))
+        yield Section("The mechanism", _mechanism(chapter))
+        yield Section("Errors along the path", _errors(chapter))
+        yield Section("Which source is to blame", _blame(chapter))
+        makers = {
+            "sizes": ("Error against clearances and tolerances", _sizes),
+            "random": ("Scatter from specimen to specimen", _scatter),
+            "loaded": ("Reactions in the joints", _reactions),
+            "allow": ("How large clearances and tolerances may be", _allowed),
+            "compensate": ("Compensation", _compensation),
+            "singularities": ("Distance from singularities", _singularities),
+        }
+        for question, (title, make) in makers.items():
+            if question in chapter.results:
+                yield Section(title, make(chapter))
+        if chapter.reasons:
+            yield Section("What was not asked", _not_asked(chapter))
+
+
+def worst_place(chapter: Chapter) -> int:
+    """The configuration with the largest position error."""
+    question = next(name for name in ("worst", "random", "loaded") if name in chapter.results)
+    return int(np.nan_to_num(figure(chapter.parts(question)[0][1], "position")[0]).argmax())
+
+
+def _verdict(chapter: Chapter) -> str:
+    items = []
+    # What holds whatever is asked is said once.
+    already: set[Sentence] = set()
+    for question, words in WORDS.items():
+        for heading, part in chapter.parts(question):
+            sentences = [sentence for sentence in conclude(part).sentences if sentence not in already]
+            already.update(sentence for sentence in sentences if sentence.is_common)
+            label = ", ".join(filter(None, (words, heading)))
+            mark = marked(verdict(part).outcome)
+            if sentences:
+                said = paragraphs([sentence.text for sentence in sentences])
+                items.append(f"<dt>{escape(label)} {mark}</dt><dd>{said}</dd>")
+    lead = whole([chapter]) + paragraphs(_summary(chapter), "answer")
+    return lead + (f"<dl>{''.join(items)}</dl>" if items else "")
+
+
+def whole(chapters: Sequence[Chapter]) -> str:
+    """The verdict over all questions, of all outputs together."""
+    found: dict[str, list[tuple[str, Result]]] = {}
+    for chapter in chapters:
+        output = f"Output {chapter.output}" if len(chapters) > 1 else ""
+        for question in WORDS:
+            own = [(", ".join(filter(None, (output, heading))), part) for heading, part in chapter.parts(question)]
+            found.setdefault(question, []).extend(own)
+    said = decide(found)
+    return f'<p class="answer">{marked(said.state)} {escape(said.text)}</p>' if said is not None else ""
+
+
+def marked(outcome: str) -> str:
+    """A verdict as a mark that is read without colours, too."""
+    if not outcome:
+        return ""
+    return f'<strong class="{outcome.replace(" ", "-")}">{SYMBOLS[outcome]} {outcome}</strong>'
+
+
+def _summary(chapter: Chapter) -> list[str]:
+    """The largest error, where it is, and what causes it."""
+    said = []
+    if "worst" in chapter.results:
+        part = chapter.parts("worst")[0][1]
+        at = worst_place(chapter)
+        value, unit = float(part.get("worst_position")[at]), part.unit("worst_position")
+        found = cause(part, "position", "high", at)
+        whose = f"; to blame first: {in_words(*found)}" if found else ""
+        said.append(f"The largest possible position error is {value:.4g} {unit}, at {place(part, at)}{whose}.")
+    return said
+
+
+def _mechanism(chapter: Chapter) -> str:
+    """The drawing to play with; where no program runs, and on paper, a picture of it."""
+    m = chapter.m.first
+    data = drawing(chapter)
+    words = (
+        "Move the slider through the configurations; drag to turn (in the plane: to shift), press Ctrl and turn the "
+        "wheel to zoom, double-click to start again. Errors and clearances are magnified by the stated factor. "
+        "The shaded region is where the output point can be as far as clearances and tolerances let it, on the exact "
+        "closure; dots are random specimens."
+    )
+    still = Figure(figsize=(7.4, 5.0))
+    plot.mechanism(m, _first(chapter), axes=still.add_subplot())
+    files: dict[str, str] = {}
+    if "region" in chapter.results:
+        files["region.csv"] = numbers(chapter.results["region"], ("region", "extent", "region_direction"))
+    picture_ = picture(still, f"{m.title}, configuration {_first(chapter)}", files)
+    return (
+        f"{embedded(data)}"
+        f'<p class="note screen">{escape(words)}</p>{folded("Still picture, and the region as numbers", picture_)}'
+    )
+
+
+def _drawn(draw: Callable[..., Figure], *args: Any, **options: Any) -> Figure:
+    """A figure that has half the width of the page."""
+    figure = Figure(figsize=(5.2, 4.0))
+    draw(*args, **options, axes=figure.add_subplot())
+    return figure
+
+
+def _first(chapter: Chapter) -> int:
+    return int(np.isfinite(chapter.at.poses).all(axis=(1, 2)).argmax())
+
+
+def _labelled(chapter: Chapter, questions: Sequence[str]) -> dict[str, Result]:
+    found = {}
+    for question in questions:
+        for heading, part in chapter.parts(question):
+            found[heading or question] = part
+    return found
+
+
+def _errors(chapter: Chapter) -> str:
+    curves = _labelled(chapter, tuple(WORDS))
+    files = {f"{name}.csv": numbers(chapter.results[name], ERRORS[name]) for name in WORDS if name in chapter.results}
+    figures = [_drawn(plot.error, curves, quantity) for quantity in QUANTITIES]
+    said = "Size of the error by question; of random specimens the 95 % quantile. Limits are dashed."
+    blocks = [folded(f"Table: {label}", table(found)) for label, part in curves.items() for found in tables(part)]
+    return picture(figures, said, files) + "".join(blocks)
+
+
+def _blame(chapter: Chapter) -> str:
+    found: list[str] = []
+    at = worst_place(chapter)
+    for question in ("worst", "loaded", "random"):
+        for heading, part in chapter.parts(question):
+            label = ", ".join(filter(None, (WORDS[question], heading)))
+            figures = [_drawn(plot.pareto, part, "position", at)]
+            along = ""
+            if not found:
+                figures.append(_drawn(plot.blame, part))
+                along = ", and along the path"
+            said = f"{label[:1].upper()}{label[1:]}: sources of the position error at {place(part, at)}{along}."
+            files = {f"contribution-{question}.csv": numbers(part, ("contribution",))}
+            found.append(picture(figures, said, files))
+    first, *others = found
+    return first + (folded("The same of other questions and load cases", "".join(others)) if others else "")
+
+
+def _sizes(chapter: Chapter) -> str:
+    result = chapter.results["sizes"]
+    figures = [_drawn(plot.sweep, result)]
+    if result.sizes["configuration"] > 1:
+        figures.append(_drawn(plot.sweep, result, surface=True))
+    said = "Largest position error with all clearances and tolerances of the file times a factor."
+    return picture(figures, said, {"sizes.csv": numbers(result, ("worst_position", "worst_rotation"))})
+
+
+def _scatter(chapter: Chapter) -> str:
+    part = chapter.parts("random")[0][1]
+    at = worst_place(chapter)
+    figures = [_drawn(plot.histogram, part, quantity, at) for quantity in QUANTITIES]
+    said = f"Random specimens at {place(part, at)}, where the position error can be largest."
+    return picture(figures, said, {"histogram.csv": numbers(part.isel("configuration", at), ("histogram", "edge"))})
+
+
+def _reactions(chapter: Chapter) -> str:
+    found = []
+    for heading, part in chapter.parts("loaded"):
+        if "reaction" not in part.data:
+            continue
+        figure = Figure(figsize=(7.4, 4.2))
+        plot.reactions(part, axes=figure.add_subplot())
+        said = ": ".join(filter(None, (heading, "Forces in the joints under the loads of the file, at nominal poses.")))
+        found.append(picture(figure, said, {"reactions.csv": numbers(part, ("reaction",))}))
+    return "".join(found)
+
+
+def _allowed(chapter: Chapter) -> str:
+    result = chapter.results["allow"]
+    words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
+    return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
+
+
+def _compensation(chapter: Chapter) -> str:
+    found = []
+    for heading, part in chapter.parts("compensate"):
+        figures = [_drawn(plot.error, part, quantity) for quantity in QUANTITIES]
+        units = dict.fromkeys(part.labels("drive_unit"))
+        figures += [_drawn(plot.correction, part, unit) for unit in units]
+        said = "Error under the loads of the file before and after the correction of the drives, and the correction."
+        words = ": ".join(filter(None, (heading, said)))
+        names = [name for name in part.data if "contribution" not in name]
+        shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
+        judged = marked(verdict(part).outcome) + _concluded(part)
+        found.append(judged + shown + _table(part, "Table of the corrected drives"))
+    return "".join(found)
+
+
+def _singularities(chapter: Chapter) -> str:
+    result = chapter.results["singularities"]
+    words = "The configuration that is nearest to a singularity, and how near all are to singularities of each kind."
+    shown = picture(_sheet(chapter, "singularities"), words, _all(result, "singularities.csv"))
+    return _concluded(result) + shown + _table(result)
+
+
+def _concluded(result: Result) -> str:
+    """The answer in sentences."""
+    return paragraphs([sentence.text for sentence in conclude(result).sentences])
+
+
+def _table(result: Result, words: str = "Table") -> str:
+    return folded(words, "".join(map(table, tables(result))))
+
+
+def _all(result: Result, name: str) -> dict[str, str]:
+    """All numbers of a result as a file."""
+    return {name: numbers(result, result.data)}
+
+
+def _sheet(chapter: Chapter, question: str) -> Figure:
+    return sheet(chapter.m.first, {question: chapter.results[question]})
+
+
+def _not_asked(chapter: Chapter) -> str:
+    rows = "".join(f"<dt>{escape(name)}</dt><dd>{escape(why)}</dd>" for name, why in chapter.reasons.items())
+    return f"<dl>{rows}</dl>"
+
+
+def assembly(answers: Answers) -> Section | None:
+    """The steps of the assembly, where the file has an order."""
+    if answers.assembly is None:
+        return None
+    with mpl.rc_context(USUAL_STYLE.rc):
+        figure = sheet(answers.m.first, {"assemble": answers.assembly})
+        blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
+    said = "Error and forces after every step of the assembly."
+    shown = picture(figure, said, _all(answers.assembly, "assembly.csv"))
+    return Section("Assembly", _concluded(answers.assembly) + shown + folded("Tables", blocks))
+
+
+def map_(answers: Answers) -> Section | None:
+    """The error over the grid of the file."""
+    if answers.map is None:
+        return None
+    with mpl.rc_context(USUAL_STYLE.rc):
+        return Section("Map", maps.content(answers.m, answers.map))
+
+
+def inputs(answers: Answers, command: str) -> Section:
+    """What the page was made from."""
+    m, known = answers.m, answers.check
+    rows: Mapping[str, Any] = {
+        "mechanism": known.attrs["mobility"],
+        "file": f"{Path(m.file).name}, mechanism {m.hash}",
+        "date": today(),
+        "configurations": known.attrs["configurations"],
+        "random specimens": f"{answers.samples:,} per configuration, seed {answers.seed}",
+        "warnings": " ".join(hints(m)) or "none",
+        "versions": f"jointplay {known.attrs['jointplay']}, Python {python_version()}, NumPy {np.__version__}",
+        "made by": command or "jointplay.report(m, path)",
+    }
+    items = "".join(f"<dt>{escape(str(k))}</dt><dd>{escape(str(v))}</dd>" for k, v in rows.items())
+    assumed = (
+        "All poses and errors are those of the exact closure equations, without friction, impact, wear and dynamics. "
+        "Under load every pin lies where the loads press it. The worst case is the largest error that ascents from "
+        "many starts have found. Shares of sources are to first order."
+    )
+    content = f"<dl>{items}</dl>{paragraphs([assumed], 'note')}"
+    content += folded("What the mechanism is made of", "".join(table(one, title=True) for one in tables(known)))
+    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(m.complete_text)}</pre>"))

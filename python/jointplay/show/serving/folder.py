@@ -1,0 +1,138 @@
+"""The files that a page may open and save: mechanisms in one folder, by their plain names.
+
+The folder is that of the file with which the command was started, or where it was started without one. A page names
+files in it and no others: no folder, no link that leads out of it, nothing hidden, nothing but `.toml`.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from jointplay import examples
+from jointplay.errors import InputError, one_line, shown
+from jointplay.file import toml
+from jointplay.model.mechanism import Mechanism, load, loads
+
+EXTENSION = ".toml"
+#: as many files are offered
+MOST_NAMES = 500
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A mechanism and where it is from.
+
+    Attributes
+    ----------
+    m : Mechanism
+    name : str
+        Its file in the folder; empty where it is an example or comes from the page.
+    content : str
+        Text of the file when it was opened or saved.
+    """
+
+    m: Mechanism
+    name: str = ""
+    content: str = ""
+
+
+class Folder:
+    """A folder with mechanism files.
+
+    Parameters
+    ----------
+    path : path-like
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(os.path.realpath(path))
+
+    def names(self) -> list[str]:
+        """The files that can be opened."""
+        try:
+            found = sorted(entry.name for entry in self.path.iterdir() if _is_plain(entry.name) and self._is_own(entry))
+        except OSError:
+            return []
+        return found[:MOST_NAMES]
+
+    def _is_own(self, place: Path) -> bool:
+        """Whether a file that is there is in the folder, and not what a link leads to elsewhere."""
+        return place.is_file() and Path(os.path.realpath(place)).parent == self.path
+
+    def place(self, name: str) -> Path:
+        """Where a file of the folder is, or would be.
+
+        Raises
+        ------
+        InputError
+            When the name is not that of a mechanism file in the folder.
+        """
+        place = self.path / name if _is_plain(name) else None
+        if place is None or (os.path.lexists(place) and not self._is_own(place)):
+            problem = f"{shown(name)} is not the name of a {EXTENSION} file in the folder {one_line(str(self.path))}"
+            raise InputError(problem)
+        return place
+
+    def open(self, name: str) -> Opened:
+        """A file of the folder.
+
+        Raises
+        ------
+        InputError
+            When it cannot be read, or is not a valid mechanism.
+        """
+        place = self.place(name)
+        return Opened(load(place), name, toml.read(place)[1])
+
+    def save(self, opened: Opened, m: Mechanism, name: str) -> Opened:
+        """Write a mechanism to a file of the folder.
+
+        Parameters
+        ----------
+        opened : Opened
+            What it was made of. Its own file is replaced if nobody else has changed it; other files are not.
+        m : Mechanism
+        name : str
+
+        Raises
+        ------
+        InputError
+        """
+        place = self.place(name)
+        if os.path.lexists(place):
+            if name != opened.name:
+                raise InputError("is there already; choose another name", file=name)
+            if toml.read(place)[1] != opened.content:
+                raise InputError("has been changed by somebody else; open it again, or choose another name", file=name)
+        m.write(place)
+        return Opened(m, name, toml.read(place)[1])
+
+
+def _is_plain(name: str) -> bool:
+    """Whether a name is one of a mechanism file without a folder."""
+    plain = name.isprintable() and not any(mark in name for mark in "/\\:\0")
+    return plain and not name.startswith(".") and name.lower().endswith(EXTENSION) and len(name) > len(EXTENSION)
+
+
+def example(name: str) -> Opened:
+    """A bundled mechanism.
+
+    Raises
+    ------
+    InputError
+        When there is none of this name.
+    """
+    return Opened(loads(examples.text(name), f"{name}{EXTENSION}"))
+
+
+def from_text(text: str, name: str) -> Opened:
+    """A mechanism that a page sends.
+
+    Raises
+    ------
+    InputError
+        When it is not a valid mechanism.
+    """
+    return Opened(loads(text, one_line(name)))

@@ -1,0 +1,137 @@
+"""`allow` with a yield: what it says of sizes that jam, of loads that decide where clearances are, of unknown poses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analyses.allow import compute, keeps
+from jointplay.analyses.allow.asked import Use
+from jointplay.analyses.allow.search import AllowSearch
+from jointplay.cli import run
+from jointplay.result.conclusions import conclude
+from jointplay.result.table.allow import overview
+
+ARM = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.J1]
+type = "revolute"
+on = { ground = [0, 0], arm = [0, 0] }
+clearance = { radial = 0.05 }
+[drives.a]
+joint = "J1"
+values = [0]
+[dimensions.reach]
+body = "arm"
+between = ["J1", "output"]
+tolerance = 0.001
+[output]
+body = "arm"
+at = [100, 0]
+[[loads]]
+force = [0, -10]
+[limits]
+y = 0.045
+probability = 0.9
+"""
+
+
+def meshing(backlash: float) -> jp.Mechanism:
+    """Two gears whose runout can take the backlash; the pins have no play."""
+    m = jp.loads(jp.examples.text("geared-five-bar"))
+    pins = {f"joints.{name}.clearance": None for name in "ABCDE"}
+    drive = {**dict.fromkeys(("from", "to", "count", "error")), "values": [20]}
+    m = m.with_({**pins, **{f"drives.motor.{key}": value for key, value in drive.items()}, "limits.position": 1.5})
+    m = m.with_({"joints.mesh.ratio_error": None, "joints.mesh.runout": {"right": 0.015}, "loads": None})
+    return m.with_({"joints.mesh.clearance.backlash": backlash})
+
+
+def test_teeth_that_jam_are_told_as_such_and_not_as_an_error_that_is_too_large():
+    """Allowed was zero and the slack negative, beyond y, under the sentence that the limits hold."""
+    result = compute(meshing(0.1), "random", samples=1000, tolerance=0.01)
+    k = result.labels("source").index("mesh")
+    own, allowed, smallest, jammed = (result.get(name)[k] for name in ("size", "allowed", "smallest", "too_small"))
+    assert smallest <= own <= allowed
+    assert 0.0 < jammed < smallest
+    lost = jp.random(meshing(float(jammed)), samples=1000).failures
+    assert float(result.get("too_small_not_assembled")[k]) == pytest.approx(1.0 - lost.sel(outcome="ok").item() / 1000)
+    notes = " ".join(overview(result)[0].notes)
+    assert "of the specimens cannot be assembled at" in notes
+    assert conclude(result).sentences[0].text.startswith("The limits hold: ")
+    # The same where the size in the file is one of those that jam.
+    result = compute(meshing(0.005), "random", samples=1000, tolerance=0.01)
+    sentence = conclude(result).sentences[0]
+    assert sentence.is_alarm
+    assert "of the specimens cannot be assembled" in sentence.text
+    assert float(result.get("allowed")[k]) == pytest.approx(float(allowed), rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_size_that_holds_is_never_more_than_what_is_allowed(seed):
+    """Limits that are missed at smaller sizes, at larger ones, at both, in windows anywhere."""
+    rng = np.random.default_rng(seed)
+    edges = np.sort(rng.uniform(0.0, 3.0, 4))
+    what = [str(name) for name in rng.choice(["position", "assembly"], 3)]
+
+    def use(new: float, near: Any) -> Use:
+        place = int(np.searchsorted(edges, new))
+        if place in (1, 3):
+            return Use(1.0 + abs(new - edges[place - 1]), what[place // 2], 0)
+        return Use(0.5, "position", 0) if place < 4 else Use(2.0 + new, what[2], 0)
+
+    size = float(rng.uniform(0.0, 3.0))
+    found = AllowSearch(use, size, use(size, None), 100.0, 1.0, tolerance=1e-4, is_monotone=False).found()
+    if use(size, None).holds and found.status in ("ok", "unlimited", "no_effect"):
+        assert found.allowed >= size
+        assert found.smallest <= size
+    if math.isfinite(found.smallest) and math.isfinite(found.too_small):
+        assert use(found.smallest, None).holds
+        assert not use(found.too_small, None).holds
+        assert found.too_small < found.smallest <= found.allowed
+
+
+def test_a_pin_is_as_large_as_both_assumptions_leave_it():
+    """Play of 0.05 scatters within 0.045 for most arms; the load takes every one of them to 0.05."""
+    m = jp.loads(ARM)
+    found = {c: jp.allow(m, "random", samples=2000, contact=c).sel(source="J1") for c in ("scattered", "loaded")}
+    both = jp.allow(m, "random", samples=2000).sel(source="J1")
+    assert float(found["scattered"].used) < 1.0 < float(both.used)
+    assert float(both.allowed) == pytest.approx(min(float(one.allowed) for one in found.values()), rel=1e-3)
+    assert float(both.allowed) == pytest.approx(0.045, rel=0.01)
+    assert both.used_contact == "loaded"
+    text = [conclude(compute(m, "random", samples=2000, **o)).sentences[0].text for o in ({}, {"contact": "scattered"})]
+    assert text[0].startswith("The limits are missed with offsets that scatter and with offsets that the load decides:")
+    assert text[0].endswith("with offsets that the load decides, at configuration 0.")
+    assert text[1].startswith("The limits hold with offsets that scatter:")
+    # Without a load there is nothing to say.
+    alone = conclude(compute(m.with_({"loads": None}), "random", samples=2000)).sentences[0].text
+    assert alone.startswith("The limits hold: ")
+
+
+def test_limits_are_not_shown_where_a_configuration_has_no_pose(tmp_path, capsys):
+    """The limits held, it said, of a crank that cannot turn so far."""
+    text = jp.examples.text("slider-crank")
+    m = jp.loads(text)
+    drive = next(iter(m.raw["drives"]))
+    values = {f"drives.{drive}.{key}": None for key in ("from", "to", "count")} | {f"drives.{drive}.values": [10, 90]}
+    m = m.with_({**values, "joints.wristpin.on.rod": [45, 0], "limits": {"y": 99}})
+    m = m.with_({"dimensions": None, f"drives.{drive}.error": None, "joints.crankpin.clearance": None})
+    m = m.with_({"joints.wristpin.clearance": None, "joints.guide.clearance": None})
+    assert jp.solve(m).status.values.tolist() == ["ok", "not_assembled"]
+    for question, options in (("worst", {}), ("random", {"samples": 400, "contact": "scattered"})):
+        result = compute(m, question, tolerance=0.05, **options)
+        first = conclude(result).sentences[0]
+        assert first.is_alarm
+        assert first.text.startswith("Not shown: whether the limits hold")
+        assert not keeps(result)
+    path = tmp_path / "m.toml"
+    m.write(path)
+    assert run(["allow", str(path)]) == 1
+    assert "Not shown: whether the limits hold; configuration 1 cannot be assembled." in " ".join(
+        capsys.readouterr().out.split()
+    )

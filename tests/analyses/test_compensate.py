@@ -1,0 +1,141 @@
+"""Corrected drives: no others are better, ranges and weights are minded, contact that flips is told."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from helpers.answers import distance, example
+
+
+class TestCompensate:
+    @pytest.mark.parametrize("name", ["four-bar", "p3r", "slider-crank", "six-bar"])
+    def test_no_other_drive_value_nearby_is_better(self, name: str) -> None:
+        """The position error over a dense range of the only drive has its minimum at the corrected value."""
+        m = example(name)
+        result = jp.compensate(m)
+        (drive,) = m.drives
+        for k in (0, 3, 7):
+            best = result.drive_corrected[k, 0].item()
+            nominal = result.nominal[k].sel(component=["x", "y"]).values
+            reach = 0.3 * abs(result.correction[k, 0].item())
+            sizes = []
+            for value in best + np.linspace(-reach, reach, 13):
+                at = m.with_({f"drives.{drive}.values": [float(value)]})
+                moved = jp.loaded(at)
+                pose = moved.nominal[0] + moved.error[0]
+                sizes.append(float(np.hypot(*(pose.sel(component=["x", "y"]).values - nominal))))
+            assert sizes[6] == pytest.approx(result.residual_position[k].item(), abs=1e-9)
+            assert min(sizes) >= sizes[6] - 1e-9
+
+    def test_as_many_drives_as_components_leave_nothing(self) -> None:
+        result = jp.compensate(example("3-rrr"))
+        assert np.abs(result.residual).max() < 1e-9
+        assert distance(result.error).min() > 0.01
+        two = jp.compensate(example("five-bar"))
+        assert two.residual_position.max() < 1e-9
+        assert two.residual_rotation.min() > 1e-4
+
+    def test_rotation_counts_as_it_is_weighted(self) -> None:
+        m = example("four-bar")
+        position, rotation = jp.compensate(m), jp.compensate(m, weights=(0.0, 1.0))
+        assert rotation.residual_rotation.max() < 1e-8
+        assert (rotation.residual_position > position.residual_position - 1e-9).all()
+        between = jp.compensate(m, weights=(1.0, 300.0))
+
+        def merit(result: xr.Dataset) -> np.ndarray:
+            turn = np.deg2rad(result.residual_rotation.values)
+            return np.hypot(result.residual_position.values, 300.0 * turn)
+
+        assert (merit(between) <= np.minimum(merit(position), merit(rotation)) + 1e-9).all()
+
+    def test_given_errors_are_corrected_too(self) -> None:
+        m = example("five-bar")
+        offsets = {"A": [0.015, 0.01], "left_rod": -0.02}
+        result = jp.compensate(m, "given", offsets)
+        np.testing.assert_array_equal(result.error, jp.given(m, offsets).error)
+        assert result.residual_position.max() < 1e-9
+
+    def test_a_displaced_target_is_the_inverse_kinematics_of_the_displaced_point(self) -> None:
+        m = example("four-bar")
+        target = [2.0, 0.0]
+        result = jp.compensate(m, "given", target=target)
+        aim = jp.solve(m).nominal.sel(component=["x", "y"]).values + target
+        path = {"x": aim[:, 0].tolist(), "y": aim[:, 1].tolist()}
+        solved = jp.solve(m.with_({"drives.theta1.values": None, "path": path}))
+        np.testing.assert_allclose(result.drive_corrected[:, 0], solved.theta1, rtol=0, atol=1e-6)
+        each = jp.compensate(m, "given", target=np.tile(target, (11, 1)))
+        assert each.drive_corrected.equals(result.drive_corrected)
+
+    def test_drives_keep_to_their_range(self) -> None:
+        m = example("four-bar", limits__drives__theta1=[20, 77])
+        result, free = jp.compensate(m), jp.compensate(example("four-bar"))
+        held = (free.drive_corrected > 77).values[:, 0]
+        assert 0 < held.sum() < len(held)
+        assert result.at_limit.values[:, 0].tolist() == held.tolist()
+        np.testing.assert_allclose(result.drive_corrected.values[held], 77.0, rtol=1e-12)
+        np.testing.assert_allclose(result.drive_corrected.values[~held], free.drive_corrected.values[~held], rtol=1e-9)
+
+    def test_a_drive_at_its_range_leaves_the_work_to_the_other(self) -> None:
+        free = jp.compensate(example("five-bar"))
+        left = free.drive_nominal.sel(drive="left").max().item()
+        span = [0.0, left]
+        result = jp.compensate(example("five-bar", limits__drives__left=span))
+        held = result.at_limit.sel(drive="left").values
+        assert (result.drive_corrected.sel(drive="left") <= left + 1e-9).all()
+        assert (result.residual_position.values[~held] < 1e-9).all()
+
+    def test_where_contact_flips_the_best_drive_is_found_and_said_not_to_settle(self) -> None:
+        """The rocker pin of the P3R changes sides at a length within reach of the correction: E(q) jumps there."""
+        m = example("p3r", drives__v__values=[109.75, 110.25, 112.0])
+        result = jp.compensate(m)
+        assert not result.settled.all()
+        for k in range(3):
+            lengths = result.v[k].item() + np.linspace(-4, 4, 1601)
+            moved = jp.loaded(m.with_({"drives.v.values": lengths}))
+            left = distance(moved.nominal + moved.error - result.nominal[k])
+            assert result.residual_position[k].item() <= left.min() + 1e-9
+            assert lengths[left.argmin()] == pytest.approx(result.drive_corrected[k, 0].item(), abs=0.006)
+
+    def test_what_cannot_be_assembled_stays_so(self) -> None:
+        result = jp.compensate(example("four-bar", drives__theta1__values=[22.7, 180.0]))
+        assert result.status.values.tolist() == ["ok", "not_assembled"]
+        assert np.isfinite(result.drive_corrected[0]).all()
+        assert np.isnan(result.drive_corrected[1]).all()
+        assert not result.settled[1]
+        nowhere = jp.compensate(example("four-bar", drives__theta1__values=[180.0]))
+        assert nowhere.status.item() == "not_assembled"
+
+    @pytest.mark.parametrize(
+        ("arguments", "part"),
+        [
+            ({"question": "worst"}, "'worst' is not an error that drives can correct"),
+            ({"offsets": {"J1": [0, 0]}}, "ask for the question 'given'"),
+            ({"weights": (0, 0)}, "not both zero"),
+            ({"weights": (-1, 0)}, "not negative"),
+            ({"target": [1.0]}, "x, y or x, y, angle"),
+            ({"target": [[1.0, 0.0]]}, "each of the 11"),
+        ],
+    )
+    def test_what_makes_no_sense_is_refused(self, arguments: dict[str, Any], part: str) -> None:
+        with pytest.raises(jp.InputError) as refusal:
+            jp.compensate(example("four-bar"), **arguments)
+        assert part in str(refusal.value)
+
+
+def test_at_a_dead_centre_the_drive_goes_to_the_nearest_best_place():
+    """The output hardly follows there, so that a step of Newton's method is many turns; compared with a fine search."""
+    m = jp.loads(jp.examples.text("slider-crank")).with_({"drives.theta.values": [180.0]})
+    found = jp.compensate(m)
+    drives = np.linspace(170.0, 190.0, 4001)
+    loaded = jp.loaded(m.with_({"drives.theta.values": drives.tolist()}))
+    there = (loaded.nominal + loaded.error).sel(component=["x", "y"])
+    aim = found.nominal.sel(component=["x", "y"]).isel(configuration=0)
+    apart = np.hypot(*(there - aim).values.T)
+    assert found.residual_position.item() == pytest.approx(apart.min(), abs=1e-6)
+    best = drives[apart < apart.min() + 1e-6] - 180.0
+    assert np.abs(best - found.correction.item()).min() < 0.01

@@ -1,0 +1,105 @@
+"""The worst case of over-constrained mechanisms against programs on all bodies, and against poses that are met."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from helpers.answers import example
+from helpers.oracles.cones import Linearised
+from helpers.platforms import mechanism as platform_mechanism
+from helpers.platforms import platform, primal
+from helpers.trusses import RADIAL, mechanism, random_square
+from jointplay.analyses.nominal import nominal
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("sliders", [0, 3])
+def test_first_order_extremes_are_those_of_a_program_on_all_bodies(seed: int, sliders: int) -> None:
+    text, _ = platform(seed, sliders=sliders)
+    program = primal(text, {})
+    found = jp.worst(platform_mechanism(text, {}))
+    if found.status[0].item() == "not_assemblable":
+        assert not program.solve().solved
+        return
+    for k, component in enumerate(("x", "y", "angle")):
+        wanted = program.extremes(k)
+        got = found.worst_component_first_order.sel(component=component).values[0]
+        np.testing.assert_allclose(got, wanted, atol=1e-6 * np.abs(wanted).max())
+    fan = [
+        float(np.hypot(*program.solve(math.cos(a) * program.output[0] + math.sin(a) * program.output[1]).error[:2]))
+        for a in np.linspace(0, math.tau, 90)
+    ]
+    largest, bound = found.worst_position_first_order[0].item(), found.worst_position_first_order_bound[0].item()
+    assert max(fan) * (1 - 1e-6) <= largest <= bound <= 1.001 * largest
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_certificates_are_admissible_and_give_the_extremes(seed: int) -> None:
+    base = random_square(seed)
+    radial = {node: 2.0 * base.factor() * r for node, r in RADIAL.items()}
+    m = mechanism(random_square(seed, radial=radial))
+    worst = jp.worst(m)
+    assert worst.status[0].item() == "ok"
+    for extreme, value in (("position", worst.worst_position), ("x low", None), ("angle high", None)):
+        given = jp.given(m, worst.worst_offset.sel(extreme=extreme, drop=True))
+        assert given.status[0].item() == "ok"
+        assert given.admissible.values.all()
+        error = given.error.values[0]
+        if value is not None:
+            assert np.hypot(*error[:2]) == pytest.approx(value[0].item(), rel=1e-9)
+        else:
+            component, side = extreme.split()
+            wanted = worst.worst_component.sel(component=component, side=side)[0].item()
+            assert given.error.sel(component=component)[0].item() == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_load_pushes_it_beyond_the_worst(seed: int) -> None:
+    base = random_square(seed)
+    radial = {node: 2.0 * base.factor() * r for node, r in RADIAL.items()}
+    text = random_square(seed, radial=radial)
+    worst = jp.worst(mechanism(text))
+    largest = 0.0
+    for angle in np.linspace(0, math.tau, 36, endpoint=False):
+        load = (100 * math.cos(angle), 100 * math.sin(angle))
+        pushed = jp.loaded(mechanism(random_square(seed, radial=radial, load=load)))
+        error = pushed.error.values[0]
+        low, high = worst.worst_component.values[0].T
+        slack = 1e-9 + 1e-9 * np.abs(error)
+        assert (low - slack <= error).all()
+        assert (error <= high + slack).all()
+        largest = max(largest, float(np.hypot(*error[:2])))
+    # Among that many loads one is nearly the worst.
+    assert 0.98 * worst.worst_position[0].item() <= largest <= worst.worst_position[0].item() * (1 + 1e-9)
+
+
+def test_tolerances_count_as_far_as_members_go_together() -> None:
+    """A diagonal with a tolerance wider than the play: only units that go together are counted."""
+    radial = dict.fromkeys("ABCD", 0.01)
+    truss = random_square(0, radial=radial, deviation={"AC": 0.0})
+    m = mechanism(truss).with_({"dimensions.long_AC.tolerance": 1.0})
+    worst = jp.worst(m)
+    (stress,) = truss.self_stresses()
+    share = abs(stress[truss.names.index("AC")])
+    longest = float(np.abs(stress) @ truss.loose()) / share
+    offsets = worst.worst_offset.sel(parameter="long_AC.length").values
+    assert np.abs(offsets).max() <= longest * 1.01
+    assert longest < 0.1
+
+
+def test_a_sarrus_linkage_in_space() -> None:
+    m = example("sarrus").with_({"drives.q.values": [10.0], **{f"drives.q.{k}": None for k in ("from", "to", "count")}})
+    at = nominal(m)
+    found = m.core.worst(at.drives, at.poses, 6)
+    closure = Linearised(m.spec(), at.poses[0])
+    for k, weights in enumerate(closure.output()):
+        wanted = closure.maximise(weights).work
+        np.testing.assert_allclose(found["component_first_order"][0, k], [-wanted, wanted], rtol=1e-7)
+    np.testing.assert_allclose(found["component"], found["component_first_order"], rtol=0.02)
+    assert found["position"][0] == pytest.approx(found["position_first_order"][0], rel=0.01)
+    assert found["position_first_order"][0] <= found["position_bound"][0] <= 1.05 * found["position_first_order"][0]
+    assert found["rotation_first_order"][0] <= found["rotation_bound"][0] <= 1.05 * found["rotation_first_order"][0]

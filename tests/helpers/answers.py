@@ -1,0 +1,55 @@
+"""The bundled examples, their answers and refusals, as the tests of the Python interface ask for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from jointplay.errors import InputError
+from jointplay.model.mobility import require_determinate
+
+#: the examples that hold their bodies more than once
+OVER_CONSTRAINED = (
+    "redundant-bar",
+    "x-braced-square",
+    "antenna-support",
+    "sarrus",
+    "bennett",
+    "four-legged-platform",
+    "ball-screw",
+    "planetary-gear",
+)
+EXAMPLES = tuple(name for name in jp.examples.names() if name not in OVER_CONSTRAINED)
+
+
+def example(name: str, **changes: Any) -> jp.Mechanism:
+    """A bundled mechanism; of several outputs and load cases the first."""
+    m = jp.loads(jp.examples.text(name), f"{name}.toml")
+    m = m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases)))
+    return m.with_({key.replace("__", "."): value for key, value in changes.items()}) if changes else m
+
+
+def ask(question: str, m: jp.Mechanism) -> xr.Dataset:
+    if question == "random":
+        return jp.random(m, samples=2000)
+    if question == "given":
+        return jp.given(m, {m.parameters[0]: 0.001})
+    return getattr(jp, question)(m)
+
+
+def distance(error: xr.DataArray) -> np.ndarray:
+    lengths = [component for component in error.component.values if component in ("x", "y", "z")]
+    return np.linalg.norm(error.sel(component=lengths).transpose(..., "component").values, axis=-1)
+
+
+def refusal(text: str) -> str:
+    """What is said of a mechanism file that does not do."""
+    with pytest.raises(InputError) as caught:
+        require_determinate(jp.loads(text, "file.toml"))
+    assert str(caught.value).startswith("file.toml: ")
+    assert str(caught.value).isprintable(), "one line, no control characters"
+    return str(caught.value)

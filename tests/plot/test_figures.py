@@ -1,0 +1,416 @@
+"""Figures for a paper: the style, sizes, panels, and what is drawn of results."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import jointplay as jp
+from helpers.answers import example
+from jointplay.cli import run
+from jointplay.plot import Choice, Style, style
+from jointplay.plot.put import put
+from jointplay.plot.sheet import panel_names, sheet
+from jointplay.plot.style import THEMES, size_of
+from jointplay.result import Result, from_dataset
+
+THEME = sorted(THEMES)
+#: width of a column of a page, mm
+COLUMN = 85.0
+
+
+def results(m: jp.Mechanism, *asked: str) -> dict[str, Result]:
+    options: dict[str, Any] = {"random": {"samples": 1024}}
+    return {name: from_dataset(getattr(jp, name)(m, **options.get(name, {}))) for name in asked}
+
+
+def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
+    """A sheet of every kind, by its name."""
+    four, slider, robot = example("four-bar"), example("slider-crank"), example("3-upu")
+    swept = jp.sweep(four, "joints.*.clearance.radial", [0.5, 1.0, 1.5])
+    pairs = jp.sweep(
+        four, "joints.J1.clearance.radial", [0.2, 0.9, 1.6], by={"joints.J3.clearance.radial": [0.2, 0.8, 1.4]}
+    )
+    return {
+        "error": ("four-bar", results(four, "loaded", "worst", "random")),
+        "error in space": ("delta-by-hand", results(example("delta-by-hand"), "loaded", "worst")),
+        "compensate": ("four-bar", results(four, "compensate")),
+        "sweep": ("four-bar", {"sweep": from_dataset(swept)}),
+        "sweep over pairs": ("four-bar", {"pairs": from_dataset(pairs)}),
+        "solve": ("excavator", results(example("excavator"), "solve")),
+        "solve in space": ("3-upu", results(robot, "solve")),
+        "singularities": ("slider-crank", results(slider, "singularities")),
+        "assemble": ("antenna-support", results(example("antenna-support"), "assemble")),
+        "allow": ("six-bar", results(example("six-bar"), "allow")),
+        "allocate": ("press", results(example("press"), "allocate")),
+    }
+
+
+KINDS = (
+    "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities",
+    "assemble", "allow", "allocate",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def drawn() -> dict[str, tuple[str, dict[str, Result]]]:
+    return kinds()
+
+
+def overlapping(figure: Figure) -> list[tuple[str, str]]:
+    """Pairs of titles, legends and labels of axes that lie on one another or on the curves of other axes."""
+    FigureCanvasAgg(figure).draw()
+    boxes = []
+    for k, axes in enumerate(figure.axes):
+        if not axes.get_visible():
+            continue
+        parts: list[Any] = [axes.title, axes._left_title, axes.get_legend()]
+        if axes.axison:
+            parts += [axes.xaxis.label, axes.yaxis.label]
+        named = [part for part in parts if part is not None and getattr(part, "get_text", lambda: "legend")()]
+        boxes += [
+            (f"{k} {type(part).__name__} {getattr(part, 'get_text', str)()}", part.get_window_extent())
+            for part in named
+        ]
+        boxes.append((f"{k} axes", axes.get_window_extent()))
+    # Half a point of rounding where boxes touch.
+    room = figure.dpi / 72.0 / 2.0
+    return [
+        (one, other)
+        for k, (one, a) in enumerate(boxes)
+        for other, b in boxes[:k]
+        if min(a.x1, b.x1) - max(a.x0, b.x0) > room and min(a.y1, b.y1) - max(a.y0, b.y0) > room
+    ]
+
+
+def outside(figure: Figure) -> list[str]:
+    """Titles, labels of axes, legends and names that the edge of the figure cuts."""
+    FigureCanvasAgg(figure).draw()
+    room = figure.dpi / 72.0
+    parts: list[Any] = []
+    for axes in figure.axes:
+        parts += [axes.title, axes._left_title, axes.get_legend(), *axes.texts]
+        parts += [axes.xaxis.label, axes.yaxis.label] if axes.axison else []
+    boxes = [part.get_window_extent() for part in parts if part is not None and getattr(part, "get_text", bool)() != ""]
+    within = figure.bbox
+    return [
+        str(box)
+        for box in boxes
+        if box.x0 < -room or box.y0 < -room or box.x1 > within.width + room or box.y1 > within.height + room
+    ]
+
+
+class TestSheets:
+    @pytest.mark.parametrize("width", [None, COLUMN])
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_nothing_overlaps_or_is_cut_off(self, drawn: Any, kind: str, width: float | None) -> None:
+        name, found = drawn[kind]
+        figure = sheet(example(name), found, Choice(style=Style("print", width=width)))
+        if width is not None:
+            assert figure.get_figwidth() * 25.4 == pytest.approx(width)
+        assert overlapping(figure) == []
+        assert outside(figure) == []
+
+    @pytest.mark.parametrize("theme", THEME)
+    def test_every_colour_is_seen_on_its_ground(self, drawn: Any, theme: str) -> None:
+        """In the dark theme axes, words and bodies were black on black."""
+        name, found = drawn["error"]
+        figure = sheet(example(name), found, Choice(style=Style(theme)))
+        paper = np.array(figure.get_facecolor()[:3])
+        for axes in figure.axes:
+            seen = [axes.xaxis.label.get_color(), axes.title.get_color(), *(line.get_color() for line in axes.lines)]
+            for colour in seen:
+                assert np.abs(np.array(style.to_rgb(colour)) - paper).max() > 0.3, colour
+
+    def test_a_panel_alone_has_the_size_that_is_asked(self, drawn: Any) -> None:
+        name, found = drawn["error"]
+        m = example(name)
+        for panel in panel_names(m, list(found)):
+            figure = sheet(m, found, Choice(panel=panel, style=Style(width=85, height=60)))
+            assert figure.get_size_inches() * 25.4 == pytest.approx([85, 60])
+            assert len(figure.axes) == 1
+            assert outside(figure) == []
+
+    def test_panels_have_the_names_that_are_checked_before_the_work(self, drawn: Any) -> None:
+        for name, found in drawn.values():
+            m = example(name)
+            for panel in panel_names(m, list(found)):
+                if panel.startswith("correction-") or panel == "distance":
+                    continue  # of drives of both kinds, and where the path has a singularity
+                sheet(m, found, Choice(panel=panel))
+        with pytest.raises(jp.InputError, match=r"panel: 'histo' is not a panel.*mechanism, position"):
+            Choice(panel="histo").check(example("four-bar"), ["worst"])
+
+
+class TestStyle:
+    @pytest.mark.parametrize(
+        ("options", "said"),
+        [
+            ({"theme": "drak"}, "style: 'drak' is not a style; did you mean 'dark'"),
+            ({"width": 3}, "width: 3 is not a number of mm from 20 to 2000"),
+            ({"dpi": 5}, "dpi: 5 is not a number of dots per inch; 30 to 2400 are possible"),
+            ({"width": 1900, "dpi": 2400}, "1900 mm at 2400 dots per inch are more than 30000 dots"),
+            ({"colours": ("blau",)}, '"blau" is not a colour'),
+        ],
+    )
+    def test_what_is_not_valid_is_refused(self, options: dict[str, Any], said: str) -> None:
+        with pytest.raises(jp.InputError, match=re.escape(said)):
+            Style(**options)
+
+    @pytest.mark.parametrize("text", ["85 furlong", "x60mm", "85x", "", "1.2.3mm", "-3mm"])
+    def test_sizes_that_are_none(self, text: str) -> None:
+        with pytest.raises(jp.InputError, match="is not a size such as 85x60mm or 85mm; units are mm, cm, in, pt"):
+            size_of(text)
+
+    def test_text_in_vector_files_stays_text(self, tmp_path: Path) -> None:
+        """Letters were drawn as paths, which nobody can search, edit or set in the fonts of a journal."""
+        m = example("four-bar")
+        figure = jp.plot.error(jp.worst(m), style=Style("print", width=85))
+        figure.savefig(tmp_path / "own.svg")
+        put(figure, tmp_path / "command.svg")
+        for name in ("own.svg", "command.svg"):
+            assert ">position error [mm]</text>" in (tmp_path / name).read_text(encoding="utf-8")
+        figure.savefig(tmp_path / "own.pdf")
+        content = (tmp_path / "own.pdf").read_bytes()
+        # TrueType, not outlines of letters (Type 3).
+        assert b"/CIDFontType2" in content
+        assert b"/Type3" not in content
+
+    def test_the_same_drawing_is_the_same_file(self, tmp_path: Path) -> None:
+        for kind in ("png", "svg", "pdf"):
+            written = []
+            for name in ("a", "b"):
+                put(jp.plot.error(jp.worst(example("four-bar"))), tmp_path / f"{name}.{kind}")
+                written.append((tmp_path / f"{name}.{kind}").read_bytes())
+            assert written[0] == written[1], kind
+
+    def test_a_drawing_leaves_the_settings_of_matplotlib_alone(self) -> None:
+        import matplotlib as mpl
+
+        before = dict(mpl.rcParams)
+        jp.plot.error(jp.worst(example("four-bar")), style="dark")
+        assert dict(mpl.rcParams) == before
+
+    def test_a_notebook_shows_a_figure_by_itself(self) -> None:
+        figure: Any = jp.plot.error(jp.worst(example("four-bar")))
+        assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+class TestErrors:
+    def test_band_of_what_the_load_leaves_open(self) -> None:
+        """Only the middle was drawn, as if the load decided everything."""
+        m = example("3-upu")
+        loaded = jp.loaded(m)
+        axes = jp.plot.error(loaded).axes[0]
+        band = axes.collections[0].get_paths()[0].vertices
+        lengths = [c for c in m.components if c in ("x", "y", "z")]
+        error, half = (loaded[name].sel(component=lengths).values for name in ("error", "undetermined"))
+        farthest = np.linalg.norm(np.abs(error) + half, axis=1)
+        nearest = np.linalg.norm(np.maximum(np.abs(error) - half, 0.0), axis=1)
+        for k, ends in enumerate(zip(nearest, farthest, strict=True)):
+            at = band[np.isclose(band[:, 0], loaded[next(iter(m.drives))][k] if len(m.drives) == 1 else k), 1]
+            np.testing.assert_allclose([at.min(), at.max()], ends, atol=1e-12)
+
+    def test_a_component_has_its_sign_and_both_limits(self) -> None:
+        m = example("four-bar").with_({"limits": {"x": [-2.0, 3.0]}})
+        worst = jp.worst(m)
+        axes = jp.plot.error({"worst": worst}, "x").axes[0]
+        drawn = {line.get_label(): line.get_ydata() for line in axes.lines if len(line.get_ydata()) == 11}
+        for side in ("low", "high"):
+            expected = worst.worst_component.sel(component="x", side=side)
+            np.testing.assert_array_equal(drawn[f"worst {side}"], expected)
+        levels = [
+            line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--" and len(line.get_ydata()) == 2
+        ]
+        assert {-2.0, 3.0} <= set(levels)
+
+    def test_the_histogram_is_of_the_worst_configuration(self) -> None:
+        """It was that of the first configuration, whichever was the worst."""
+        result = jp.random(example("four-bar"), samples=2048)
+        level = result.error_quantile.sel(probability=0.95, quantity="position")
+        worst = int(np.argmax(level.values))
+        assert worst != 0
+        axes = jp.plot.histogram(result).axes[0]
+        assert f"configuration {worst}, theta1 = " in axes.get_title("left").replace("\n", " ")
+        np.testing.assert_array_equal(axes.patches[0].get_data().edges, result.edge.sel(quantity="position")[worst])
+
+    def test_the_correction_itself(self) -> None:
+        result = jp.compensate(example("four-bar"))
+        axes = jp.plot.correction(result).axes[0]
+        np.testing.assert_array_equal(axes.lines[1].get_ydata(), result.correction.sel(drive="theta1"))
+        assert axes.get_ylabel() == "correction of the drive [deg]"
+
+    def test_a_sweep_says_its_quantile_and_marks_the_limit(self) -> None:
+        m = example("four-bar").with_({"limits": {"position": 1.2}})
+        result = jp.sweep(m, "joints.*.clearance.radial", [0.4, 0.8, 1.2], "random", samples=1024)
+        axes = jp.plot.sweep(result, surface=True).axes[0]
+        assert axes.get_title("left") == "random: 95 % of the specimens are below"
+        assert [text.get_text() for text in axes.get_legend().get_texts()] == ["limit"]
+        lines = [level for one in axes.collections if hasattr(one, "levels") for level in np.ravel(one.levels)]
+        assert 1.2 in lines
+
+    def test_nearness_to_singularities(self) -> None:
+        result = jp.singularities(example("slider-crank"))
+        axes = jp.plot.nearness(result).axes[0]
+        drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
+        limit = float(result.attrs["limit"])
+        for kind in ("constraint", "actuation", "output"):
+            expected = np.maximum(result[f"{kind}_singular_value"], 0.1 * limit)
+            np.testing.assert_array_equal(drawn[kind], expected)
+        assert drawn["singular below this"][0] == limit
+
+
+class TestMechanisms:
+    def test_views_project_along_their_axes(self) -> None:
+        m = example("3-upu")
+        x, y, z = jp.solve(m).nominal[0].sel(component=["x", "y", "z"]).values
+        for view, seen in (("front", (x, z)), ("top", (x, y)), ("side", (y, z))):
+            axes = jp.plot.mechanism(m, view=view).axes[0]
+            star = next(line for line in axes.lines if line.get_marker() == "*")
+            np.testing.assert_allclose(star.get_xydata()[0], seen, atol=1e-9)
+            assert (axes.get_xlabel()[0], axes.get_ylabel()[0]) == {"front": ("x", "z"), "top": ("x", "y")}.get(
+                view, ("y", "z")
+            )
+        with pytest.raises(jp.InputError, match=r"view: 'back' is not a view; .* solid, front, top, side"):
+            jp.plot.mechanism(m, view="back")
+        with pytest.raises(jp.InputError, match="is for mechanisms in space"):
+            jp.plot.mechanism(example("four-bar"), view="top")
+
+    def test_nearer_surfaces_are_painted_over_others(self) -> None:
+        from jointplay.plot.linkage import VIEWS
+
+        view = VIEWS["solid"][0]
+        frame = np.array([view.right, view.up, view.towards])
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+        from jointplay.plot.solid import ball, box, tube
+
+        # All pieces of a closed body that look at the viewer cover its outline once: areas along the line of sight.
+        for surface, area in (
+            (ball(np.zeros(3), 1.0), np.pi),
+            (box(np.zeros(3), *np.eye(3)[:2], np.ones(3)), 4.0 * np.abs(view.towards).sum()),
+            (tube(np.zeros(3), np.array([0.0, 0.0, 2.0]), 0.5), None),
+        ):
+            pieces, normals = surface
+            flat = view.flat(pieces[normals @ view.towards > 0])
+            x, y = flat[..., 0], flat[..., 1]
+            covered = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)).sum()
+            up = view.towards[2]
+            expected = area or 2.0 * np.sqrt(1.0 - up**2) + np.pi * 0.25 * up
+            # Polygons of 14 corners have 3 % less area than circles.
+            assert covered == pytest.approx(expected, rel=0.06)
+
+    @pytest.mark.parametrize(("name", "radius"), [("four-bar", 1.0), ("delta-by-hand", None)])
+    def test_clearances_are_drawn_as_large_as_is_said(self, name: str, radius: float | None) -> None:
+        m = example(name)
+        axes = jp.plot.mechanism(m, exaggerate=10.0).axes[0]
+        patches = [patch for patch in axes.patches if patch.get_label() == "clearance, 10 times"]
+        assert len(patches) == sum(kind == "clearance" for kind in m.source_kinds)
+        if radius is not None:
+            for patch in patches:
+                np.testing.assert_allclose(np.ptp(patch.get_xy(), axis=0), 20.0 * radius, rtol=1e-6)
+
+    def test_several_poses(self) -> None:
+        m = example("four-bar")
+        axes = jp.plot.mechanism(m, 0, behind=[1, 2, 3], beside=[10]).axes[0]
+        cranks = [line for line in axes.lines if line.get_color() == "#0072b2"]
+        assert sorted((line.get_alpha() is None) for line in cranks) == [False] * 3 + [True] * 2
+
+
+class TestCommand:
+    @pytest.fixture
+    def file(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+        monkeypatch.chdir(tmp_path)
+        run(["new", "four-bar"])
+        return "four-bar.toml"
+
+    @pytest.mark.parametrize(
+        ("options", "said"),
+        [
+            (
+                ["--panel", "histo"],
+                "error: --panel: 'histo' is not a panel; did you mean 'histogram'? Known: mechanism",
+            ),
+            (["--size", "9parsec"], 'error: --size: "9parsec" is not a size such as 85x60mm'),
+            (["--size", "9mm"], "error: --size: 9.0 is not a number of mm from 20 to 2000"),
+            (
+                ["--style", "drak"],
+                "error: --style: 'drak' is not a style; did you mean 'dark'? Known: light, dark, print",
+            ),
+            (["--quantity", "z"], "error: --quantity: 'z' is not a quantity; Known: position, rotation, x, y, angle"),
+            (["-c", "11"], "error: --configuration: there is no configuration 11; they go from 0 to 10"),
+            (["--dpi", "1"], "error: --dpi: 1 is not a number of dots per inch; 30 to 2400 are possible"),
+        ],
+    )
+    def test_wrong_values_are_refused_before_the_work(
+        self, file: str, options: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        capsys.readouterr()
+        assert run(["error", file, "--plot", "a.svg", *options]) == 2
+        printed = capsys.readouterr()
+        assert printed.err.startswith(said)
+        assert printed.out == ""
+        assert not Path("a.svg").exists()
+
+    def test_options_without_a_figure_are_refused(self, file: str, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["error", file, "--size", "85mm"]) == 2
+        assert "error: --size: says how a figure looks; --plot says where it goes" in capsys.readouterr().err
+
+    def test_a_panel_in_a_column(self, file: str) -> None:
+        run(["error", file, "-q", "worst", "--plot", "a.svg", "--size", "85x60mm", "--panel", "rotation"])
+        text = Path("a.svg").read_text(encoding="utf-8")
+        width, height = (float(found) for found in re.findall(r'(?:width|height)="([\d.]+)pt"', text)[:2])
+        assert (width * 25.4 / 72, height * 25.4 / 72) == pytest.approx((85, 60), abs=1e-3)
+        assert ">rotation [deg]</text>" in text
+        assert "position error" not in text
+
+    @pytest.mark.parametrize(
+        "command",
+        [
+            ["solve"], ["singularities"], ["compensate"], ["error", "-q", "loaded"], ["compare", "four-bar.toml"],
+            ["sweep", "-s", "joints.*.clearance.radial=0.5,1"], ["map", "-g", "theta1=20:70:5"],
+        ],
+    )  # fmt: skip
+    def test_every_command_with_a_figure_takes_its_look(self, file: str, command: list[str]) -> None:
+        assert run([command[0], file, *command[1:], "--plot", "a.svg", "--size", "85mm", "--style", "dark"]) in (0, 1)
+        text = Path("a.svg").read_text(encoding="utf-8")
+        assert float(re.search(r'width="([\d.]+)pt"', text)[1]) * 25.4 / 72 == pytest.approx(85, abs=1e-3)
+        assert "#14171c" in text
+
+
+def test_numbers_of_configurations_are_whole() -> None:
+    """A single one had marks from -0.04 to 0.04 beside it, two had halves between them."""
+    single, pair = example("redundant-bar"), example("3-upu")
+    figures = [
+        jp.plot.error(jp.worst(single)),
+        jp.plot.reactions(jp.loaded(single)),
+        jp.plot.nearness(jp.singularities(pair)),
+        jp.plot.correction(jp.compensate(pair)),
+        jp.plot.error(jp.worst(pair)),
+    ]
+    for figure in figures:
+        low, high = figure.axes[0].get_xlim()
+        ticks = figure.axes[0].get_xticks()
+        inside = ticks[(ticks >= low) & (ticks <= high)]
+        assert len(inside) > 0
+        assert (inside == inside.round()).all()
+    swept = jp.plot.sweep(jp.sweep(pair, "joints.base1.clearance.radial", [0.01, 0.02]), surface=True)
+    ticks = swept.axes[0].get_yticks()
+    assert (ticks == ticks.round()).all()
+
+
+def test_the_cost_of_the_limits_as_they_are_lies_on_the_curve() -> None:
+    found = jp.allocate(example("press"), curve=[0.6, 1.4])
+    curve, own = jp.plot.cost_curve(found).axes[0].lines
+    assert curve.get_xdata().tolist() == [0.6, 1.0, 1.4]
+    assert curve.get_ydata()[1] == own.get_ydata()[0] == found.total_cost.item()
+
+
+def test_shares_are_hatched_with_lines() -> None:
+    """Dots and rings are outlines of thousands of circles in a file of vectors."""
+    assert not {"o", ".", "O", "*"} & {*"".join(style.HATCHES)}

@@ -1,0 +1,53 @@
+"""Some cases of the fuzzers: whatever a file, a command or a map is, the answer is a result or one line, and soon."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from random import Random
+
+import pytest
+
+from helpers.fuzz.__main__ import Worker
+from helpers.fuzz.valid import valid
+from jointplay.errors import JointplayError
+from jointplay.model.mechanism import loads
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and signals")
+#: where the cases begin, and how many of each kind there are in groups of ten
+SEED = 11_000_000
+GROUPS = {"raw": 6, "structured": 6, "valid": 6, "line": 8, "store": 1}
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[Worker]:
+    worker = Worker(limit=60)
+    yield worker
+    worker.close()
+
+
+@pytest.mark.parametrize(("kind", "group"), [(kind, g) for kind, count in GROUPS.items() for g in range(count)])
+def test_no_traceback_no_crash_no_hang(worker: Worker, kind: str, group: int) -> None:
+    """To look into a case: `python -m helpers.fuzz --case KIND NUMBER` in `tests`."""
+    for number in range(SEED + 10 * group, SEED + 10 * group + 10):
+        assert not (problem := worker.run(kind, number)), f"--case {kind} {number}: {problem}"
+
+
+def test_most_files_get_past_the_reader() -> None:
+    """Nine of ten ended there, so that questions saw few of them."""
+    read = 0
+    for number in range(SEED, SEED + 100):
+        with suppress(JointplayError):
+            loads(valid(Random(f"valid {number}")).decode())
+            read += 1
+    assert read > 70
+
+
+def test_a_hang_a_crash_and_a_traceback_are_found() -> None:
+    """The fuzzers see what they look for."""
+    worker = Worker(limit=0.001)
+    assert worker.run("raw", 0).startswith("no answer after 0.001 s of work")
+    worker = Worker(limit=60)
+    assert worker.run("nothing", 0) == "the process died: 1"
+    worker.close()

@@ -1,0 +1,129 @@
+"""docs/verification.json has every bundled example, its rows are within their tolerances, and some still hold."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from helpers import pages
+from helpers.hooks import hook
+from helpers.oracles.frames import Frame
+from helpers.structures import KINDS as STRUCTURES
+from helpers.verification import contact, elastic, planar
+from helpers.verification.page import CHECKS, NUMBERS, Row, dumped, uncovered, wanted
+from helpers.verification.random_mechanisms import FAMILIES, elastic_structure
+from helpers.verification.subject import FIGURES, Check, Subject, subject
+
+TEXT = NUMBERS.read_text(encoding="utf-8")
+FOUND = json.loads(TEXT)
+ROWS = FOUND["examples"]
+#: of every kind of engine an example that takes little time
+SAMPLE = ("p3r", "redundant-bar", "four-legged-platform", "serial-6r", "rssr", "bennett", "belt-arm")
+
+
+def key(s: Subject, check: Check) -> tuple[object, ...]:
+    return (check.figure, s.name, check.engine, check.tolerance, check.why)
+
+
+def test_every_example_has_all_rows_that_engines_give() -> None:
+    there = [tuple(row[name] for name in ("figure", "mechanisms", "engine", "tolerance", "why")) for row in ROWS]
+    assert sorted(there) == sorted(key(s, check) for s, check in wanted()), "make verify writes the numbers again"
+    assert {row["mechanisms"] for row in ROWS} == set(jp.examples.names())
+    assert {check.figure for check in CHECKS} <= set(FIGURES)
+    assert FOUND["figures"] == list(FIGURES)
+
+
+def test_every_row_is_within_its_tolerance() -> None:
+    for row in [*ROWS, *FOUND["random"]]:
+        assert row["unit"] in {check.unit for check in CHECKS}, row
+        assert row["difference"] <= row["tolerance"], row
+        assert row["numbers"] > 0, row
+
+
+def test_it_lists_what_has_no_engine() -> None:
+    there = {row["figure"]: row["examples"] for row in FOUND["uncovered"]}
+    assert there == {figure: names for figure, names in uncovered().items() if names}
+
+
+def test_every_family_of_random_mechanisms_has_rows() -> None:
+    assert len(FOUND["random"]) > 20
+    assert {row["mechanisms"].partition(" ")[2] for row in FOUND["random"]} == {family.name for family in FAMILIES}
+
+
+def test_it_is_written_as_it_is_read() -> None:
+    assert dumped(FOUND) == TEXT
+
+
+def test_the_page_shows_every_row() -> None:
+    pytest.importorskip("mkdocs", reason="the documentation is built with the group docs")
+    page = hook("verification").PARTS
+    assert page["examples"]().count("\n| ") == len(ROWS) + 2 * len(FIGURES)
+    assert page["random"]().count("\n| ") == len(FOUND["random"]) + 1
+    assert "**outside**" not in page["examples"]() + page["random"]()
+    assert page["published"]().count("\n| ") == len(FOUND["published"]) + 2
+    for row in ROWS:
+        assert f"| {row['engine']} | {row['version']} | {row['tolerance']:g} {row['unit']} |" in page["engines"]()
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_rows_hold(name: str) -> None:
+    s = subject(name)
+    checks = [check for check in CHECKS if check.applies(s)]
+    assert checks
+    for check in checks:
+        row = Row(name, check, check.compare(s))
+        assert row.good, (name, check.figure, check.engine, row.found)
+
+
+@pytest.mark.parametrize("kind", ["elastic trusses", "elastic frames", "elastic frames in space"])
+def test_elastic_structures_hold(kind: str) -> None:
+    s = elastic_structure(STRUCTURES[kind][1])(1000)
+    checks = [check for check in elastic.CHECKS if check.applies(s)]
+    assert checks
+    for check in checks:
+        row = Row(s.name, check, check.compare(s))
+        assert row.good, (kind, check.figure, check.engine, row.found)
+
+
+def test_a_linkage_rests_in_mujoco_where_it_is_loaded() -> None:
+    """In the plane; the examples above have two in space."""
+    (check,) = contact.CHECKS
+    assert Row("four-bar", check, check.compare(subject("four-bar"))).good
+
+
+def test_a_wrong_engine_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An offset with the wrong sign, as an error of either side would be."""
+    s, right = subject("p3r"), planar.output_pose
+    (check,) = [check for check in planar.CHECKS if check.compare is planar.drawn_offsets]
+    mirrored = {"j0.x": -1.0}
+
+    def wrong(link, q, drives, u):  # type: ignore[no-untyped-def]
+        return right(link, q, drives, {label: mirrored.get(label, 1.0) * value for label, value in u.items()})
+
+    monkeypatch.setattr(planar, "output_pose", wrong)
+    assert not Row("p3r", check, check.compare(s)).good
+
+
+def test_finite_elements_see_a_bar_that_is_too_short_in_place_of_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    s, right = Subject.of("x-braced-square", subject("x-braced-square").mechanism), Frame.displaced
+
+    def wrong(self: Frame) -> tuple[np.ndarray, np.ndarray]:
+        in_joint, own = right(self)
+        return in_joint, -own
+
+    monkeypatch.setattr(Frame, "displaced", wrong)
+    assert not any(Row(s.name, check, check.compare(s)).good for check in elastic.CHECKS)
+
+
+def test_every_table_of_the_checks_is_written_by_a_program_of_make_verify() -> None:
+    here = Path(__file__).parents[1]
+    programs = "".join(path.read_text(encoding="utf-8") for path in here.glob("verify_*.py"))
+    names = re.findall(r"<!-- ([a-z]+) -->", pages.CHECKS.read_text(encoding="utf-8"))
+    assert names
+    assert [name for name in names if f'put_table("{name}"' not in programs] == []
+    assert "for program in tests/verify_*.py" in (here.parent / "Makefile").read_text(encoding="utf-8")
