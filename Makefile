@@ -61,7 +61,7 @@ check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 quick: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests without those in tests/slow.txt, which take most of the time
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow and not long'
 
 fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged and unusual files in every command, random commands, damaged maps, signals, for SECONDS=600 from SEED=0
 	cd tests && ../$(BIN)/python -m helpers.fuzz --seconds $(SECONDS) --seed $(SEED)

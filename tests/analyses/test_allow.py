@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import jointplay as jp
+from helpers.longer import some
 from helpers.strategies import mechanisms
 from jointplay.analyses.allow import compute
 from jointplay.analyses.nominal import Interrupted
@@ -231,7 +232,7 @@ def linkage_in_space(rng: np.random.Generator) -> jp.Mechanism:
 
 
 @pytest.mark.parametrize("make", [arm_in_space, linkage_in_space])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3), 2))
 def test_limits_hold_at_allowed_sizes_of_random_mechanisms_in_space(make: Any, seed: int) -> None:
     """A component to both sides, unequally, beside position or rotation; above and below what is used."""
     rng = np.random.default_rng(seed)
@@ -270,7 +271,9 @@ def test_limits_hold_at_allowed_sizes_of_bundled_mechanisms(name: str) -> None:
     """In space, with fits, patterns, several outputs and load cases."""
     m = jp.loads(jp.examples.text(name))
     m = m.only(m.outputs[0] if m.outputs else None, m.load_cases[0] if m.load_cases else None)
-    changes: dict[str, object] = {"drives.*.count": 3} if "count" in str(m.raw.get("drives")) else {}
+    # Two configurations where a file has more.
+    drives = {"excavator": "patterns.cylinder.drives", "rssr": "drives", "slider-crank-cases": "drives"}
+    changes: dict[str, object] = {f"{drives[name]}.*.count": 2} if name in drives else {}
     m = m.with_({**changes, "limits": None})
     used = float(jp.worst(m).worst_position.max())
     m = m.with_({"limits.position": 1.3 * used})
@@ -303,7 +306,7 @@ def test_needed_clearance_of_a_bar_that_is_there_twice() -> None:
 def test_specimens_keep_to_the_limits_at_allowed_sizes() -> None:
     """`random`: the share of the specimens outside is met at `allowed`, and missed beyond its error."""
     m = jp.loads(jp.examples.text("four-bar")).with_({"limits": {"position": 3.0, "probability": 0.95}})
-    result = jp.allow(m, "random", samples=20_000, contact="scattered")
+    result = jp.allow(m, "random", samples=5_000, contact="scattered")
     base, _ = sizings(m)
     for name in ("J1", "J4"):
         allowed = float(result.allowed.sel(source=name))
@@ -311,10 +314,10 @@ def test_specimens_keep_to_the_limits_at_allowed_sizes() -> None:
         assert 0.0 < error < 0.2 * allowed
         for size, expected in ((allowed, True), (allowed * 1.0002, False)):
             copy = base.with_(one(m, name).resized(size))
-            outside = jp.random(copy, samples=20_000).outside
+            outside = jp.random(copy, samples=5_000).outside
             assert bool((outside <= 0.05 + 1e-12).all()) == expected
         # Other specimens agree within the error.
-        other = jp.allow(m, "random", samples=20_000, seed=1, contact="scattered").allowed.sel(source=name)
+        other = jp.allow(m, "random", samples=5_000, seed=1, contact="scattered").allowed.sel(source=name)
         assert float(other) == pytest.approx(allowed, abs=6 * error)
 
 

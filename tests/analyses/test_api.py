@@ -31,37 +31,28 @@ PLAIN = {
 
 @pytest.mark.parametrize("name", EXAMPLES)
 @pytest.mark.parametrize("question", ["solve", "given", "loaded", "worst", "random", "compensate"])
-class TestEveryResult:
-    def test_names_everything(self, question: str, name: str) -> None:
-        m = example(name)
-        result = ask(question, m)
-        assert result.attrs["title"] == m.title
-        assert result.attrs["question"] == question
-        assert set(result.dims) & LABELLED <= set(result.coords)
-        for drive, factor in zip(m.drives, m.drive_factors, strict=True):
-            assert result[drive].dims == ("configuration",)
-            if m.drive_values is not None:
-                np.testing.assert_allclose(result[drive] * factor, m.drive_values[:, m.drives.index(drive)], rtol=1e-15)
-        for dim, labels in (("source", m.sources), ("joint", m.joints), ("parameter", m.parameters)):
-            if dim in result.dims:
-                assert result[dim].values.tolist() == list(labels)
-
-    def test_says_its_units(self, question: str, name: str) -> None:
-        result = ask(question, example(name))
-        for variable in result.data_vars.values():
-            assert variable.attrs["long_name"]
-            if variable.dtype.kind == "f" and variable.name not in PLAIN:
-                assert variable.attrs.get("units") or variable.name == "coordinate", variable.name
-
-    def test_is_ok_where_the_example_is(self, question: str, name: str) -> None:
-        status = ask(question, example(name)).status
-        assert status.dims == ("configuration",)
-        if question in ("solve", "given", "worst", "random"):
-            assert status.values.tolist() == ["ok"] * len(status)
-
-    def test_survives_the_way_through_the_light_form(self, question: str, name: str) -> None:
-        result = ask(question, example(name))
-        assert to_dataset(from_dataset(result)).identical(result)
+def test_every_result_is_what_it_says(question: str, name: str) -> None:
+    m = example(name)
+    result = ask(question, m)
+    assert result.attrs["title"] == m.title
+    assert result.attrs["question"] == question
+    assert set(result.dims) & LABELLED <= set(result.coords)
+    for drive, factor in zip(m.drives, m.drive_factors, strict=True):
+        assert result[drive].dims == ("configuration",)
+        if m.drive_values is not None:
+            np.testing.assert_allclose(result[drive] * factor, m.drive_values[:, m.drives.index(drive)], rtol=1e-15)
+    for dim, labels in (("source", m.sources), ("joint", m.joints), ("parameter", m.parameters)):
+        if dim in result.dims:
+            assert result[dim].values.tolist() == list(labels)
+    for variable in result.data_vars.values():
+        assert variable.attrs["long_name"]
+        if variable.dtype.kind == "f" and variable.name not in PLAIN:
+            assert variable.attrs.get("units") or variable.name == "coordinate", variable.name
+    status = result.status
+    assert status.dims == ("configuration",)
+    if question in ("solve", "given", "worst", "random"):
+        assert status.values.tolist() == ["ok"] * len(status)
+    assert to_dataset(from_dataset(result)).identical(result)
 
 
 def test_numbers_do_not_depend_on_what_the_units_are_called() -> None:

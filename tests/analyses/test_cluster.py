@@ -20,6 +20,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
+from helpers.longer import in_turn, some
 from jointplay import _core
 from jointplay.analyses import cluster
 from jointplay.analyses.map import Stopped, compute, open_map, store
@@ -78,8 +79,9 @@ def m() -> jp.Mechanism:
 # --- the same bits ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("question", ["loaded", "worst", "random", "given", "solve"])
-@pytest.mark.parametrize("name", [None, "map.zarr"])
+@pytest.mark.parametrize(
+    ("question", "name"), some(in_turn(["loaded", "worst", "random", "given", "solve"], [None, "map.zarr"]), 5)
+)
 def test_a_map_is_that_of_one_process(
     question: str, name: str | None, client: Any, m: jp.Mechanism, tmp_path: Path
 ) -> None:
@@ -154,7 +156,7 @@ def test_a_mechanism_is_the_same_in_another_process() -> None:
 # --- workers that fail -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [None, "map.zarr"])
+@pytest.mark.parametrize("name", some(["map.zarr", None], 1))
 def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     name: str | None, m: jp.Mechanism, tmp_path: Path
 ) -> None:

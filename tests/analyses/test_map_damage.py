@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.longer import in_turn, some
 from helpers.processes import COMMAND
 from jointplay.analyses.map import Stopped, compute
 from jointplay.analyses.map.store.lock import Lock
@@ -78,30 +79,32 @@ def files(group: Path, pattern: str) -> list[Path]:
 
 DAMAGE: dict[str, Callable[[Path], None]] = {"delete": Path.unlink, "empty": empty, "truncate": truncate, "flip": flip}
 PARTS = ["error/*.0", "status/*.*", "contact_change/.zarray", "x/.zarray", "y/0", ".zgroup"]
+PLACES = {
+    "stopped": [".journal/[0-9]*.npz", ".journal/position", ".journal/static", *PARTS],
+    "complete": [".zmetadata", *PARTS],
+}
 
 
 class TestDamage:
-    @pytest.mark.parametrize("how", DAMAGE)
-    @pytest.mark.parametrize("part", [*PARTS, ".journal/[0-9]*.npz", ".journal/position", ".journal/static"])
-    def test_a_map_that_is_not_complete_is_refused_and_made_anew_on_demand(
-        self, kept: dict[str, Path], part: str, how: str
-    ) -> None:
-        shutil.copytree(kept["stopped"], "map.zarr")
-        DAMAGE[how](files(Path("map.zarr"), part)[0])
-        with pytest.raises(jp.InputError, match=f"map.zarr: is damaged: .*; {ANEW}"):
-            ask()
-        ask(overwrite=True)
-        ask()
+    @pytest.mark.parametrize("which", PLACES)
+    def test_a_damaged_map_is_refused_and_made_anew_on_demand(self, kept: dict[str, Path], which: str) -> None:
+        """Every damage of every part is refused, and after each kind of damage the map is made anew."""
+        kinds, anew = list(DAMAGE), list(DAMAGE)
+        for part in PLACES[which]:
+            for how in kinds:
+                shutil.rmtree("map.zarr", ignore_errors=True)
+                shutil.copytree(kept[which], "map.zarr")
+                DAMAGE[how](files(Path("map.zarr"), part)[0])
+                with pytest.raises(jp.InputError, match=f"map.zarr: is damaged: .*; {ANEW}"):
+                    ask()
+            if how in anew:
+                ask(overwrite=True)
+                ask()
+                anew.remove(how)
+            kinds = [*kinds[1:], kinds[0]]
 
-    @pytest.mark.parametrize("how", DAMAGE)
-    @pytest.mark.parametrize("part", [*PARTS, ".zmetadata"])
-    def test_a_complete_map_is_not_taken_as_it_is(self, kept: dict[str, Path], part: str, how: str) -> None:
+    def test_a_copy_of_a_complete_map_is_taken_as_it_is(self, kept: dict[str, Path]) -> None:
         shutil.copytree(kept["complete"], "map.zarr")
-        ask()
-        DAMAGE[how](files(Path("map.zarr"), part)[0])
-        with pytest.raises(jp.InputError, match=f"map.zarr: is damaged: .*; {ANEW}"):
-            ask()
-        ask(overwrite=True)
         ask()
 
     @pytest.mark.parametrize("part", [".journal", "status", "error"])
@@ -150,9 +153,8 @@ def limited(size: int) -> Callable[[], None]:
     return limit
 
 
-@pytest.mark.parametrize("name", ["map.zarr", "map.nc"])
-@pytest.mark.parametrize("size", [300, 2_000, 20_000])
-def test_a_map_on_a_full_disk_ends_with_one_line_and_can_be_taken_up(name: str, size: int) -> None:
+@pytest.mark.parametrize(("size", "name"), some(in_turn([300, 2_000, 20_000], ["map.zarr", "map.nc"]), 3))
+def test_a_map_on_a_full_disk_ends_with_one_line_and_can_be_taken_up(size: int, name: str) -> None:
     """HDF5 brought down the process, Zarr gave a traceback."""
     line = [*COMMAND, "map", "five-bar.toml", "-g", "x=-60:60:9", "-g", "y=150:190:9", "--chunk", "32", "-o", name]
     full = subprocess.run(line, capture_output=True, text=True, preexec_fn=limited(size))

@@ -115,7 +115,7 @@ values = [30.0]
 body = "arm"
 at = [0, 0]
 """
-    m, n = jp.loads(text), 300_000
+    m, n = jp.loads(text), 100_000
     for law, variance in (("uniform", 1.0), ("boundary", 2.0)):
         result = jp.random(m, samples=n, law=law, seed=3).isel(configuration=0)
         np.testing.assert_allclose(result.error_std[:2] ** 2, variance, rtol=5 * math.sqrt(2 / n))
@@ -232,7 +232,7 @@ def near_its_limit() -> tuple[FourBar, float]:
 def test_failures_are_counted_by_status() -> None:
     """Samples whose links cannot meet are counted, in the closed form's share, and not averaged away."""
     fb, theta = near_its_limit()
-    n, radii = 200_000, (1.0,) * 4
+    n, radii = 60_000, (1.0,) * 4
     result = jp.random(jp.loads(text_of(fb, theta, radii)), samples=n, seed=1).isel(configuration=0)
     errors = statistics.four_bar_errors(fb, theta, radii, "uniform", n, 11)
     failed = np.isnan(errors).any(axis=1)

@@ -8,6 +8,7 @@ import pytest
 
 import jointplay as jp
 from helpers.layouts import DEGENERATE, KINDS
+from helpers.longer import in_turn, some
 from helpers.oracles import brute
 from helpers.oracles.linkage import Linkage
 from helpers.oracles.reading import read
@@ -44,7 +45,7 @@ def offsets_of(link: Linkage, result, k: int, extreme: str) -> dict[str, float]:
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [(k, s) for k in KINDS for s in SEEDS] + [(k, s) for k in DEGENERATE for s in range(6)]
+    ("kind", "seed"), [*some(in_turn(KINDS, SEEDS), len(KINDS)), *some(in_turn(DEGENERATE, range(6)), 2)]
 )
 def test_worst_against_search(kind: str, seed: int) -> None:
     """No admissible point found by chance, at corners or by IPOPT is worse."""
@@ -62,8 +63,7 @@ def test_worst_against_search(kind: str, seed: int) -> None:
         assert exact[extreme] >= found - 1e-9 * max(1.0, found), extreme
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
 def test_certificates(kind: str, seed: int) -> None:
     """The offsets of every extreme lie in their sets, and `given` makes of them what was claimed."""
     text = mechanism(kind, seed)
@@ -83,8 +83,7 @@ def test_certificates(kind: str, seed: int) -> None:
             assert attained == pytest.approx(claimed[extreme], rel=0, abs=slack), extreme
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
 def test_first_order_is_the_support_function(kind: str, seed: int) -> None:
     """Support functions of the sets over complex-step sensitivities; the sources' shares add up to it."""
     text = mechanism(kind, seed)
@@ -129,8 +128,7 @@ def fitted_orders(kind: str, seed: int) -> int:
     return checked
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
 def test_worst_is_no_smaller_than_loaded(kind: str, seed: int) -> None:
     text = mechanism(kind, seed, tolerances=False)
     m = jp.loads(text)

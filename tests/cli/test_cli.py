@@ -475,9 +475,9 @@ def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A sweep that would take minutes is stopped: exit code 130, a whole file with the steps that were done."""
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
-    line = shlex.split("sweep m.toml -q random --samples 100000 --set joints.*.clearance.radial=0.001:1:20000 -o s.csv")
+    line = shlex.split("sweep m.toml -q random --samples 10000 --set joints.*.clearance.radial=0.001:1:20000 -o s.csv")
     with working(line, tmp_path) as process:
-        worked(process, 6.0)  # two of them for its start
+        worked(process, 4.0)  # two of them for its start
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -12,6 +12,7 @@ import jointplay as jp
 from helpers.answers import EXAMPLES, example
 from helpers.anywhere import Elsewhere
 from helpers.couplings import OK, Machine, planetary
+from helpers.longer import in_turn, some
 from helpers.trains import TURN, drawn
 from jointplay import _core
 from jointplay.analyses.nominal import nominal
@@ -130,8 +131,7 @@ def wheels() -> Machine:
     return m
 
 
-@pytest.mark.parametrize("far", [0.0, 5.0, 1e2, 1e4])
-@pytest.mark.parametrize("make", [screw, rack, wheels, planetary], ids=["screw", "rack", "wheels", "planetary"])
+@pytest.mark.parametrize(("make", "far"), some(in_turn([screw, rack, wheels, planetary], [0.0, 5.0, 1e2, 1e4]), 8))
 def test_couplings_answer_alike_wherever_they_are_drawn(make: Any, far: float) -> None:
     """In steps of up to a thousand turns, which docs/file-format.md promises; a rack is drawn as long as it takes."""
     m = make()

@@ -12,7 +12,7 @@ from helpers.oracles.reading import read
 from helpers.strategies import given_offsets, mechanisms, turn
 
 SEARCH = settings(
-    max_examples=25,
+    max_examples=10,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

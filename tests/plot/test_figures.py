@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.longer import in_turn, some
 from jointplay.cli import run
 from jointplay.plot import Choice, Style, style
 from jointplay.plot.put import put
@@ -107,8 +108,7 @@ def outside(figure: Figure) -> list[str]:
 
 
 class TestSheets:
-    @pytest.mark.parametrize("width", [None, COLUMN])
-    @pytest.mark.parametrize("kind", KINDS)
+    @pytest.mark.parametrize(("kind", "width"), some(in_turn(KINDS, [None, COLUMN]), len(KINDS)))
     def test_nothing_overlaps_or_is_cut_off(self, drawn: Any, kind: str, width: float | None) -> None:
         name, found = drawn[kind]
         figure = sheet(example(name), found, Choice(style=Style("print", width=width)))

@@ -95,10 +95,15 @@ class TestFormulas:
 
 
 @pytest.fixture(scope="module")
-def outputs() -> dict[str, list[Any]]:
+def executed() -> Any:
+    """The notebook with what its cells show."""
+    return hook("notebook").executed((DOCS / "notebook.ipynb").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def outputs(executed: Any) -> dict[str, list[Any]]:
     """What the cells of the notebook show, by the last line of their code."""
-    done = hook("notebook").executed((DOCS / "notebook.ipynb").read_text(encoding="utf-8"))
-    return {cell.source.splitlines()[-1]: cell.outputs for cell in done.cells if cell.cell_type == "code"}
+    return {cell.source.splitlines()[-1]: cell.outputs for cell in executed.cells if cell.cell_type == "code"}
 
 
 class TestNotebook:
@@ -128,10 +133,8 @@ class TestNotebook:
         assert "**H7/g6 in all four pins.**" in text
         assert "With H8/f7 only 63 % of the specimens" in text
 
-    def test_its_page_has_all_that_the_cells_show(self) -> None:
-        notebook = hook("notebook")
-        text = (DOCS / "notebook.ipynb").read_text(encoding="utf-8")
-        markdown, pictures = notebook.page(notebook.executed(text), "notebook")
+    def test_its_page_has_all_that_the_cells_show(self, executed: Any) -> None:
+        markdown, pictures = hook("notebook").page(executed, "notebook")
         assert len(pictures) == 3
         assert [f"(notebook-{k}.png)" in markdown for k in (1, 2, 3)] == [True] * 3
         assert "<iframe" in markdown

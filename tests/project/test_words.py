@@ -14,17 +14,22 @@ from __future__ import annotations
 
 import ast
 import doctest
+import io
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+
+from jointplay import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -35,6 +40,9 @@ NARROW = {"recipes.md"}
 #: commands that set up a machine rather than use the program
 SET_UP = ("make", "git", "pip", "cd", "python -m pip", "python -m venv", "source", "cargo", "maturin", ".venv/bin/")
 FENCE = re.compile(r"^(?P<indent> *)```(?P<info>[^\n`]*)\n(?P<body>.*?)^(?P=indent)```\s*$", re.MULTILINE | re.DOTALL)
+#: what makes a line more than one call of our command, and where the shell does not look for it
+OF_THE_SHELL = re.compile(r"^(?!jointplay )|[|&;<>()$`\\*?~#]")
+QUOTED = re.compile(r"'[^']*'")
 EXIT_CODE = re.compile(r"\s+# exit code (\d)$")
 #: phrases that readers had to guess at, and the field's terms for them; names of variables, options and keys stay
 TERMS = {
@@ -95,18 +103,33 @@ def commands(body: str) -> list[Command]:
 
 
 def run(command: Command, where: Path, columns: int) -> str:
-    """Run a command as a reader would; returns what is wrong, nothing if all is well."""
+    """Run a command as a reader would, in his folder; returns what is wrong, nothing if all is well."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "TERM": "dumb", "COLUMNS": str(columns)}
-    done = subprocess.run(
-        ["bash", "-c", command.text], cwd=where, env=environment, capture_output=True, text=True, timeout=300
-    )
-    said = done.stdout + done.stderr
-    if done.returncode != command.exit_code:
-        return f"exit code {done.returncode}, not {command.exit_code}\n{said}"
+    terminal = {"PATH": path, "NO_COLOR": "1", "TERM": "dumb", "COLUMNS": str(columns)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(where)
+        for name, value in terminal.items():
+            patch.setenv(name, value)
+        code, said = (by_itself if OF_THE_SHELL.search(QUOTED.sub("", command.text)) else in_this_process)(command.text)
+    if code != command.exit_code:
+        return f"exit code {code}, not {command.exit_code}\n{said}"
     if command.output and not OUTPUT.check_output(command.output + "\n", said, LENIENT):
         return f"prints\n{said}\nnot\n{command.output}"
     return ""
+
+
+def in_this_process(line: str) -> tuple[int, str]:
+    """The exit code of our command and what it prints, without another start of Python."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        code = cli.run(shlex.split(line)[1:])
+    return code, out.getvalue() + err.getvalue()
+
+
+def by_itself(line: str) -> tuple[int, str]:
+    """The same of whatever a shell runs."""
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=300)
+    return done.returncode, done.stdout + done.stderr
 
 
 def run_python(block: Block, page: Path, names: dict[str, Any]) -> None:

@@ -144,9 +144,10 @@ def _item(value: Any, headed: int) -> Any:
             for one in value:
                 tables.append(_item(one, headed))
             return tables
-        array = tomlkit.array()
-        for one in value:
-            array.append(_item(one, 0))
+        array, items = tomlkit.array(), [_item(one, 0) for one in value]
+        # All but the last at once: to append one counts all others again.
+        array.add_line(*items[:-1], indent="", newline=False)
+        array.extend(items[-1:])
         return array
     if not isinstance(value, Mapping):
         return value

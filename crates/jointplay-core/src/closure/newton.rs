@@ -13,7 +13,7 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
-pub(crate) const CLEAR: f64 = 10.0;
+pub(crate) const CLEAR: f64 = 4.0;
 
 /// Newton steps per solve.
 const NEWTON_STEPS: usize = 14;
