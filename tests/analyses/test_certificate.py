@@ -75,7 +75,7 @@ def test_no_random_planar_mechanism_has_a_value_above_its_bound() -> None:
 
 
 def test_no_random_spatial_mechanism_has_a_value_above_its_bound() -> None:
-    found = [of_spec(loops.loop(seed, 1e-5), 3, 2) for seed in range(SPATIAL)]
+    found = [of_spec(loops.loop(seed, 1e-5, lost=seed % 2 == 1), 3, 2) for seed in range(SPATIAL)]
     assert not any(one.excluded for one in found)
     assert sum(int(one.certified.sum()) for one in found) >= 0.5 * SPATIAL
 

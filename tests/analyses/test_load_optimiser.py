@@ -36,7 +36,7 @@ def played(link: Linkage, result, k: int) -> dict[str, float]:
 def floats(link: Linkage, result, k: int) -> bool:
     """Whether a joint with play transmits nothing at configuration k."""
     reactions = result.reaction.isel(configuration=k)
-    joints = [s.name for s in link.sources if s.kind in ("disc", "diamond") or s.labels[0].endswith(".normal")]
+    joints = [s.name for s in link.sources if s.gives_way and s.name in result.joint]
     sizes = [float(np.hypot(*reactions.sel(joint=j).values[:2])) for j in joints]
     return min(sizes, default=1.0) < 1e-7 * loads_of(link)
 

@@ -54,15 +54,17 @@ class Graph(Layout):
         bodies += [one, other]
 
 
-def graph(seed: int, play: float | None = None) -> str:
+def graph(seed: int, play: float | None = None, *, lost: bool = False) -> str:
     """The file of a random mechanism with one load and one configuration; the same seed gives the same file.
 
-    The largest clearance is `play` of the size, by default anything from 0.01 % to 10 %.
+    The largest clearance is `play` of the size, by default anything from 0.01 % to 10 %. Half of the drives have lost
+    motion, if asked.
     """
     rng = np.random.default_rng([2026, seed])
     while True:
         size = float(10 ** rng.uniform(-4, -1)) if play is None else play
         m = Graph(rng, size, tolerances=False)
+        m.lost = m.lost if lost else None
         shape = rng.integers(3)
         bodies = m.chain(int(rng.integers(1, 4)), False) if shape == 0 else m.chain(int(rng.integers(2, 5)), True)
         for _ in range(int(rng.integers(1, 3)) if shape == 2 else 0):

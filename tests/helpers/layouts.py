@@ -30,6 +30,8 @@ class Layout:
         self.loads: list[tuple[str, complex, complex, float]] = []
         self.output: tuple[str, complex] = (GROUND, 0j)
         self.size = rng.uniform(40, 150)
+        # Of its own, so that the layout is the same without lost motion in its drives; nothing where they have none.
+        self.lost: np.random.Generator | None = rng.spawn(1)[0]
 
     def point(self, x: float, y: float, spread: float = 0.15) -> complex:
         """Around (x, y), in units of the mechanism's size; further from there, the larger the layout's own spread."""
@@ -107,6 +109,15 @@ class Layout:
             return f"clearance = {{ gap = {c!r} }}"
         return f"clearance = {{ radial = {c!r} }}"
 
+    def backlash(self, size: float) -> list[str]:
+        """The line of a drive, if it has lost motion: on both sides or on one."""
+        if not self.play or self.lost is None:
+            return []
+        width, form = float(self.lost.uniform(0.1, 0.5) * self.play * size), self.lost.random()
+        if form < 0.5:
+            return []
+        return [f"backlash = {width!r}" if form < 0.8 else f"backlash = {{ plus = {width!r}, minus = 0 }}"]
+
     def text(self, offsets: tuple[float, ...]) -> str:
         """The file, with drive values at the reference plus `offsets` of each drive's own step."""
         lines = [
@@ -142,6 +153,7 @@ class Layout:
             ]
             if self.tolerances and self.rng.random() < 0.5:
                 lines += [f"error = {float(0.2 * self.play * (60 if angular else self.size))!r}"]
+            lines += self.backlash(60 if angular else self.size)
         for name, body, start, end in self.dimensions:
             tolerance = float(self.size * self.play * self.rng.uniform(0.1, 0.5))
             lines += ["", f"[dimensions.{name}]", f'body = "{body}"', f'between = ["{start}", "{end}"]']

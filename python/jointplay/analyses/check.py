@@ -54,7 +54,7 @@ def check(m: Mechanism) -> xr.Dataset:
         (once or more, with no drive too many), `assembled` (whether the mechanism can be assembled near the start, with
         its first drive values), as 0 or 1; `outputs` and `load_cases` (names, where the file has several); where
         configurations cannot be assembled, `failure` (sentences: which loop stays open, at which joint and by how much,
-        and what would close it); where numbers look as if another unit was meant, `hints`.
+        and what would close it); where numbers look as if others were meant, `hints`.
 
     Examples
     --------

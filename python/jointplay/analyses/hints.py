@@ -1,4 +1,4 @@
-"""Numbers that look as if another unit was meant. A hint is no refusal: such a mechanism may be right."""
+"""Numbers that look as if another one was meant. A hint is no refusal: such a mechanism may be right."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ DEGREES = (30, 45, 60, 90, 120, 135, 150, 180, 270, 360, 720)
 
 
 def hints(m: Mechanism) -> list[str]:
-    """What may be in another unit than the file says, in sentences."""
-    return [*_commas(m), *_angles(m), *_lengths(m), *_clearances(m), *_moduli(m)]
+    """What may be in another unit than the file says, or there twice, in sentences."""
+    return [*_commas(m), *_angles(m), *_lengths(m), *_clearances(m), *_moduli(m), *_lost_motion(m)]
 
 
 def _commas(m: Mechanism) -> Iterator[str]:
@@ -144,3 +144,14 @@ def _moduli(m: Mechanism) -> Iterator[str]:
         if body.E is not None and body.E * m.units.force / m.units.length**2 > STIFFEST:
             unit = f"{m.units.force_name}/{m.units.length_name}^2"
             yield f"bodies.{name}.E = {body.E:g} {unit} is stiffer than any material: is it in Pa?"
+
+
+def _lost_motion(m: Mechanism) -> Iterator[str]:
+    for name, drive in m.data.drives.items():
+        for play in drive.backlashes.values():
+            if drive.error is not None and drive.error.high in (play.width, play.width / 2.0, play.plus) and play.width:
+                yield (
+                    f"drives.{name} has an error of {drive.error.high:g} and a backlash of {play.width:g}: lost motion"
+                    " counts once, as backlash."
+                )
+                break

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.schema.values import LARGEST
 from jointplay.model.gaps import centre, clearance_of
@@ -43,8 +44,10 @@ def parameters(
         _put(m, u, _columns(m, str(name), "offsets"), value, str(name), named)
     for name, value in deviations.items():
         columns = _columns(m, str(name), "deviations")
-        if any(m.source_kinds[int(m.parameter_source[k])] == "clearance" for k in columns):
-            raise InputError("is a clearance, not a deviation; give it among the offsets", file=m.file, key=str(name))
+        if any(m.source_kinds[int(m.parameter_source[k])] in LOOSE for k in columns):
+            raise InputError(
+                "is a clearance or backlash, not a deviation; give it among the offsets", file=m.file, key=str(name)
+            )
         _put(m, u, columns, value, str(name), named)
     return u
 

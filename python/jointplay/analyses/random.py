@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from jointplay.analyses.cluster import Here, Workers, with_workers
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Random
+from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of, to_dataset
@@ -380,7 +381,7 @@ def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
     """Refuse clearances at their boundary where they must be compatible with others."""
     laws = [law or source["law"] for source in m.core_spec["sources"]]
     kinds = zip(laws, m.source_kinds, strict=True)
-    if not any(law == "boundary" and kind == "clearance" for law, kind in kinds):
+    if not any(law == "boundary" and kind in LOOSE for law, kind in kinds):
         return
     tied = [s for s in m.core.tied(at.drives, at.poses) if laws[s] == "boundary"]
     if tied:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats
@@ -57,7 +58,7 @@ class Specimens:
         self.m, self.drives, self.poses, self.law = m, drives, poses, law
         self.scores = m.core.count_scores(law)
         self.is_loaded, self.fewer = is_loaded, FEWER if is_loaded else 1
-        self._offsets = np.array([m.source_kinds[s] == "clearance" for s, _ in m.core.parameters], dtype=bool)
+        self._offsets = np.array([m.source_kinds[s] in LOOSE for s, _ in m.core.parameters], dtype=bool)
 
     @property
     def scatter(self) -> bool:

@@ -305,7 +305,7 @@ def _unit(m: Mechanism, key: str) -> str:
     words = [part for part in parts if not part.isdigit()]
     if parts[0] == "gravity":
         return "m/s^2"
-    if "stiffness" in parts and parts[0] != "springs":
+    if "stiffness" in parts and parts[0] not in ("springs", "drives"):
         return m.units.turning_stiffness_name if words[-1] in ("roll", "tilt") else m.units.stiffness_name
     if parts[0] in ("temperature", "expansion") or words[-1] == "expansion":
         return {"temperature": "K", "deviation": "K", "tolerance": "K", "plus": "K", "minus": "K", "sigma": "K"}.get(
@@ -323,16 +323,28 @@ def _unit(m: Mechanism, key: str) -> str:
         return _unit_of_place(m, parts, words)
     if parts[0] == "joints" and {"ratio_error", "runout"} & set(parts):
         return m.units.length_name if words[-1] != "law" else ""
-    if parts[0] == "drives" and words[-1] not in ("law", "count", "joint") and "joints" not in parts:
-        turns = {
-            m.joint_kinds[j] in ANGULAR
-            for d, j in zip(m.drives, m.drive_joints, strict=True)
-            if parts[1] in ("*", d, d.rpartition("_")[0])
-        }
-        return "" if len(turns) != 1 else m.units.angle_name if turns.pop() else m.units.length_name
+    if parts[0] == "drives" and words[-1] not in ("law", "backlash_law", "count", "joint") and "joints" not in parts:
+        return _unit_of_drive(m, parts)
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):
         return m.units.angle_name if words[-1] != "law" else ""
     return m.units.length_name if words[-1] in LENGTHS else ""
+
+
+def _unit_of_drive(m: Mechanism, parts: list[str]) -> str:
+    """Unit of a value of a drive, which is that of the joint that it moves, or of the joint that is named."""
+    moved = [
+        m.joint_kinds[joint]
+        for drive, moves in zip(m.drives, m.drive_moves, strict=True)
+        if parts[1] in ("*", drive, drive.rpartition("_")[0])
+        for joint, _ in ([move for move in moves if m.joints[move[0]] in parts[3:]] or moves[:1])
+    ]
+    units = {
+        (m.units.turning_stiffness_name if kind in ANGULAR else m.units.stiffness_name)
+        if "stiffness" in parts
+        else (m.units.angle_name if kind in ANGULAR else m.units.length_name)
+        for kind in moved
+    }
+    return units.pop() if len(units) == 1 else ""
 
 
 def _unit_of_place(m: Mechanism, parts: list[str], words: list[str]) -> str:

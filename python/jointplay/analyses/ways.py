@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 
 from .nominal import Floats
@@ -113,7 +114,7 @@ class Reach:
         self.endless = [
             s
             for s, (spec, kind) in enumerate(kinds)
-            if not _is_bounded(law if law is not None and kind == "clearance" else spec["law"])
+            if not _is_bounded(law if law is not None and kind in LOOSE else spec["law"])
         ]
         #: whether a component is the same wherever sources without bounds are
         self.bounded = np.ones(count, dtype=bool)

@@ -59,6 +59,7 @@ class DriveSpec(MoveSpec):
     """A drive with all coordinates that it commands."""
 
     also: NotRequired[list[MoveSpec]]
+    compliance: NotRequired[list[float]]
 
 
 class GapSpec(TypedDict):

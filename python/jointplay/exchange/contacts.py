@@ -75,3 +75,8 @@ def _check(m: Mechanism) -> None:
         if any(joint.get("compliance", ())):
             problem = "has a stiffness, and the model for MuJoCo has rigid joints only"
             raise InputError(problem, file=m.file, key=f"joints.{name}")
+    for name, drive in m.data.drives.items():
+        for key in ("backlash", "stiffness"):
+            if getattr(drive, key) is not None:
+                problem = f"has {key}, and the model for MuJoCo holds its drives at their values"
+                raise InputError(problem, file=m.file, key=f"drives.{name}.{key}")

@@ -204,6 +204,8 @@ def _sizing(m: Mechanism, index: int, name: str) -> Sizing | None:
             return _deviating(name, f"links.{link}.{component}", off, "length" if length else "angle")
         case "drive":
             return _drive(m, index, name)
+        case "backlash":
+            return _backlash(m, index, name)
         case "thermal":
             return _deviating(name, "temperature", data.temperature, "temperature")
     raise AssertionError(f"{kind} has no size")
@@ -255,9 +257,22 @@ def _drive(m: Mechanism, index: int, name: str) -> Sizing:
         told = _toleranced(entry.error, entry.law, size, new)
         return {key: told["tolerance"]} | ({f"drives.{drive}.law": told["law"]} if "law" in told else {})
 
-    joint = m.drive_joints[m.drives.index(drive)]
-    kind = "angle" if m.joint_kinds[joint] in ANGULAR else "length"
-    return Sizing(name, (name,), key, "tolerance", kind, size, _changes=changes)
+    return Sizing(name, (name,), key, "tolerance", _kind(m, index), size, _changes=changes)
+
+
+def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
+    source = m.core_spec["sources"][index]
+    key = f"drives.{name}"
+    play = m.data.drives[m.drives[source["drive"]]].backlashes[m.joints[source["joint"]]]
+    return Sizing(
+        name, (name,), key, "backlash", _kind(m, index), play.width, _changes=lambda new: {key: play.resized(new)}
+    )
+
+
+def _kind(m: Mechanism, index: int) -> str:
+    """Which unit what a source of a drive displaces has."""
+    source = m.core_spec["sources"][index]
+    return "angle" if m.joint_kinds[source.get("joint", m.drive_joints[source["drive"]])] in ANGULAR else "length"
 
 
 def _toleranced(tolerance: ToleranceTable | None, law: object, size: float, new: float) -> Table:

@@ -48,16 +48,31 @@ class Axis:
 
 def axes_of(m: Mechanism) -> dict[str, Axis]:
     """The dimensions that results of a mechanism can have, `configuration` apart."""
-    angular = [m.joint_kinds[joint] in ANGULAR for joint in m.drive_joints]
-    drives = tuple("angle" if turns else "length" for turns in angular)
+
+    def coordinate_kind(joint: int) -> str:
+        return "angle" if m.joint_kinds[joint] in ANGULAR else "length"
+
+    drives = tuple(map(coordinate_kind, m.drive_joints))
 
     def parameter_kind(index: int) -> str:
         component = m.parameters[index].rpartition(".")[2]
-        if component == "value":
-            return drives[int(m.core_spec["sources"][int(m.parameter_source[index])]["drive"])]
+        source = m.core_spec["sources"][int(m.parameter_source[index])]
+        if "drive" in source:
+            return coordinate_kind(source.get("joint", m.drive_joints[source["drive"]]))
         if m.source_kinds[int(m.parameter_source[index])] == "thermal":
             return "temperature"
         return "angle" if component in TURNS else "length"
+
+    drives_of = {
+        joint: name if len(moves) == 1 else f"{name}.{m.joints[joint]}"
+        for name, moves in zip(m.drives, m.drive_moves, strict=True)
+        for joint, _ in moves
+    }
+
+    def gives_way(joint: int, component: str) -> str:
+        # What a joint itself lets free gives way in its drive.
+        free = component == ("angle" if coordinate_kind(joint) == "angle" else "along")
+        return drives_of[joint] if joint in drives_of and free else f"{m.joints[joint]}.{component}"
 
     lengths, _ = split(list(m.components))
     components = tuple("length" if name in lengths else "angle" for name in m.components)
@@ -77,7 +92,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
         "elastic": Axis(
-            tuple(f"{m.joints[joint]}.{component}" for joint, component in deformations),
+            tuple(gives_way(joint, component) for joint, component in deformations),
             tuple("angle" if component in TURNS else "length" for _, component in deformations),
         ),
         "member": Axis(tuple(member.name for member in m.members)),

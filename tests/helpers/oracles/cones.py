@@ -107,17 +107,20 @@ class Linearised:
 
     def maximise(self, weights: Array) -> Best:
         """The largest work of a load on the twists, over all offsets that the clearances allow."""
-        n, m = self.rows.shape[1], len(self.rows)
+        n, m, d = self.rows.shape[1], len(self.rows), len(self.driven)
         sizes = {s["joint"]: s["set"] for s in self.spec["sources"] if s["kind"] == "clearance"}
+        lost = {s["drive"]: s["set"]["interval"] for s in self.spec["sources"] if s["kind"] == "backlash"}
         rigid = [k for k, (j, _) in enumerate(self.locked) if j not in sizes]
-        equal = np.block([[self.rows, -np.eye(m)], [self.driven, np.zeros((len(self.driven), m))]])
-        equal = np.concatenate([equal, np.eye(n + m)[n + np.array(rigid, dtype=int)]])
+        rigid += [m + k for k in range(d) if k not in lost]
+        # Twists, then what every locked component and every drive gives way.
+        equal = np.hstack([np.vstack([self.rows, self.driven]), -np.eye(m + d)])
+        equal = np.concatenate([equal, np.eye(n + m + d)[n + np.array(rigid, dtype=int)]])
         a, b, cones = [-equal], [np.zeros(len(equal))], [clarabel.ZeroConeT(len(equal))]
         for j, set_ in sizes.items():
             names = LOCKED[self._kind(j)]
             columns = {name: n + self.locked.index((j, name)) for name in names}
             for left, bound, round_ in limits(set_):
-                row = np.zeros((1 + len(left), n + m))
+                row = np.zeros((1 + len(left), n + m + d))
                 for i, terms in enumerate(left):
                     for name, factor in terms.items():
                         row[1 + i, columns[name]] = factor
@@ -127,18 +130,23 @@ class Linearised:
                 a.append(row)
                 b.append(np.array([bound / UNIT] + [0.0] * len(left) if round_ else [bound / UNIT]))
                 cones.append(clarabel.SecondOrderConeT(len(row)) if round_ else clarabel.NonnegativeConeT(1))
+        for k, ends in lost.items():
+            way = np.eye(n + m + d)[n + m + k]
+            a.append(np.array([-way, way]))
+            b.append(np.array([ends["high"], -ends["low"]]) / UNIT)
+            cones.append(clarabel.NonnegativeConeT(2))
         settings = clarabel.DefaultSettings()
         settings.verbose = False
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
         scale = np.abs(weights).max()
-        cost = np.concatenate([-weights / scale, np.zeros(m)])
+        cost = np.concatenate([-weights / scale, np.zeros(m + d)])
         matrix = sparse.csc_matrix(-np.concatenate(a))
-        quadratic = sparse.csc_matrix((n + m, n + m))
+        quadratic = sparse.csc_matrix((n + m + d, n + m + d))
         solution = clarabel.DefaultSolver(quadratic, cost, matrix, np.concatenate(b), cones, settings).solve()
         # Where the last digits are not reached it says so; the tests compare what was reached.
         assert str(solution.status) in ("Solved", "AlmostSolved", "InsufficientProgress"), solution.status
         x, dual = np.array(solution.x), np.array(solution.z)
-        reactions = self._wrenches(-scale * dual[: m + len(self.driven)])
+        reactions = self._wrenches(-scale * dual[: m + d])
         return Best(-scale * UNIT * float(cost @ x), UNIT * x[:n].reshape(-1, 6), reactions)
 
     def _wrenches(self, transmitted: Array) -> Array:

@@ -26,7 +26,7 @@ def is_expressible(spec: dict[str, Any]) -> bool:
     return bool(
         spec["space"] == "planar"
         and all(joint["kind"] in KINDS for joint in spec["joints"])
-        and all(s["kind"] in ("clearance", "size", "dimension", "angle", "drive") for s in spec["sources"])
+        and all(s["kind"] in ("clearance", "size", "dimension", "angle", "drive", "backlash") for s in spec["sources"])
         and all(set(drive) <= {"joint"} for drive in spec["drives"])
         and all(set(load) <= {"point", "force", "moment"} for load in spec["loads"])
         and set(spec["output"]) <= {"point"}
@@ -66,7 +66,7 @@ def in_core(link: Linkage, spec: dict[str, Any], u: Array) -> Array:
 def unit(link: Linkage, label: str) -> float:
     """What one SI unit of a parameter is in a linkage."""
     name, component = label.rsplit(".", 1)
-    is_angle = link.driven_angle[int(name[1:])] if component == "value" else component == "angle"
+    is_angle = link.driven_angle[int(name.partition(".")[0][1:])] if component == "value" else component == "angle"
     return 1.0 if is_angle else MM
 
 
@@ -122,6 +122,8 @@ def _labels(spec: dict[str, Any], source: dict[str, Any]) -> list[str]:
         return [f"j{source['joint']}.angle"]
     if source["kind"] == "drive":
         return [f"d{source['drive']}.value"]
+    if source["kind"] == "backlash":
+        return [f"d{source['drive']}.backlash.value"]
     number = spec["sources"].index(source)
     return [f"s{number}.{'length' if source['kind'] == 'dimension' else 'size'}"]
 
@@ -144,7 +146,7 @@ def _source(spec: dict[str, Any], source: dict[str, Any], is_angle: list[bool], 
     ((kind, size),) = source["set"].items()
     labels = tuple(_labels(spec, source))
     name = labels[0].rsplit(".", 1)[0]
-    angular = source["kind"] == "angle" or (source["kind"] == "drive" and is_angle[source["drive"]])
+    angular = source["kind"] == "angle" or ("drive" in source and is_angle[source["drive"]])
     factor = 1.0 if angular else MM
     if source["kind"] == "size":
         return []

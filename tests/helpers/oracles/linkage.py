@@ -10,7 +10,8 @@ joint:
     pin_in_slot   n.(B - A) = d_n                                coordinate s.(B - A)
     fixed         B = A,             angle of s_2 - angle of s_1 = psi
 
-A drive adds  coordinate = value + error;  a dimension moves its second point along the line from its first.
+A drive adds  coordinate = value + error + lost motion;  a dimension moves its second point along the line from its
+first.
 Units: those of the file for lengths, radians for angles. The expressions are scalar, so that the same text
 is evaluated by numpy (also for whole batches, and for the complex steps that give exact derivatives) and by
 casadi.
@@ -82,7 +83,8 @@ class Linkage:
         name, component = label.rsplit(".", 1)
         angular = component == "angle"
         if component == "value":
-            angular = self.driven_angle[[f"drive {d[0]}" == name or d[0] == name for d in self.drives].index(True)]
+            own = name.removeprefix("drive ").removesuffix(".backlash")
+            angular = self.driven_angle[[d[0] == own for d in self.drives].index(True)]
         return math.radians(1.0) if angular and self.degrees else 1.0
 
     # -- closure ------------------------------------------------------
@@ -130,7 +132,7 @@ class Linkage:
             if j.kind in ("prismatic", "fixed"):
                 rows += [turn - u.get(f"{j.name}.angle", 0.0)]
         for k, (name, joint, _) in enumerate(self.drives):
-            error = u.get(f"{name}.value", 0.0) + u.get(f"drive {name}.value", 0.0)
+            error = sum(u.get(f"{label}.value", 0.0) for label in (name, f"drive {name}", f"{name}.backlash"))
             rows += [self.coordinate(q, joint, u, ops) - drives[k] - error]
         return rows
 

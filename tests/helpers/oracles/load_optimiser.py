@@ -32,7 +32,7 @@ class LoadedPose:
 
 def load_pose(link: Linkage, q0: np.ndarray, drives: Any) -> LoadedPose:
     """Poses and play of largest work of the loads; the search starts from the nominal poses q0."""
-    play = [s for s in link.sources if s.kind in ("disc", "diamond") or s.labels[0].endswith(".normal")]
+    play = [s for s in link.sources if s.gives_way]
     start = float(link.work(list(q0), link.centre))
     widest = max((s.play for s in play), default=1e-3 * link.length)
     force = max(max(abs(fx), abs(fy), abs(m) / link.length) for _, fx, fy, m in link.loads)

@@ -80,6 +80,13 @@ class Builder:
             )
         return len(self.joints) - 1
 
+    def lost_motion(self, drive: int, joint: int, size: float) -> None:
+        """Of a drive, more to one side than to the other."""
+        sides = {"interval": {"low": -size, "high": 0.3 * size}}
+        self.sources.append(
+            {"kind": "backlash", "drive": drive, "joint": joint, "set": sides, "centre": [0.0], "law": "uniform"}
+        )
+
     def spec(self, body: int, at: Array, load: tuple[Array, Array] | None = None) -> dict[str, Any]:
         """The mechanism as the core reads it, its output at a place of the reference configuration."""
         output = self.point(body, at)
@@ -99,8 +106,8 @@ class Builder:
         }
 
 
-def loop(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
-    """Seven joints in a loop, one of them driven, play in all of them and a dimension."""
+def loop(seed: int, clearance: float = 1e-4, lost: bool = False) -> dict[str, Any]:
+    """Seven joints in a loop, one of them driven, play in all of them and, if asked, in the drive; a dimension."""
     rng = np.random.default_rng(seed)
     b = Builder(6, rng)
     places = rng.uniform(-0.3, 0.3, (7, 3))
@@ -114,11 +121,13 @@ def loop(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
     points = {"from": b.joints[2]["second"], "to": b.joints[3]["first"]}
     b.sources.append({"kind": "dimension", **points, "set": tolerance, "centre": [0.0], "law": "uniform"})
     b.sources.append({"kind": "drive", "drive": 0, "set": tolerance, "centre": [0.0], "law": "uniform"})
+    if lost:
+        b.lost_motion(0, 0, clearance)
     return b.spec(2, rng.uniform(-0.3, 0.3, 3), (100 * rng.normal(size=3), rng.normal(size=3)))
 
 
-def platform(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
-    """Six legs from the ground to a platform, with joints of every kind."""
+def platform(seed: int, clearance: float = 1e-4, lost: bool = False) -> dict[str, Any]:
+    """Six legs from the ground to a platform, with joints of every kind; five drives have lost motion if asked."""
     rng = np.random.default_rng(seed)
     b = Builder(20, rng)
     top = 0
@@ -138,6 +147,8 @@ def platform(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
         if not leg:
             # A plane holds less than a ball, a cylinder less than a slide.
             b.drives.append({"joint": slide, "component": "angle"})
+        elif lost:
+            b.lost_motion(leg + 1, slide, clearance)
     b.joint("fixed", top, 19, np.array([0.0, 0.0, 0.5]))
     angle = {"interval": {"low": -1e-3, "high": 1e-3}}
     b.sources.append({"kind": "angle", "joint": len(b.joints) - 1, "set": angle, "centre": [0.0], "law": "uniform"})

@@ -43,7 +43,7 @@ class Press:
     @property
     def clearances(self) -> Array:
         """Which parameters are offsets within a clearance."""
-        kinds = [[s["kind"] == "clearance"] * len(s["centre"]) for s in self.spec["sources"]]
+        kinds = [[s["kind"] in ("clearance", "backlash")] * len(s["centre"]) for s in self.spec["sources"]]
         return np.array([flag for flags in kinds for flag in flags])
 
     @property

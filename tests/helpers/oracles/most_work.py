@@ -58,6 +58,12 @@ class MostWork:
         self.nominal = link.out(q0, self.zero)
         self.start = float(link.work(list(q0), self.zero))
         self.widths = np.concatenate([np.abs(s.corners() - np.array(s.centre)).max(axis=0) for s in link.sources])
+        #: lowest and highest offsets in units of their widths: lost motion may be on one side
+        self.ends = np.stack([-np.ones(self.widths.size), np.ones(self.widths.size)])
+        for s in link.sources:
+            if s.kind == "interval":
+                k = list(link.labels).index(s.labels[0])
+                self.ends[:, k] = np.array(s.size) / self.widths[k]
         gradient = self.gradient()
         support = [float(s.support(gradient[list(map(link.labels.index, s.labels))])) for s in link.sources]
         # A load on a body that no play moves does no work, and differences give that to rounding.
@@ -114,10 +120,11 @@ class MostWork:
         return casadi.nlpsol("most_work", "ipopt", problem, OPTIONS)
 
     def _solve(self, weight: list[float], start: np.ndarray, least: float) -> np.ndarray | None:
-        n, m = self.q0.size, self.widths.size
-        bound = np.concatenate([np.full(n, np.inf), np.ones(m)])
+        n = self.q0.size
+        free = np.full(n, np.inf)
+        bounds = [np.concatenate([sign * free, ends]) for sign, ends in zip((-1.0, 1.0), self.ends, strict=True)]
         low, high = np.append(self.low, least), np.append(self.high, np.inf)
-        found = self.solver(x0=start, p=weight, lbx=-bound, ubx=bound, lbg=low, ubg=high)
+        found = self.solver(x0=start, p=weight, lbx=bounds[0], ubx=bounds[1], lbg=low, ubg=high)
         good = self.solver.stats()["return_status"] in SOLVED
         return np.array(found["x"]).ravel() if good else None
 

@@ -90,6 +90,9 @@ def read(text: str) -> Linkage:
         drives.append((name, joint, [v * unit for v in values]))
         angular.append(angle)
         _interval(name if name not in names else f"drive {name}", "value", d.get("error", 0.0), 0.0, sources, unit)
+        lost = d.get("backlash", 0.0)
+        lost = lost if isinstance(lost, dict) else lost / 2.0
+        _interval(f"{name}.backlash", "value", lost, 0.0, sources, unit)
 
     start = np.zeros(3 * len(bodies))
     for i, body in enumerate(bodies):

@@ -26,6 +26,11 @@ class Source:
     centre: tuple[float, ...]
 
     @property
+    def gives_way(self) -> bool:
+        """Whether the load moves it: play of a joint or of a drive, no tolerance."""
+        return self.kind != "interval" or self.labels[0].endswith((".normal", ".backlash.value"))
+
+    @property
     def play(self) -> float:
         """How far it goes: a radius, a gap, or the upper end of an interval."""
         return self.size[1] if self.kind == "interval" else self.size[0]

@@ -79,7 +79,7 @@ def largest_work(s: Subject) -> Found:
         poses, _ = link.solve(q, drives, u)
         start = float(link.work(list(q), link.centre))
         work = float(link.work(list(poses), u)) - start
-        play = [source for source in link.sources if _is_play(source)]
+        play = [source for source in link.sources if source.gives_way]
 
         def done(p: list[Any], v: dict[str, Any], link: Linkage = link, start: float = start) -> Any:
             return link.work(p, v, casadi) - start
@@ -93,10 +93,6 @@ def largest_work(s: Subject) -> Found:
         error = link.out(best.poses, best.offsets) - link.out(q, dict.fromkeys(link.labels, 0.0))
         parts.append(Found.of(found["error"][0] * IN_MM, error, _scale(link)))
     return Found.all(parts, "; ".join(remarks))
-
-
-def _is_play(source: Source) -> bool:
-    return source.kind != "interval" or source.labels[0].endswith(".normal")
 
 
 def free_bodies(s: Subject) -> Found:
@@ -155,7 +151,7 @@ def least_energy(s: Subject) -> Found:
 
 def _for_energy(s: Subject, link: Linkage) -> tuple[Linkage, dict[str, float]]:
     """Tolerances at their known deviations; a joint that yields along its axis lets its second point move along it."""
-    stays = [x if _is_play(x) else replace(x, size=(0.0, 0.0)) for x in link.sources]
+    stays = [x if x.gives_way else replace(x, size=(0.0, 0.0)) for x in link.sources]
     joints, stiffness = list(link.joints), {}
     for k, joint in enumerate(s.spec["joints"]):
         along, *others = joint.get("compliance", [0.0])

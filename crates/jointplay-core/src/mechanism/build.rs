@@ -1,6 +1,7 @@
 //! Building a mechanism from its specification, with every reference checked.
 
 use std::iter;
+use std::ops::Range;
 
 use crate::clearance::Set;
 use crate::cone::springs::factor;
@@ -56,13 +57,17 @@ impl Mechanism {
         let joints = joints(spec, &points)?;
         check_forces(spec, &points, &joints)?;
         let mut rows: Vec<Row> = Vec::new();
+        let mut elastic = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
+            let first = rows.len();
             rows.extend(j.locked.iter().map(|&component| {
                 let is_coupled = j.coupling.is_some() && component == Component::Along(0);
                 Row { is_coupled, ..Row::of(joint, component) }
             }));
+            if let Some(compliance) = &spec.joints[joint].compliance {
+                elastic.extend(gives_way(&format!("joint {joint}"), joint, first..rows.len(), compliance)?);
+            }
         }
-        let elastic = elastic(spec, &rows)?;
         let mut driven_rows = Vec::with_capacity(spec.drives.len());
         let of_joints = rows.len();
         for (d, drive) in spec.drives.iter().enumerate() {
@@ -78,6 +83,9 @@ impl Mechanism {
                 }
                 let command = rows.len() - of_joints;
                 rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
+            }
+            if let Some(compliance) = &drive.compliance {
+                elastic.extend(gives_way(&format!("drive {d}"), drive.joint, driven_rows[d]..rows.len(), compliance)?);
             }
         }
         displace(spec, &frames, &mut points)?;
@@ -197,29 +205,22 @@ fn check_forces(spec: &Spec, points: &[Point], joints: &[Joint]) -> Result<(), S
     Ok(())
 }
 
-/// The joints that give way, with their rows; a compliance of zero is that of a rigid joint.
-fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
-    let mut elastic = Vec::new();
-    for (joint, j) in spec.joints.iter().enumerate() {
-        let Some(compliance) = &j.compliance else { continue };
-        let first = rows.iter().position(|r| r.joint == joint).unwrap_or_default();
-        let size = rows.iter().filter(|r| r.joint == joint).count();
-        if compliance.len() != size * size {
-            return fail(format!("joint {joint}: its compliance needs {size} x {size} numbers"));
-        }
-        let unlike = |i: usize, j: usize| {
-            let (a, b) = (compliance[i * size + j], compliance[j * size + i]);
-            (a - b).abs() > 1e-9 * a.abs().max(b.abs())
-        };
-        let symmetric = (0..size).all(|i| (0..i).all(|j| !unlike(i, j)));
-        if !symmetric || factor(compliance, size).is_none() {
-            return fail(format!("joint {joint}: its compliance is not symmetric and positive semidefinite"));
-        }
-        if compliance.iter().any(|c| *c != 0.0) {
-            elastic.push(Elastic { joint, rows: first..first + size, compliance: compliance.clone() });
-        }
+/// What gives way by a compliance of its rows, if that is not zero; `what` has it.
+fn gives_way(what: &str, joint: usize, rows: Range<usize>, compliance: &[f64]) -> Result<Option<Elastic>, SpecError> {
+    let size = rows.len();
+    if compliance.len() != size * size {
+        return fail(format!("{what}: its compliance needs {size} x {size} numbers"));
     }
-    Ok(elastic)
+    let unlike = |i: usize, j: usize| {
+        let (a, b) = (compliance[i * size + j], compliance[j * size + i]);
+        (a - b).abs() > 1e-9 * a.abs().max(b.abs())
+    };
+    let symmetric = (0..size).all(|i| (0..i).all(|j| !unlike(i, j)));
+    if !symmetric || factor(compliance, size).is_none() {
+        return fail(format!("{what}: its compliance is not symmetric and positive semidefinite"));
+    }
+    let is_rigid = compliance.iter().all(|c| *c == 0.0);
+    Ok((!is_rigid).then(|| Elastic { joint, rows, compliance: compliance.to_vec() }))
 }
 
 /// The sources with the known deviations of their parameters.
@@ -247,10 +248,13 @@ fn sources(
             return fail(format!("source {i}: its set or centre has the wrong size"));
         }
         centre.extend_from_slice(&s.centre);
-        let is_clearance = matches!(s.target, Target::Clearance { .. });
+        let is_clearance = matches!(s.target, Target::Clearance { .. } | Target::Backlash { .. });
         let is_angle = match s.target {
             Target::Angle { .. } => true,
             Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+            Target::Backlash { drive, joint } => {
+                rows_of(rows, drive).any(|row| row.joint == joint && matches!(row.component, Component::About(_)))
+            }
             Target::Place { ref ways, .. } => ways.first().is_some_and(|[along, _]| norm(along) == 0.0),
             Target::Clearance { .. }
             | Target::Dimension { .. }
@@ -315,6 +319,11 @@ fn gap(spec: &Spec, number: usize, sources: &[Source], centre: &[f64]) -> Result
         return fail(format!("source {number}: a gap depends on at most {MOST_SIZES} sizes"));
     }
     Ok(Some(gap))
+}
+
+/// The rows that a drive commands.
+fn rows_of(rows: &mut [Row], drive: usize) -> impl Iterator<Item = &mut Row> {
+    rows.iter_mut().filter(move |row| row.drive.is_some_and(|by| by.drive == drive))
 }
 
 /// Lets the parameters from `first` on displace what the target names; gives their names.
@@ -402,18 +411,8 @@ fn attach(
             }
             Ok(vec!["size"])
         }
-        Target::Drive { drive } => {
-            let mut driven: Vec<&mut Row> =
-                rows.iter_mut().filter(|row| row.drive.is_some_and(|by| by.drive == drive)).collect();
-            #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
-            let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
-            match driven.as_mut_slice() {
-                [] => return fail("there is no such drive"),
-                [row] if is_plain(row) => row.parameter = Some(first),
-                _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
-            }
-            Ok(vec!["value"])
-        }
+        Target::Drive { drive } => attach_error(rows, drive, first),
+        Target::Backlash { drive, joint } => attach_backlash(rows, drive, joint, first),
         Target::Ratio { joint } => {
             let Some(row) = rows.iter_mut().find(|row| row.joint == joint && row.is_coupled) else {
                 return fail("only a coupling has a ratio error");
@@ -422,4 +421,32 @@ fn attach(
             Ok(vec!["length"])
         }
     }
+}
+
+/// Lets a parameter displace what a drive commands.
+fn attach_error(rows: &mut [Row], drive: usize, parameter: usize) -> Result<Vec<&'static str>, SpecError> {
+    let mut driven: Vec<&mut Row> = rows_of(rows, drive).collect();
+    #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
+    let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
+    match driven.as_mut_slice() {
+        [] => return fail("there is no such drive"),
+        [row] if is_plain(row) && row.parameter.is_none() => row.parameter = Some(parameter),
+        _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (parameter, by.coefficient))),
+    }
+    Ok(vec!["value"])
+}
+
+/// Lets a parameter be the lost motion of a drive at a joint: what gives way in a row is its own parameter, and an
+/// error of the drive shifts it beside.
+fn attach_backlash(
+    rows: &mut [Row],
+    drive: usize,
+    joint: usize,
+    parameter: usize,
+) -> Result<Vec<&'static str>, SpecError> {
+    let Some(row) = rows_of(rows, drive).find(|row| row.joint == joint) else {
+        return fail("there is no such drive, or it does not move this joint");
+    };
+    row.shift = row.parameter.replace(parameter).map(|error| (error, 1.0)).or(row.shift);
+    Ok(vec!["value"])
 }

@@ -131,14 +131,14 @@ impl Source {
     }
 }
 
-/// A joint that gives way elastically.
+/// A joint that gives way elastically in what it locks, or a drive in what it commands.
 #[derive(Clone, Debug)]
 pub struct Elastic {
-    /// The joint.
+    /// The joint; of a drive that moves several the first.
     pub joint: usize,
-    /// Its rows: those of its locked components.
+    /// Its rows.
     pub rows: std::ops::Range<usize>,
-    /// Displacement of the locked components per force and moment on them, row-major.
+    /// Displacement of these per force and moment on them, row-major.
     pub compliance: Vec<f64>,
 }
 

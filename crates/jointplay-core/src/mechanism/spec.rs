@@ -125,6 +125,10 @@ pub struct DriveSpec {
     /// Further coordinates that the same drive commands.
     #[serde(default)]
     pub also: Vec<DrivenSpec>,
+    /// How far the coordinates give way per force or moment on them, in their order: row-major, symmetric, positive
+    /// semidefinite; rigid if left out.
+    #[serde(default)]
+    pub compliance: Option<Vec<f64>>,
 }
 
 /// A further coordinate that a drive commands.
@@ -314,6 +318,13 @@ pub enum Target {
     Drive {
         /// Index of the drive.
         drive: usize,
+    },
+    /// The lost motion of a drive, in which the load decides.
+    Backlash {
+        /// Index of the drive.
+        drive: usize,
+        /// Index of the joint that it moves with this lost motion.
+        joint: usize,
     },
     /// Points that move together, such as those of bodies that grow with the temperature.
     Growth {

@@ -29,7 +29,6 @@ from jointplay.core.spec import (
     GrowthSpec,
     JointSpec,
     LoadSpec,
-    MoveSpec,
     PointSpec,
     SourceSpec,
     Spec,
@@ -154,14 +153,14 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
-    moves = [_moves(drive, joints) for drive in spec["drives"]]
-    drives = [k for k, there in enumerate(moves) if there]
+    driving = [_drive(drive, joints) for drive in spec["drives"]]
+    drives = [k for k, drive in enumerate(driving) if drive is not None]
     displacements = [k for k, one in enumerate(spec["displacements"]) if one["points"][0] in renumbered]
 
     def belongs(source: SourceSpec) -> bool:
         match source["kind"]:
-            case "drive":
-                return source["drive"] in drives
+            case "drive" | "backlash":
+                return source["drive"] in drives and all(joint in joints for joint in _joints_of(source))
             case "dimension":
                 return source["to"] in renumbered
             case "place":
@@ -176,8 +175,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     def renamed_source(source: SourceSpec) -> SourceSpec:
         match source["kind"]:
-            case "drive":
-                return source | {"drive": drives.index(source["drive"])}
+            case "drive" | "backlash":
+                moved = source | {"drive": drives.index(source["drive"])}
+                return _on_joints(moved, joints) if "joint" in source else moved
             case "dimension":
                 together = [renumbered[point] for point in source.get("together", ())]
                 ends = {"from": renumbered[source["from"]], "to": renumbered[source["to"]]}
@@ -201,7 +201,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
-        "drives": [_drive(*moves[k]) for k in drives],
+        "drives": [drive for drive in driving if drive is not None],
         "displacements": [placed_displacement(spec["displacements"][k]) for k in displacements],
         "sources": [renamed_source(spec["sources"][k]) for k in sources],
         "correlations": [
@@ -261,26 +261,25 @@ def _with_crosses(spec: Spec, there: set[int], m: Mechanism) -> set[int]:
     return there | {cross for cross, bodies in beside.items() if bodies <= there}
 
 
-def _moves(drive: DriveSpec, joints: list[int]) -> list[MoveSpec]:
-    """What a drive moves of what is there, renumbered; a motor may move joints that come later."""
-    own = {key: value for key, value in drive.items() if key != "also"}
-    return [
-        move | {"joint": joints.index(move["joint"])}
-        for move in (own, *drive.get("also", ()))
-        if move["joint"] in joints
-    ]
-
-
-def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
-    drive = cast("DriveSpec", first.copy())
+def _drive(drive: DriveSpec, joints: list[int]) -> DriveSpec | None:
+    """A drive of what is there, renumbered; a motor may move joints that come later. None where it moves nothing."""
+    own = {key: value for key, value in drive.items() if key not in ("also", "compliance")}
+    moves: list[Any] = [own, *drive.get("also", ())]
+    there = [k for k, move in enumerate(moves) if move["joint"] in joints]
+    if not there:
+        return None
+    first, *others = (moves[k] | {"joint": joints.index(moves[k]["joint"])} for k in there)
     if others:
-        drive["also"] = list(others)
-    return drive
+        first["also"] = others
+    if "compliance" in drive:
+        first["compliance"] = np.reshape(drive["compliance"], (len(moves), -1))[np.ix_(there, there)].ravel().tolist()
+    return cast("DriveSpec", first)
 
 
 def _joints_of(source: SourceSpec) -> list[int]:
-    """The joints of a source; the size of a pin with several bodies has several."""
-    return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
+    """The joints that a source names; the size of a pin with several bodies has several."""
+    own = [source["joint"]] if "joint" in source else []
+    return [*own, *(part["joint"] for part in source.get("also", ()))]
 
 
 def _on_joints(source: SourceSpec, joints: list[int]) -> SourceSpec:

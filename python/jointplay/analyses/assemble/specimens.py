@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.displaced import on_body
 from jointplay.basics import poses
+from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS
 from jointplay.result import STATUSES
 
@@ -138,7 +139,7 @@ def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
 def _clearances(part: Part) -> NDArray[np.bool_]:
     """Which parameters of a part are offsets of clearances."""
     m = part.m
-    return np.array([m.source_kinds[int(s)] == "clearance" for s in m.parameter_source])[part.parameters]
+    return np.array([m.source_kinds[int(s)] in LOOSE for s in m.parameter_source])[part.parameters]
 
 
 def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:

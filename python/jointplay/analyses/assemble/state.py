@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
 from jointplay.core.answers import Given, Loaded
+from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS, Changes, End, JointSpec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
@@ -173,7 +174,7 @@ def contact(m: Mechanism, found: State) -> list[str]:
     words = []
     for s, kind in enumerate(m.source_kinds):
         offset = found.offset[m.parameter_source == s]
-        if kind != "clearance" or np.isnan(offset).any():
+        if kind not in LOOSE or np.isnan(offset).any():
             words.append("")
         elif not found.decided[s]:
             words.append("undetermined")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
+from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of
 
@@ -75,7 +76,7 @@ def slopes(step: Step, members: Members) -> Floats:
         core = held.core(joints=held.rigid_joints)
         found[:, part.parameters] = core.sensitivity(held.drives, held.poses)["source"][0]
         return found
-    own = [int(p) for p in part.parameters if m.source_kinds[int(m.parameter_source[p])] != "clearance"]
+    own = [int(p) for p in part.parameters if m.source_kinds[int(m.parameter_source[p])] not in LOOSE]
     away = DIFFERENCE * np.where(np.array(axes_of(m)["parameter"].kinds)[own] == "angle", 1.0, m.length)
     u = np.repeat(m.centre[None], 2 * len(own), 0)
     for k, (p, size) in enumerate(zip(own, away, strict=True)):

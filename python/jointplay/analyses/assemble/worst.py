@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
+from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result
@@ -104,7 +105,7 @@ def corners_of(m: Mechanism, u0: Floats, sources: Iterable[int], factor: Callabl
     wide: dict[int, tuple[float, float]] = {}
     for s in sources:
         ((shape, size),) = m.core_spec["sources"][s]["set"].items()
-        if m.source_kinds[s] not in ("clearance", "size") and shape == "interval" and size["high"] > size["low"]:
+        if m.source_kinds[s] not in (*LOOSE, "size") and shape == "interval" and size["high"] > size["low"]:
             wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 
     def specimens(high: NDArray[np.bool_]) -> Floats:

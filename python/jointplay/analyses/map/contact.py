@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats
+from jointplay.core.compile import LOOSE
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 
@@ -40,7 +41,7 @@ class Contacts:
     def __init__(self, m: Mechanism) -> None:
         places: list[ContactPlace] = []
         for number, source in enumerate(m.core_spec["sources"]):
-            if source["kind"] != "clearance":
+            if source["kind"] not in LOOSE:
                 continue
             columns = np.flatnonzero(m.parameter_source == number)
             shape, size = clearance_of(m, number)

@@ -25,12 +25,13 @@ from .coordinates import coordinate
 from .correlations import compile_correlations
 from .costs import check_costs
 from .couplings import compile_couplings
-from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
+from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compliance_of, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
 from .loads import Loads, compile_loads, compile_output, places_of_outputs
 from .members import Member, split
 from .sizes import described
+from .source import LOOSE
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .spins import Spin, find_spins
@@ -42,6 +43,7 @@ __all__ = [
     "DRIVABLE",
     "LARGEST_RATIO",
     "LENGTHS",
+    "LOOSE",
     "TURNS",
     "Assembly",
     "Compiled",
@@ -129,7 +131,7 @@ class Compiled:
         Names of what can be off.
     source_kinds : tuple of str
         ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
-        ``drive`` or ``thermal``.
+        ``drive``, ``backlash`` or ``thermal``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -291,7 +293,10 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         "joints": [
             _joint_spec(joint, data.space, couplings.get(k), held.get(k)) for k, joint in enumerate(graph.joints)
         ],
-        "drives": [_drive_spec(moves) for moves in commands.moves],
+        "drives": [
+            _drive_spec(moves, compliance_of(graph, drive, moves))
+            for moves, drive in zip(commands.moves, data.drives.values(), strict=True)
+        ],
         "output": output,
         "loads": loads.first,
         "springs": springs,
@@ -425,13 +430,15 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
     )
 
 
-def _drive_spec(moves: Moves) -> DriveSpec:
+def _drive_spec(moves: Moves, compliance: tuple[float, ...] | None) -> DriveSpec:
     (joint, coefficient), *others = moves
     told: DriveSpec = {"joint": joint}
     if coefficient != 1.0:
         told["coefficient"] = coefficient
     if others:
         told["also"] = [{"joint": k, "coefficient": c} for k, c in others]
+    if compliance is not None:
+        told["compliance"] = list(compliance)
     return told
 
 

@@ -29,7 +29,7 @@ LARGEST_RATIO = 1e6
 TURN = 2.0 * math.pi
 #: the most that an axis or a link may be off its direction, and sources that may be off by a whole turn
 QUARTER = 0.25 * TURN
-WHOLE_TURNS = ("angle", "drive")
+WHOLE_TURNS = ("angle", "drive", "backlash")
 #: kelvin; no mechanism is as hot
 HOTTEST = 5000.0
 #: the numbers of a set that bound how far something is off
@@ -108,8 +108,8 @@ def _size(graph: Graph, guess: Floats, commands: Commands) -> float:
 
 
 def _turns(source: Source, commands: Commands, graph: Graph) -> bool:
-    if source.kind == "drive":
-        return bool(graph.joints[commands.joints[source.spec["drive"]]].is_angular)
+    if "drive" in source.spec:
+        return bool(graph.joints[source.spec.get("joint", commands.joints[source.spec["drive"]])].is_angular)
     return source.components[0] in TURNS
 
 

@@ -18,14 +18,14 @@ from jointplay.errors import listed, not_known
 from jointplay.file.schema import MechanismFile
 
 from .graph import Graph
-from .source import Source
+from .source import LOOSE, Source
 
 #: eigenvalues below this part of the largest one are rounding
 ROUNDING = 1e-10
 
 
 def _is_single(source: Source) -> bool:
-    return source.kind != "clearance" and len(source.components) == 1
+    return source.kind not in LOOSE and len(source.components) == 1
 
 
 def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[Source]) -> list[CorrelationSpec]:
@@ -44,8 +44,8 @@ def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[So
             index = names.index(name)
             if not _is_single(sources[index]):
                 problem = (
-                    f"'{name}' is not a single number: where a pin lies in its hole is not correlated, but sizes,"
-                    " dimensions, angles, ratio errors and drive errors are"
+                    f"'{name}' is not a single number: where a pin lies in its hole, or a gearbox between its flanks,"
+                    " is not correlated, but sizes, dimensions, angles, ratio errors and drive errors are"
                 )
                 raise graph.refuse(problem, place)
             if index in taken:

@@ -1,4 +1,4 @@
-"""What the drives are commanded: their values, or the path of the output from which they are solved."""
+"""What the drives are commanded, their values or the path of the output from which they are solved; how they give."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from jointplay.errors import listed, shown
 from jointplay.file.schema import Coupling, Drive, MechanismFile
 
+from .compliance import flat
 from .graph import CompiledJoint, Graph
 
 #: components of a pose, and which of them are lengths; the others are angles
@@ -65,6 +66,18 @@ class Commands:
 def coordinate_factor(graph: Graph, joint: CompiledJoint) -> float:
     """SI per file unit of a joint's coordinate."""
     return graph.units.angle if joint.is_angular else graph.units.length
+
+
+def compliance_of(graph: Graph, drive: Drive, moves: Moves) -> tuple[float, ...] | None:
+    """Compliance of a drive over the coordinates that it moves, SI, row by row; None where it is rigid."""
+    given, units = drive.stiffnesses, graph.units
+    if not given:
+        return None
+    gives = []
+    for (joint, _), name in zip(moves, drive.moves, strict=True):
+        unit = units.turning_stiffness if graph.joints[joint].is_angular else units.stiffness
+        gives.append(1.0 / (given[name] * unit) if name in given else 0.0)
+    return flat(np.diag(gives))
 
 
 def compile_drives(data: MechanismFile, graph: Graph) -> Commands:

@@ -9,6 +9,8 @@ from jointplay.file.schema import ToleranceLaw, ToleranceTable, law_in_core, lim
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
+#: kinds of sources whose offsets the load decides
+LOOSE = ("clearance", "backlash")
 SHIFTS_ACROSS = ("side", "normal")
 TILTS = ("tilt_side", "tilt_normal")
 
@@ -22,7 +24,7 @@ class Source:
     name : str
     kind : str
         ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``,
-        ``link``, ``drive`` or ``thermal``.
+        ``link``, ``drive``, ``backlash`` or ``thermal``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float

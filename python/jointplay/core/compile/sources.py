@@ -14,6 +14,7 @@ from jointplay.errors import InputError
 from jointplay.file.schema import (
     BallClearance,
     Coupling,
+    Drive,
     GuideClearance,
     JournalClearance,
     LawTable,
@@ -30,7 +31,7 @@ from jointplay.file.schema import (
 )
 
 from .couplings import play_at_rim
-from .drives import Commands
+from .drives import Commands, coordinate_factor
 from .graph import TURNS, CompiledJoint, Graph
 from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
@@ -65,6 +66,7 @@ def compile_sources(
             factor = float(commands.factors[index])
             spec = interval(drive.error, drive.law or "uniform", factor)
             sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
+        sources.extend(_of_backlash(graph, name, drive, index))
     if grown is not None:
         sources.append(_of_temperature(data, grown.moves(graph), {source.name for source in sources}))
     return sources
@@ -158,6 +160,21 @@ def _of_coupling(entry: Coupling, graph: Graph, joint: CompiledJoint, index: int
         return
     for body, runout in entry.runout.items():
         yield of_wheel(graph, joint, entry, body, runout)
+
+
+def _of_backlash(graph: Graph, name: str, drive: Drive, index: int) -> Iterator[Source]:
+    """Lost motion between a drive and every joint that it moves."""
+    for joint, play in drive.backlashes.items():
+        driven = graph.joint_index(joint, f"drives.{name}.backlash")
+        factor = coordinate_factor(graph, graph.joints[driven])
+        spec: SourcePart = {
+            "drive": index,
+            "joint": driven,
+            "set": {"interval": {"low": -play.minus * factor, "high": play.plus * factor}},
+            "law": drive.backlash_law,
+        }
+        at = f"{name}.backlash" + ("" if drive.joint else f".{joint}")
+        yield Source(at, "backlash", ("value",), (factor,), (0.0,), spec, f"drives.{at}")
 
 
 def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:

@@ -34,6 +34,7 @@ from .clearances import (
 from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
 from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
+from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
 from .file import MechanismFile, PlanarFile, SpatialFile
 from .grid import GridRange
@@ -59,6 +60,7 @@ __all__ = [
     "HEADS",
     "NAME",
     "PARTS",
+    "Backlash",
     "BallClearance",
     "BearingKeys",
     "BeltClearance",

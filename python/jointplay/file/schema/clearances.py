@@ -44,6 +44,9 @@ class SizedClearance(Clearance):
     grows_with: ClassVar[str] = ""
     #: whether it may be left out
     may_be_none: ClassVar[bool] = False
+    instead: ClassVar[Mapping[str, str]] = {
+        "backlash": "that of teeth is of a gear or rack, and what a gearbox loses of a drive, [drives.NAME]"
+    }
 
     tolerance: Tolerance | SkipJsonSchema[None] = Field(
         None, description="how far the clearance may be off, in the measure in which it is given"
@@ -143,7 +146,8 @@ class BearingKeys(SizedClearance):
     """Play of a deep groove ball bearing, where a joint may be one."""
 
     instead: ClassVar[Mapping[str, str]] = {
-        "fits": "what mounting takes away from the clearance is given as reduction = 0.005, or [least, most]"
+        **SizedClearance.instead,
+        "fits": "what mounting takes away from the clearance is given as reduction = 0.005, or [least, most]",
     }
 
     bearing: BearingGroup | SkipJsonSchema[None] = Field(

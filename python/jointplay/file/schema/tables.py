@@ -7,13 +7,14 @@ from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_va
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.basics.units import AngleUnit, ForceUnit, LengthUnit
-from jointplay.errors import shown
+from jointplay.errors import not_known, shown
 
+from .drives import Backlash, DriveBacklash, DriveStiffness
 from .expressions import RESERVED, is_variable
 from .laws import Deviating, ToleranceLaw, check_law
 from .limits import ErrorLimits, PlanarErrorLimits
 from .places import PathNumber, PathPair, Place
-from .values import IN_SPACE, Name, Number, Numbers, Table, Tolerance, problem, spaced
+from .values import IN_SPACE, ClearanceLaw, Name, Number, Numbers, Table, Tolerance, problem, spaced
 
 #: what the key `links` is
 LINKS = "how far one joint of a body is off against another one, by components"
@@ -79,6 +80,19 @@ class Drive(Table):
     law: ToleranceLaw | SkipJsonSchema[None] = Field(
         None, description="how it scatters: uniform if left out; see tolerances"
     )
+    backlash: DriveBacklash | SkipJsonSchema[None] = Field(
+        None,
+        description="lost motion of the joint that it drives, from flank to flank, where the load decides: half of it"
+        " to either side of the command, or { plus, minus }; with `joints` a table by joint",
+    )
+    backlash_law: ClearanceLaw = Field(
+        "uniform", description="how it lies in its backlash in random specimens: uniform, boundary (on a flank), normal"
+    )
+    stiffness: DriveStiffness | SkipJsonSchema[None] = Field(
+        None,
+        description="force per length, or moment per angle in the file's units, by which it winds up beside its"
+        " backlash; rigid if left out; with `joints` a table by joint",
+    )
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
@@ -94,6 +108,17 @@ class Drive(Table):
         for name, coefficient in self.moves.items():
             if coefficient == 0.0:
                 raise problem(f"joints.{name} = 0 moves nothing; take it away or give it a coefficient")
+        for key in ("backlash", "stiffness"):
+            given = getattr(self, key)
+            if given is not None and isinstance(given, Mapping) != (self.joint is None):
+                many = ", ".join(f"{name} = ..." for name in self.moves)
+                way = "a number (the drive moves one joint)" if self.joint else f"a table by joint: {{ {many} }}"
+                raise problem(f"{key} is {way}")
+            for name in given if isinstance(given, Mapping) else ():
+                if name not in self.moves:
+                    raise problem(f"{key}: {not_known(name, 'a joint that this drive moves', self.moves)}")
+        if self.backlash is None and "backlash_law" in self.model_fields_set:
+            raise problem("'backlash_law' goes with backlash")
         return self
 
     @model_validator(mode="after")
@@ -115,6 +140,18 @@ class Drive(Table):
     def moves(self) -> dict[str, float]:
         """The joints that it moves, each with its coefficient in units of the file."""
         return {self.joint: 1.0} if self.joint is not None else dict(self.joints or {})
+
+    @property
+    def backlashes(self) -> dict[str, Backlash]:
+        """The lost motion of the joints that it moves, where there is some."""
+        given = self.backlash
+        return dict.fromkeys(self.moves, given) if isinstance(given, Backlash) else dict(given or {})
+
+    @property
+    def stiffnesses(self) -> dict[str, float]:
+        """The stiffness towards the joints that it moves, where it is not rigid, in units of the file."""
+        given = self.stiffness
+        return dict.fromkeys(self.moves, given) if isinstance(given, float) else dict(given or {})
 
     @property
     def is_commanded(self) -> bool:

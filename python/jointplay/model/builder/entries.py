@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from .tables import (
+    Backlash,
     BallClearance,
     BallStiffness,
     BearingClearance,
@@ -982,6 +983,9 @@ class Parts(Writing):
         count: Count | None = None,
         error: Number | Tolerance | None = None,
         law: Literal["normal", "uniform", "triangular"] | Law | None = None,
+        backlash: Number | Mapping[str, Number | Backlash] | Backlash | None = None,
+        backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
+        stiffness: Number | Mapping[str, Number] | None = None,
     ) -> None:
         """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot.
 
@@ -1010,6 +1014,14 @@ class Parts(Writing):
             How far the drive may be off its command.
         law : optional
             How it scatters: uniform if left out; see tolerances.
+        backlash : optional
+            Lost motion of the joint that it drives, from flank to flank, where the load decides: half of it to
+            either side of the command, or { plus, minus }; with `joints` a table by joint.
+        backlash_law : optional
+            How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
+        stiffness : optional
+            Force per length, or moment per angle in the file's units, by which it winds up beside its backlash;
+            rigid if left out; with `joints` a table by joint.
         """
         self._named(
             "drives",
@@ -1025,6 +1037,9 @@ class Parts(Writing):
                 "count": count,
                 "error": error,
                 "law": law,
+                "backlash": backlash,
+                "backlash_law": backlash_law,
+                "stiffness": stiffness,
             },
         )
 

@@ -21,6 +21,15 @@ class About(TypedDict, total=False):
     """Direction of the axis [ux, uy, uz] (in space only)."""
 
 
+class Backlash(TypedDict, total=False):
+    """How far a driven coordinate can be on either side of its command until a flank stops it."""
+
+    plus: Number
+    """To its positive side."""
+    minus: Number
+    """To its negative side, as a positive number."""
+
+
 class BallClearance(TypedDict, total=False):
     """Play of a ball in its socket: its centre lies in a ball."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from jointplay.errors import InputError, not_known
-from jointplay.file.schema import PatternTable
+from jointplay.file.schema import Backlash, PatternTable
 
 GROUND = "ground"
 #: a point of the output among the two of a dimension
@@ -220,8 +220,9 @@ class NamesOfCopy:
         new = dict(drive)
         if "joint" in drive:
             new["joint"] = self.joint(drive["joint"], f"{key}.joint")
-        if "joints" in drive:
-            new["joints"] = {self.joint(name, f"{key}.joints.{name}"): c for name, c in drive["joints"].items()}
+        for word in ("joints", "backlash", "stiffness"):
+            if isinstance(drive.get(word), dict) and not {*drive[word]} <= {*Backlash.model_fields}:
+                new[word] = {self.joint(name, f"{key}.{word}.{name}"): value for name, value in drive[word].items()}
         return new
 
     def in_spring(self, spring: Mapping[str, Any], key: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from jointplay.core.compile import LOOSE
 from jointplay.result import Result, split, typical, unit_of
 from jointplay.result.conclusions import FITS, VERDICTS
 
@@ -224,9 +225,7 @@ def _links(result: Result) -> Table:
 def _deviations(result: Result) -> list[int]:
     """The parameters that are no clearances: what one could adjust."""
     kinds = dict(zip(result.labels("source"), result.coords["source_kind"].values.tolist(), strict=True))
-    return [
-        k for k, owner in enumerate(result.coords["parameter_source"].values.tolist()) if kinds[owner] != "clearance"
-    ]
+    return [k for k, owner in enumerate(result.coords["parameter_source"].values.tolist()) if kinds[owner] not in LOOSE]
 
 
 def _adjustment(result: Result) -> Table:

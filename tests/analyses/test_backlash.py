@@ -1,0 +1,487 @@
+"""Lost motion and wind-up of drives, against closed forms, gears, and least energy computed here."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+
+import jointplay as jp
+from helpers.oracles.primal import Primal
+from helpers.oracles.reading import read
+
+LINK = """
+format = 1
+space = "planar"
+units = {{ length = "mm", angle = "{angle}", force = "N" }}
+[joints.pivot]
+type = "revolute"
+on = {{ ground = [0, 0], arm = [0, 0] }}
+[drives.q]
+joint = "pivot"
+values = [{value}]
+{drive}
+[output]
+body = "arm"
+at = [200, 0]
+[[loads]]
+force = {force}
+"""
+
+#: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
+LEG = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+gravity = [0, -9.81]
+[joints.hip]
+type = "revolute"
+on = { ground = [0, 0], thigh = [0, 0] }
+[joints.knee]
+type = "revolute"
+on = { thigh = [213, 0], calf = [0, 0] }
+[bodies.thigh]
+mass = 0.5
+centre = [100, 0]
+[bodies.calf]
+mass = 0.2
+centre = [100, 0]
+[drives.q1]
+joint = "hip"
+values = [-45]
+backlash = 1
+[drives.q2]
+joint = "knee"
+values = [-90]
+backlash = 2
+[output]
+body = "calf"
+at = [213, 0]
+"""
+HIP, KNEE = math.radians(-45.0), math.radians(-90.0)
+G = 9.81
+
+
+def link(drive: str = "", value: float = 0.0, force: Any = (0, -20), angle: str = "deg") -> jp.Mechanism:
+    return jp.loads(LINK.format(drive=drive, value=value, force=list(force), angle=angle))
+
+
+def foot(hip: float, knee: float) -> np.ndarray:
+    """Place and angle (degrees) of the calf's end."""
+    place = 213.0 * np.exp(1j * hip) + 213.0 * np.exp(1j * (hip + knee))
+    return np.array([place.real, place.imag, np.rad2deg(hip + knee)])
+
+
+def moments(hip: float, knee: float) -> np.ndarray:
+    """What the weights do about both joints, N mm."""
+    calf = -0.2 * G * 100.0 * math.cos(hip + knee)
+    return np.array([calf - 0.5 * G * 100.0 * math.cos(hip) - 0.2 * G * 213.0 * math.cos(hip), calf])
+
+
+def error_at(offsets: np.ndarray) -> np.ndarray:
+    return foot(HIP + offsets[0], KNEE + offsets[1]) - foot(HIP, KNEE)
+
+
+class TestLoaded:
+    def test_an_arm_falls_onto_its_flank(self) -> None:
+        """Half a degree from end to middle: b times the lever, on a circle."""
+        result = jp.loaded(link("backlash = 1"))
+        b = math.radians(0.5)
+        expected = [200 * (math.cos(b) - 1), -200 * math.sin(b), -0.5]
+        np.testing.assert_allclose(result.error[0], expected, rtol=1e-12)
+        assert result.status[0] == "ok"
+        assert result.offset[0].item() == pytest.approx(-0.5, rel=1e-14)
+
+    @pytest.mark.parametrize(("side", "force"), [("plus", 20.0), ("minus", -20.0)])
+    def test_one_flank_may_be_where_it_was_homed(self, side: str, force: float) -> None:
+        other = {"plus": "minus", "minus": "plus"}[side]
+        for size in (0.0, 0.7):
+            drive = f"backlash = {{ {side} = {size}, {other} = 0.2 }}"
+            turned = jp.loaded(link(drive, force=(0, force))).error[0, 2].item()
+            assert turned == pytest.approx(math.copysign(size, force), abs=1e-14)
+
+    def test_a_length_is_lost_along_a_guide(self) -> None:
+        text = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.guide]
+type = "prismatic"
+on = { ground = { at = [0, 0], axis = 30 }, ram = [0, 0] }
+[drives.s]
+joint = "guide"
+values = [100]
+backlash = 0.4
+stiffness = 500
+[output]
+body = "ram"
+at = [0, 0]
+[[loads]]
+force = [100, 0]
+"""
+        result = jp.loaded(jp.loads(text))
+        way = 0.2 + 100 * math.cos(math.radians(30)) / 500
+        expected = [way * math.cos(math.radians(30)), way * math.sin(math.radians(30)), 0]
+        np.testing.assert_allclose(result.error[0], expected, rtol=1e-10, atol=1e-13)
+
+    def test_a_leg_has_the_flanks_that_its_weights_press(self) -> None:
+        hip, knee = moments(HIP, KNEE)
+        assert hip < 0.0 < knee
+        result = jp.loaded(jp.loads(LEG))
+        np.testing.assert_allclose(result.error[0], error_at(np.radians([-0.5, 1.0])), atol=1e-10)
+        assert result.error[0, 1] == pytest.approx(-2.617202554, abs=1e-9)
+
+    @pytest.mark.parametrize("lost", [0.0, 1.0])
+    def test_a_leg_winds_up(self, lost: float) -> None:
+        """Wind-up in series with the lost motion: moments at the settled pose, found by fixed-point steps."""
+        m = jp.loads(LEG).with_(
+            {
+                "drives.q1.backlash": lost,
+                "drives.q2.backlash": 2 * lost,
+                "drives.q1.stiffness": 2000.0,
+                "drives.q2.stiffness": 400.0,
+            }
+        )
+        turned = np.zeros(2)
+        for _ in range(50):
+            now = moments(HIP + turned[0], KNEE + turned[1])
+            turned = np.radians(np.sign(now) * [lost / 2, lost] + now / [2000.0, 400.0])
+        result = jp.loaded(m)
+        np.testing.assert_allclose(result.error[0], error_at(turned), atol=1e-7)
+        np.testing.assert_allclose(
+            result.deformation[0], moments(HIP + turned[0], KNEE + turned[1]) / [2000, 400], rtol=1e-8
+        )
+        assert result.elastic.values.tolist() == ["q1", "q2"]
+        reference = [-0.407926031, -3.509871627, 0.594911047] if lost else [-0.408065039, -0.908552527, 0.095744254]
+        np.testing.assert_allclose(result.error[0], reference, atol=2e-8)
+
+    def test_wind_up_turns_with_the_lever(self) -> None:
+        """1e6 e = -4000 cos e."""
+        result = jp.loaded(link("stiffness = 1e6", angle="rad"))
+        expected = brentq(lambda e: 1e6 * e + 4000 * math.cos(e), -0.1, 0.1, xtol=1e-15)
+        assert result.error[0, 2].item() == pytest.approx(expected, rel=1e-9)
+
+    def test_an_arm_that_no_torque_holds_is_anywhere_between_its_flanks(self) -> None:
+        """The load goes through the pivot and pulls outwards or inwards; a hanging one floats in its play."""
+        upright = jp.loaded(link("backlash = 1", force=(-20, 0)))
+        assert upright.status[0] == "undetermined"
+        assert upright.undetermined[0, 2].item() == pytest.approx(0.5, rel=1e-6)
+        off = 0.3
+        hanging = jp.loaded(link("backlash = 2", value=-90 + off))
+        assert hanging.error[0, 2].item() == pytest.approx(-off, rel=1e-9)
+        beyond = jp.loaded(link("backlash = 0.4", value=-90 + off))
+        assert beyond.error[0, 2].item() == pytest.approx(-0.2, rel=1e-12)
+
+    def test_contributions_add_up(self) -> None:
+        result = jp.loaded(jp.loads(LEG))
+        np.testing.assert_allclose(result.contribution[0].sum("source"), result.error_first_order[0], atol=1e-12)
+        assert result.source.values.tolist() == ["q1.backlash", "q2.backlash"]
+        assert result.source_kind.values.tolist() == ["backlash"] * 2
+
+
+class TestOtherQuestions:
+    def test_given(self) -> None:
+        m = link("backlash = 1")
+        result = jp.given(m, {"q.backlash": 0.4})
+        assert result.error[0, 2].item() == pytest.approx(0.4, rel=1e-12)
+        assert result.admissible.all()
+        assert not jp.given(m, {"q.backlash": 0.6}).admissible.any()
+        with pytest.raises(jp.InputError, match="backlash, not a deviation"):
+            jp.given(m, deviations={"q.backlash": 0.1})
+
+    def test_worst_adds_the_error_of_the_command(self) -> None:
+        m = jp.loads(LEG).with_({"drives.q1.error": 0.1, "drives.q2.error": 0.2})
+        worst = jp.worst(m, certify=True)
+        # The distance is convex along each coordinate, nearly: all of a grid of both intervals, its corners among them.
+        sides = np.radians(np.linspace(-1, 1, 41))
+        reach = max(float(np.hypot(*error_at(np.array([0.6 * a, 1.2 * b]))[:2])) for a in sides for b in sides)
+        assert worst.worst_position[0].item() == pytest.approx(reach, rel=1e-9)
+        assert worst.worst_position[0].item() == pytest.approx(7.075417509, abs=1e-8)
+        assert worst.certified.all()
+        offset = worst.worst_offset.sel(extreme="position")[0]
+        assert np.abs(offset.sel(parameter=["q1.backlash.value", "q2.backlash.value"])).values == pytest.approx(
+            [0.5, 1.0]
+        )
+
+    @pytest.mark.parametrize(("law", "std"), [("uniform", 1 / math.sqrt(12)), ("boundary", 0.5)])
+    def test_random(self, law: str, std: float) -> None:
+        result = jp.random(link(f'backlash = 1\nbacklash_law = "{law}"'), samples=40_000, seed=3)
+        assert result.error_std.sel(component="angle")[0].item() == pytest.approx(std, rel=0.01)
+
+    def test_random_under_load(self) -> None:
+        """The command scatters, the flank does not."""
+        result = jp.random(link("backlash = 1\nerror = 0.1"), samples=20_000, seed=3, contact="loaded")
+        angle = result.error_mean.sel(component="angle")[0].item(), result.error_std.sel(component="angle")[0].item()
+        assert angle == pytest.approx((-0.5, 0.1 / math.sqrt(3)), rel=0.02)
+
+    def test_a_correction_takes_it_back(self) -> None:
+        result = jp.compensate(jp.loads(LEG), question="loaded")
+        np.testing.assert_allclose(result.correction[0], [0.5, -1.0], atol=1e-9)
+
+    def test_allowed_size(self) -> None:
+        """The flank is half of the width away."""
+        m = link("backlash = 1").with_({"limits.rotation": 0.3})
+        result = jp.allow(m, question="loaded")
+        assert result.source_measure.values.tolist() == ["backlash"]
+        assert result.allowed[0].item() == pytest.approx(0.6, rel=1e-6)
+
+    def test_allocated_size(self) -> None:
+        m = link("backlash = 1").with_(
+            {
+                "limits.rotation": 0.3,
+                "costs": {"q.backlash": {"model": "reciprocal", "a": 0, "b": 1, "from": 0.1, "to": 2}},
+            }
+        )
+        result = jp.allocate(m, question="worst")
+        assert result.size.sel(source="q.backlash").item() == pytest.approx(0.6, rel=1e-4)
+
+    def test_a_sweep(self) -> None:
+        swept = jp.sweep(link("backlash = 1"), "drives.q.backlash", [0.0, 1.0, 2.0], "loaded")
+        assert swept.backlash.attrs["units"] == "deg"
+        np.testing.assert_allclose(swept.error.sel(component="angle").values.ravel(), [0, -0.5, -1], atol=1e-12)
+
+    def test_a_map_shows_where_the_flank_changes(self) -> None:
+        """The torque changes its sign where the arm is upright."""
+        m = link("backlash = 1").with_({"grid.q": {"from": 65, "to": 115, "count": 6}})
+        result = jp.map(m, question="loaded")
+        angle = np.radians(result.q.values)
+        sides = -np.sign(np.cos(angle))
+        np.testing.assert_allclose(result.error.sel(component="angle"), 0.5 * sides, rtol=1e-9)
+        assert result.contact_change.values.ravel().tolist() == [False, False, True, False, False, False]
+
+
+def gears(first: float, second: float) -> str:
+    """Two pairs of wheels in a row between a motor and an arm, 1:1 each, with angles of backlash."""
+    text = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[drives.motor]
+joint = "A"
+values = [20]
+[output]
+body = "arm"
+at = [200, 0]
+[[loads]]
+force = [0, -20]
+[start]
+a = { angle = 20 }
+b = { angle = -20 }
+arm = { angle = 20 }
+"""
+    for name, at, body in (("A", 0, "a"), ("B", 100, "b"), ("C", 200, "arm")):
+        text += f'[joints.{name}]\ntype = "revolute"\non = {{ ground = [{at}, 0], {body} = [0, 0] }}\n'
+    for name, pair, lost in (("M", ("a", "b"), first), ("N", ("b", "arm"), second)):
+        text += f'[joints.{name}]\ntype = "gear"\non = {{ {pair[0]} = [0, 0], {pair[1]} = [0, 0] }}\n'
+        text += f"teeth = [50, 50]\nmodule = 2\npressure_angle = 20\nclearance = {{ backlash_angle = {lost} }}\n"
+    return text
+
+
+def test_two_pairs_of_wheels_lose_the_sum() -> None:
+    geared = jp.loaded(jp.loads(gears(0.3, 0.5)))
+    alone = jp.loaded(link("backlash = 0.8", value=20.0))
+    np.testing.assert_allclose(geared.error[0], alone.error[0], rtol=1e-6)
+
+
+#: a motor moves a shoulder and, by half as much the other way, an elbow
+COUPLED = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.shoulder]
+type = "revolute"
+on = { ground = [0, 0], upper = [0, 0] }
+[joints.elbow]
+type = "revolute"
+on = { upper = [200, 0], lower = [0, 0] }
+[drives.motor]
+joints = { shoulder = 1, elbow = -0.5 }
+values = [40]
+error = 0.2
+backlash = { shoulder = 0.6, elbow = { plus = 1, minus = 0.4 } }
+stiffness = { elbow = 1e5 }
+[output]
+body = "lower"
+at = [150, 0]
+[[loads]]
+force = [0, -30]
+"""
+
+
+def test_every_joint_of_a_motor_has_its_own_gearbox() -> None:
+    m = jp.loads(COUPLED)
+    assert m.sources == ("motor", "motor.backlash.shoulder", "motor.backlash.elbow")
+    result = jp.loaded(m)
+
+    def turned(elbow: float) -> tuple[float, float]:
+        return math.radians(40 - 0.3), math.radians(-20 - 0.4 + elbow)
+
+    def moment(elbow: float) -> float:
+        shoulder, relative = turned(elbow)
+        return -30 * 150 * math.cos(shoulder + relative)
+
+    wound = brentq(lambda e: moment(e) / 1e5 - e, -1, 1, xtol=1e-14)
+    shoulder, relative = turned(wound)
+    place = 200 * np.exp(1j * shoulder) + 150 * np.exp(1j * (shoulder + relative))
+    nominal = 200 * np.exp(1j * math.radians(40)) + 150 * np.exp(1j * math.radians(20))
+    expected = [(place - nominal).real, (place - nominal).imag, math.degrees(shoulder + relative) - 20]
+    np.testing.assert_allclose(result.error[0], expected, atol=1e-7)
+    assert result.elastic.values.tolist() == ["motor.elbow"]
+    by_motor = jp.given(m, {"motor": 0.2}).error[0, 2].item()
+    assert by_motor == pytest.approx(0.1, rel=1e-9)
+
+
+def cranks(lost: float) -> str:
+    """A coupler on three parallel cranks, of which the last one does not fit: its pins give, and so does the drive."""
+    text = f"""
+format = 1
+space = "planar"
+units = {{ length = "mm", angle = "rad", force = "N" }}
+[drives.q]
+joint = "A0"
+values = [1.2]
+backlash = {{ plus = {lost}, minus = {lost / 2} }}
+stiffness = 4e6
+[output]
+body = "coupler"
+at = [100, 0]
+[[loads]]
+force = [60, -30]
+[start]
+coupler = {{ angle = 0 }}
+"""
+    for k in range(3):
+        text += f'[joints.A{k}]\ntype = "revolute"\non = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}\n'
+        text += f'[joints.B{k}]\ntype = "revolute"\non = {{ crank{k} = [80, 0], coupler = [{100 * k}, 0] }}\n'
+        text += "stiffness = { radial = 2e4 }\n"
+    return text + f'[dimensions.last]\nbody = "crank2"\nbetween = ["A2", "B2"]\ndeviation = {CRANKS[2] - 80}\n'
+
+
+CRANKS = (80.0, 80.0, 80.05)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.003])
+def test_an_over_constrained_mechanism_stores_the_least_energy(lost: float) -> None:
+    """Minimum over the poses of cranks and coupler; lost motion is a dead band of the drive's spring."""
+
+    def energy(x: np.ndarray) -> float:
+        turns, at, angle = x[:3], x[3] + 1j * x[4], x[5]
+        ends = 100 * np.arange(3) + CRANKS * np.exp(1j * turns)
+        stored = 0.5 * 2e4 * float((np.abs(ends - at - 100 * np.arange(3) * np.exp(1j * angle)) ** 2).sum())
+        wound = max(turns[0] - 1.2 - lost, 0.0) - max(1.2 - lost / 2 - turns[0], 0.0)
+        output = at + 100 * np.exp(1j * angle)
+        return stored + 0.5 * 4e6 * wound**2 - float((output * (60 + 30j)).real)
+
+    end = 80 * np.exp(1.2j)
+    start = np.array([1.2, 1.2, 1.2, end.real, end.imag, 0.0])
+    scale = np.array([1e-3, 1e-3, 1e-3, 0.1, 0.1, 1e-3])
+    found = minimize(
+        lambda z: energy(start + z * scale), np.zeros(6), method="BFGS", options={"gtol": 1e-9, "maxiter": 5000}
+    )
+    best = start + found.x * scale
+    output = best[3] + 1j * best[4] + 100 * np.exp(1j * best[5])
+    result = jp.loaded(jp.loads(cranks(lost)))
+    assert result.status[0] in ("ok", "strained")
+    expected = [(output - end - 100).real, (output - end - 100).imag, best[5]]
+    np.testing.assert_allclose(result.nominal[0] + result.error[0], [output.real, output.imag, best[5]], atol=2e-6)
+    assert expected[1] != 0.0
+
+
+def loose_cranks(seed: int) -> str:
+    """A coupler on three parallel cranks, all pins with play, under a random load; one crank is driven."""
+    rng = np.random.default_rng([7, seed])
+    length, turn = float(rng.uniform(60, 100)), float(rng.uniform(0.6, 2.5))
+    low, high = (float(v) for v in rng.uniform(0.001, 0.003, 2))
+    fx, fy, moment = (float(v) for v in rng.normal(0, 100, 3) * [1, 1, 20])
+    end = length * np.exp(1j * turn)
+    lines = ["format = 1", 'space = "planar"', 'units = { length = "mm", angle = "rad", force = "N" }']
+    lines += [
+        "[drives.q]",
+        'joint = "A0"',
+        f"values = [{turn!r}]",
+        f"backlash = {{ plus = {high!r}, minus = {low!r} }}",
+    ]
+    lines += ["[start]", f"coupler = {{ x = {float(end.real)!r}, y = {float(end.imag)!r}, angle = 0.0 }}"]
+    lines += [f"crank{k} = {{ x = {100.0 * k}, angle = {turn!r} }}" for k in range(3)]
+    lines += ["[output]", 'body = "coupler"', "at = [70, 30]"]
+    lines += ["[[loads]]", f"force = [{fx!r}, {fy!r}]", f"moment = {moment!r}"]
+    for k in range(3):
+        lines += [f"[joints.A{k}]", 'type = "revolute"', f"on = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}"]
+        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
+        lines += [f"[joints.B{k}]", 'type = "revolute"']
+        lines += [f"on = {{ crank{k} = [{length!r}, 0], coupler = [{100 * k}, 0] }}"]
+        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_over_constrained_mechanism_goes_where_the_load_does_most_work(seed: int) -> None:
+    """A cone program on the displacements of all bodies, with the lost motion as bounds."""
+    text = loose_cranks(seed)
+    m, link = jp.loads(text), read(text)
+    found = jp.loaded(m, exact=False)
+    best = Primal(link, link.start, link.configurations[0], {}, 0.01).solve()
+    assert best.solved
+    (load,) = m.raw["loads"]
+    weights = np.array([*load["force"], load["moment"]])
+    assert found.error.values[0] @ weights == pytest.approx(-best.value, rel=1e-7)
+    assert (np.abs(found.error.values[0] - best.error) <= found.undetermined.values[0] + [1e-6, 1e-6, 1e-8]).all()
+    exact = jp.loaded(m)
+    assert np.abs(exact.error - found.error).max() < 1e-2 * np.abs(found.error).max()
+    worst, drawn = jp.worst(m), jp.random(m, samples=2000, seed=seed)
+    assert (drawn.largest.sel(quantity="position") <= worst.worst_position).all()
+    assert worst.worst_position.item() >= float(np.hypot(*exact.error.values[0, :2])) * (1 - 1e-6)
+
+
+def test_many_configurations_are_what_each_is_alone() -> None:
+    m = jp.loads(LEG).with_(
+        {"drives.q1.values": np.linspace(-80, 80, 21).tolist(), "drives.q2.values": np.linspace(-120, 100, 21).tolist()}
+    )
+    together = jp.loaded(m)
+    for k in range(21):
+        alone = jp.loaded(
+            m.with_(
+                {
+                    f"drives.{q}.values": [float(m.drive_values[k, i] / m.drive_factors[i])]
+                    for i, q in ((0, "q1"), (1, "q2"))
+                }
+            )
+        )
+        np.testing.assert_allclose(together.error[k], alone.error[0], rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(together.offset[k], alone.offset[0])
+
+
+class TestMessages:
+    @pytest.mark.parametrize(
+        ("drive", "said"),
+        [
+            ("backlash = -1", "q.backlash: must not be negative: -1"),
+            ("backlash = { plus = 1 }", "'minus' is missing"),
+            ("backlash = { plus = 1, minus = -1 }", "must not be negative"),
+            ("backlash = { pivot = 1 }", "backlash is a number (the drive moves one joint)"),
+            ("stiffness = 0", "must be greater than zero"),
+            ('backlash_law = "uniform"', "'backlash_law' goes with backlash"),
+            ("backlash = 800", "more than a full turn"),
+        ],
+    )
+    def test_of_a_drive(self, drive: str, said: str) -> None:
+        with pytest.raises(jp.InputError) as refused:
+            link(drive)
+        assert said in str(refused.value)
+
+    def test_of_a_motor_of_several_joints(self) -> None:
+        with pytest.raises(jp.InputError, match="a table by joint"):
+            jp.loads(COUPLED).with_({"drives.motor.backlash": 1.0})
+        with pytest.raises(jp.InputError, match="not a joint that this drive moves"):
+            jp.loads(COUPLED).with_({"drives.motor.stiffness": {"wrist": 1.0}})
+
+    def test_of_a_joint(self) -> None:
+        with pytest.raises(jp.InputError, match=r"\[drives\.NAME\]"):
+            link().with_({"joints.pivot.clearance": {"backlash": 1}})
+
+    def test_lost_motion_that_is_counted_twice_is_said(self) -> None:
+        assert "lost motion counts once" in jp.check(link("backlash = 1\nerror = 0.5")).attrs["hints"]
+        assert "hints" not in jp.check(link("backlash = 1\nerror = 0.1")).attrs
