@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.optimize import brentq, minimize
 import jointplay as jp
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
+from jointplay.cli import run
 
 LINK = """
 format = 1
@@ -227,6 +229,15 @@ class TestOtherQuestions:
         result = jp.allow(m, question="loaded")
         assert result.source_measure.values.tolist() == ["backlash"]
         assert result.allowed[0].item() == pytest.approx(0.6, rel=1e-6)
+
+    def test_no_clearance_is_said_to_be_needed_where_there_is_none(
+        self, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        """An arm whose gearbox winds up was said to be strained, whatever the size of its clearances."""
+        path = tmp_path / "arm.toml"
+        path.write_text(LEG.replace("backlash = 2", "backlash = 2\nstiffness = 400") + "[limits]\nposition = 12\n")
+        assert run(["allow", str(path)]) == 0
+        assert "strain" not in capsys.readouterr().out
 
     def test_allocated_size(self) -> None:
         m = link("backlash = 1").with_(
