@@ -105,7 +105,8 @@ def mechanism(
         draw(scene, exaggerate, None if result is None else single(result), found, path and len(at) > 1)
         # Of several poses no single one gives the title.
         one = len(at) > 1 and not (len(behind) or len(beside))
-        title(axes, f"{m.title}: {which(report(m, '', at).result(), configuration)}" if one else m.title)
+        said = [which(report(m, "", at).result(), configuration)] if one else []
+        title(axes, ": ".join(filter(None, [m.title, *said])))
         legend(axes)
         if names and isinstance(figure, Drawing):
             # Names keep clear of what is around them when that has its place.
