@@ -99,7 +99,9 @@ class Columns:
         values = [_number(word) for _, word in found]
         for (number, word), value in zip(found, values, strict=True):
             if not math.isfinite(value):
-                problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}{comma_hint(word)}"
+                problem = (
+                    f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}{comma_hint(word)}"
+                )
                 raise InputError(problem, file=self.name, key=key)
         return values
 
