@@ -104,7 +104,7 @@ def in_range(value: int, key: str, what: str, low: int, high: int) -> None:
         raise InputError(f"{said} is not {what}; {low} to {high:.10g} are possible", key=key)
 
 
-def comma_hint(text: str, before: str = "; ") -> str:
+def comma_hint(text: str) -> str:
     """What is said beside a text that cannot be read because it is a number with a decimal comma; nothing of others.
 
     Examples
@@ -112,7 +112,7 @@ def comma_hint(text: str, before: str = "; ") -> str:
     >>> comma_hint("0,5"), comma_hint("a,5")
     ('; decimals have a point, such as 0.5', '')
     """
-    return f"{before}{POINTS}" if COMMA.fullmatch(text) else ""
+    return f"; {POINTS}" if COMMA.fullmatch(text) else ""
 
 
 def split_hint(values: object, needed: int) -> str:

@@ -18,6 +18,8 @@ from helpers.browser import needs_browser
 from helpers.longer import some
 from jointplay import cli, examples
 from jointplay.errors import InputError
+from jointplay.plot.animation import motion_of
+from jointplay.plot.words import MOST_TIMES
 from jointplay.show.reporting.maps import thinned
 from verify_reports import FEW, column, files, in_browser, in_text, scenes
 
@@ -207,6 +209,16 @@ def test_wrong_places_are_refused_before_the_work(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no folder"):
         jp.report(m, tmp_path / "nowhere" / "page.html")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_smallest_clearance_of_all_is_drawn(tmp_path: Path) -> None:
+    """A page with a clearance of 1e-320 was a traceback, and an animation asked for a factor that nobody had given."""
+    text = re.sub("radial = [0-9.]+ }", "radial = 1e-320 }", examples.text("four-bar"))
+    m = jp.loads(text).with_({"drives.theta1.values": [20.0, 30.0], "loads": None})
+    found = re.search(r'"factor": ?([0-9.e+]+)', page(m, tmp_path))
+    assert found is not None
+    assert float(found[1]) <= MOST_TIMES
+    assert motion_of(m, 2, None).times <= MOST_TIMES
 
 
 def test_a_mechanism_without_a_pose_has_no_report(tmp_path: Path) -> None:
