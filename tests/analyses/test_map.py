@@ -226,7 +226,7 @@ class TestRefusals:
         [
             ({"x": [1, 2], "y": 3}, r"grid: x, y: 3 drives can bring the output to 3 asked components; .* angle = 0"),
             ({"x": [1, 2], "y": 3, "angle": 0, "a": 73}, r"one of drives \(a\) or one of the output \(x, y, angle\)"),
-            ({"u": [1, 2]}, "'u' is not a drive or a component of the output; .*Known: a, b, c, x, y, angle"),
+            ({"u": [1, 2]}, "'u' is not a drive or a component of the output; .*known: a, b, c, x, y, angle"),
             ({"a": [70, 80]}, "the grid does not say where drive 'b' is"),
             ({"x": 1, "y": 3, "angle": 0}, "a map has one to 3 axes"),
             ({"x": [1, 3, 2], "y": 3, "angle": 0}, "grid.x: the values of an axis rise or fall"),

@@ -242,7 +242,7 @@ def test_a_measured_specimen_has_its_sizes() -> None:
             "",
             "no pin has play in its hole",
         ),
-        ('{ bearing = "C6", bore = 25 }', ".bearing", "Known: C2, CN, N, C3, C4, C5"),
+        ('{ bearing = "C6", bore = 25 }', ".bearing", "known: C2, CN, N, C3, C4, C5"),
         ('{ bearing = "C3" }', "", "'bore' is missing"),
         ('{ bearing = "C3", bore = 300 }', ".bearing", "up to 200 mm, not for 300 mm"),
         ('{ bearing = "C3", bore = 25, reduction = [0.2, 0.1] }', "", "reduction is [least, most]"),
