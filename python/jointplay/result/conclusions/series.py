@@ -23,7 +23,7 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Ve
 
 from .errors import WORDS, blamed, proved
 from .motion import largest_change
-from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say, without_path
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -158,9 +158,13 @@ def of_compare(result: Result) -> Conclusion:
         if found.outcome == MISSED:
             text = f"Limit missed: {name}, at {count} of {total}."
             sentences.append(Sentence(text, is_alarm=True, state=MISSED))
-        elif found.outcome == NOT_SHOWN:
-            text = f"Not shown: whether limits hold in {name}; {found.gist}."
-            sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
+    unknown: dict[str, list[str]] = {}
+    for name, found in zip(names, verdicts, strict=True):
+        if found.outcome == NOT_SHOWN:
+            unknown.setdefault(found.gist, []).append(name)
+    for gist, those in unknown.items():
+        text = f"Not shown: whether limits hold in {' and '.join(those)}; {gist}."
+        sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
     for kind, declared in figures(result).items():
         values, unit = figure(result, kind)
         known = np.isfinite(values)
@@ -179,10 +183,11 @@ def of_compare(result: Result) -> Conclusion:
             sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
     for name, part in zip(names, two, strict=True) if is_corrected else ():
         sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
-    for name, part in zip(names, two, strict=True):
+    for name, part, lost in zip(names, two, without_path(result), strict=True):
         bad = part.get("status") != "ok"
         if bad.any():
-            words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
+            told = np.where(lost, f"{names[0]} has no pose there", part.get("status"))[bad]
+            words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in told.tolist()))
             outside = bool((part.get("status") == OUTSIDE).any())
             words = f"{words}; {leaving(part)}" if outside else words
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
