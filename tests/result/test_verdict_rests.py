@@ -317,3 +317,18 @@ def test_a_singular_row_is_called_so_by_all_questions(capsys: pytest.CaptureFixt
     assert "Not shown: whether the limits hold; configuration 1 is singular." in capsys.readouterr().out
     run(["error", str(path), "-q", "random", "--samples", "2000", "--all"])
     assert "not assembled" not in capsys.readouterr().out
+
+
+def test_a_map_says_the_share_outside_where_no_yield_is_required(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """With limits alone the shares at the nodes were computed, and told nowhere."""
+    path = tmp_path / "four-bar.toml"
+    path.write_text(jp.examples.text("four-bar"))
+    grid = ["-g", "theta1=30:60:2", "--set", "limits.position=1.5", "--samples", "2000"]
+    run(["map", str(path), *grid, "-q", "random"])
+    told = " ".join(capsys.readouterr().out.split())
+    m = jp.load(path).with_({"limits.position": 1.5})
+    share = float(jp.map(m, "random", {"theta1": [30, 60]}, samples=2000).outside.max())
+    assert share > 0.0
+    assert f"at most {100 * share:.3g} % of the specimens at theta1 = " in told
