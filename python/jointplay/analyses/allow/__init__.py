@@ -266,8 +266,11 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
-    if without := every.asked.without_pose:
+    if without := every.asked.without_error:
         builder.attrs["without_pose"] = ", ".join(map(str, without))
+        builder.attrs["without_pose_status"] = ", ".join(dict.fromkeys(without.values()))
+    if left_out := every.asked.left_out:
+        builder.attrs["left_out"] = ", ".join(map(str, left_out))
     if fixed := [one.source.name for one in done if one.source.fixed]:
         builder.attrs["fixed"] = ", ".join(fixed)
     sources = [one.source for one in done]

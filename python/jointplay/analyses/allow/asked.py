@@ -119,9 +119,15 @@ class Asked:
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
     @property
-    def without_pose(self) -> list[int]:
-        """Configurations that have no pose as drawn."""
-        return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist()})
+    def without_error(self) -> dict[int, str]:
+        """Configurations that count and have no error as drawn, and why."""
+        every = ((at, k) for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist())
+        return dict(sorted((k, str(STATUSES[at.status[k]])) for at, k in every))
+
+    @property
+    def left_out(self) -> list[int]:
+        """Configurations at which the machine cannot be."""
+        return sorted({k for at in self.at for k in np.flatnonzero(~at.counts).tolist()})
 
     def use(self, changes: Mapping[str, object], near: PlacesByPart | None = None) -> Use:
         """How much of the limits is used with changes, at all configurations or at some of them."""

@@ -131,7 +131,7 @@ def _notes(result: Result) -> Iterator[str]:
     elif "needed" in result.data and any(key.endswith("clearance") for key in result.labels("source_key")):
         yield "Whatever size one clearance has, some specimens cannot be assembled without strain."
     if "without_pose" in result.attrs:
-        yield f"Configuration {result.attrs['without_pose']}: no pose as drawn; not counted."
+        yield f"Configuration {result.attrs['without_pose']}: no error as drawn; not counted."
     if "samples" in result.attrs:
         count = int(result.attrs["samples"])
         yield f"Sizes are found from {count:,} random specimens per configuration; ± is their standard error."

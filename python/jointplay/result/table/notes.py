@@ -184,7 +184,8 @@ def _samples(result: Result) -> Iterable[str]:
     has_none = result.attrs.get("contact") == "loaded" or {"yield_path", "incomplete"} & {*result.data, *result.attrs}
     if np.isfinite(result.get("limit")).any() and not has_none:
         yield "Yields over all configurations are of determinate mechanisms only, and left out here."
-    assembled = result.get("status") != "not_assembled"
+    # Where there is no error, nothing has been drawn.
+    assembled = ~np.isin(result.get("status"), ("not_assembled", "singular", "other_branch", "outside_limits"))
     for outcome in result.labels("outcome"):
         counts = result.get("failures", outcome=outcome)[assembled]
         if outcome != "ok" and counts.any():
