@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, configurations
+from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations
 
 from .words import Conclusion, Sentence
 
@@ -34,17 +34,24 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
     said, place = _said(result, used), int(result.get("used_configuration"))
     without, left_out = (str(result.attrs.get(name, "")) for name in ("without_pose", "left_out"))
     out = f"; left out: {_numbered(left_out)}, where the machine cannot be" if left_out else ""
+    basis = _contacts(result)
+    match str(result.attrs.get("sizes", "")):
+        case "largest" | "smallest" as play:
+            basis += f" {TAKEN[play]}"
+        case "middle" if not used > 1.0:
+            # Those with the largest and the smallest play are judged as well; one of the three is enough to miss.
+            basis += f" {ANY_SIZE}"
     if used > 1.0:
         at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
-        yield Sentence(f"The limits are missed{_contacts(result)}: {said}{at}{out}.", is_alarm=True, state=MISSED)
+        yield Sentence(f"The limits are missed{basis}: {said}{at}{out}.", is_alarm=True, state=MISSED)
     elif without:
         status = str(result.attrs["without_pose_status"]).replace("_", " ")
         verb = "are" if ", " in without else "is"
-        text = f"Not shown: whether the limits hold{_contacts(result)}; {_numbered(without)} {verb} {status}{out}."
+        text = f"Not shown: whether the limits hold{basis}; {_numbered(without)} {verb} {status}{out}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
-        yield Sentence(f"The limits hold{_contacts(result)}: {said}, at configuration {place}{out}.", state=HELD)
+        yield Sentence(f"The limits hold{basis}: {said}, at configuration {place}{out}.", state=HELD)
 
 
 def _numbered(places: str) -> str:
