@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 import unicodedata
 from collections.abc import Iterable
 
@@ -17,6 +18,9 @@ LOOK_ALIKE = str.maketrans("lio", "110")
 LONGEST = 500
 
 
+#: a number with a decimal comma, and what is said of it
+COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+POINTS = "decimals have a point, such as 0.5"
 #: characters that show the text around them in another order
 REVERSING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
@@ -100,6 +104,23 @@ def in_range(value: int, key: str, what: str, low: int, high: int) -> None:
         raise InputError(f"{said} is not {what}; {low} to {high:.10g} are possible", key=key)
 
 
+def comma_hint(text: str, before: str = "; ") -> str:
+    """What is said beside a text that cannot be read because it is a number with a decimal comma; nothing of others.
+
+    Examples
+    --------
+    >>> comma_hint("0,5"), comma_hint("a,5")
+    ('; decimals have a point, such as 0.5', '')
+    """
+    return f"{before}{POINTS}" if COMMA.fullmatch(text) else ""
+
+
+def split_hint(values: object, needed: int) -> str:
+    """The same of a list with more numbers than are needed: ``[75,5, 0]`` is three numbers."""
+    split = isinstance(values, list | tuple) and needed < len(values) <= 2 * needed
+    return f" ({POINTS}: a comma begins the next value)" if split else ""
+
+
 def listed(names: Iterable[str]) -> str:
     """Names in a row, at most `LISTED` of them."""
     names = list(names)
@@ -160,8 +181,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     """``did you mean 'radial'? Known: diametral, law, radial`` for a word that is not among the known ones."""
     known = list(known)
     near = nearest(word, known)
-    meant = f"did you mean '{near}'? " if near else ""
-    return f"{meant}Known: {listed(known)}"
+    return f"did you mean '{near}'? Known: {listed(known)}" if near else f"known: {listed(known)}"
 
 
 def not_known(word: str, what: str, known: Iterable[str]) -> str:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+import jointplay as jp
 from jointplay.analyses.questions import options_of
 from jointplay.cli import run
 from jointplay.questions import asked_by
@@ -29,7 +32,7 @@ force = [0, -20]
 #: options with a value, and the argument of a question that hears them
 OPTIONS = {
     ("--certify",): "certify",
-    ("--parts", "3"): "parts",
+    ("--certify", "--parts", "3"): "parts",
     ("--samples", "16"): "samples",
     ("--seed", "1"): "seed",
     ("--law", "boundary"): "law",
@@ -67,6 +70,36 @@ def test_an_option_is_heard_or_refused(
             heard = argument in known or (command == "error" and argument == "offsets")
             assert (code != 2) == heard, (question, option, said)
             assert heard or f"{option[0].replace('--no-', '--')}: is an option of " in said
+
+
+def test_an_option_that_counts_with_another_one_is_refused_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Who typed --parts without --certify got no bounds and no word."""
+    monkeypatch.chdir(tmp_path)
+    Path("arm.toml").write_text(ARM)
+    for typed, said in {
+        "error arm.toml -q worst --parts 5": "--parts: goes with --certify",
+        "map arm.toml -g q=0:10:2 -q worst --parts 5": "--parts: goes with --certify",
+        "map arm.toml -g q=0:10:2 --overwrite": "--overwrite: says what may be replaced; -o says where",
+    }.items():
+        assert run(typed.split()) == 2
+        assert said in capsys.readouterr().err
+    m = jp.load("arm.toml")
+    asks: dict[str, Callable[[], object]] = {
+        "parts: goes with certify=True": lambda: jp.worst(m, parts=5),
+        "starts: goes with exact=True": lambda: jp.worst(m, exact=False, starts=5),
+        "seed: goes with question='random'": lambda: jp.allocate(m, seed=5),
+        "law: goes with question='random'": lambda: jp.assemble(m, law="normal"),
+        "overwrite: goes with a path": lambda: jp.map(m, "worst", {"q": [0, 10]}, overwrite=True),
+        "csv_dialect: goes with a path": lambda: jp.save(jp.solve(m), "a.json", csv_dialect="semicolon"),
+    }
+    for said, ask in asks.items():
+        with pytest.raises(jp.InputError, match=said):
+            ask()
+    for ask_through in (jp.allow, partial(jp.compare, m), partial(jp.map, grid={"q": [0, 10]})):
+        with pytest.raises(jp.InputError, match="parts: goes with certify=True"):
+            ask_through(m, question="worst", parts=5)
 
 
 def test_a_specimen_of_an_assembly_has_no_seed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -157,7 +157,7 @@ def test_the_locked_form_is_held_by_its_latches() -> None:
     ("settings", "said"),
     [
         ({"locked": "1"}, "antenna-support: locked: true or false is needed, not 1"),
-        ({"elastic": "BD"}, "'BD' is not known here; Known: redundant, DF, DI, none"),
+        ({"elastic": "BD"}, "'BD' is not known here; known: redundant, DF, DI, none"),
         ({"stiffness": "0"}, "stiffness: a number, more than 0, is needed, not 0"),
         ({"angle_a": "wide"}, 'angle_a: a number is needed, not "wide"'),
     ],

@@ -99,7 +99,7 @@ def test_a_setting_can_bring_a_table() -> None:
             {"joints.J1.clearance.radial": "-1"},
             "four-bar.toml: joints.J1.clearance.radial: must not be neg",
         ),
-        ("four-bar", {"joints.J9.clearance.radial": "1"}, "'J9' is not a joint; Known: J1, J2, J3, J4"),
+        ("four-bar", {"joints.J9.clearance.radial": "1"}, "'J9' is not a joint; known: J1, J2, J3, J4"),
         ("four-bar", {"joints.*.clearance.gap": "1"}, "the * matches nothing"),
         ("four-bar", {"units.length": "inch"}, 'units.length: "inch" is not valid here'),
         ("four-bar", {"drives.theta1.values": "[1, 2"}, "drives.theta1.values: a list in brackets is needed"),

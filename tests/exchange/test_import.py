@@ -551,7 +551,7 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
     ("a.urdf", FINGERS, 'joint="J1"', ['joint="J3"'], r"joint 'J\d' <mimic>: follows itself"),
     ("a.sdf", frames_in_frames("f0", 300), "", [], "frames are given in one another more than 200 deep"),
     ("a.sdf", frames_in_frames("f2", 3), "", [], r"f\d: frames are given in one another in a circle"),
-    ("a.sdf", frames_in_frames("no", 3), "", [], "'no' is not a frame; Known: world, "),
+    ("a.sdf", frames_in_frames("no", 3), "", [], "'no' is not a frame; known: world, "),
     ("a.sdf", "<sdf/>", "", [], "has no <model>"),
     ("a.sdf", '<sdf version="x"/>', "", [], 'version: "x" is no version of SDF'),
 ]

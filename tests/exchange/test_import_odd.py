@@ -284,7 +284,7 @@ def test_the_text_at_the_only_point_is_its_name() -> None:
 
 def test_a_layer_is_no_point() -> None:
     """The origin of the drawing was the output, as if it were on the crank."""
-    with pytest.raises(jp.InputError, match="output: 'crank' is not a point or a joint; Known: ground-crank, output"):
+    with pytest.raises(jp.InputError, match="output: 'crank' is not a point or a joint; known: ground-crank, output"):
         imported(Path(drawn()), Options(output="crank"))
 
 

@@ -59,7 +59,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "huge": ("four-bar", PLAY, "clearance = {radial=1e300}", "joints.J1.clearance.radial", "must be at most 1000000000000: 1e+300"),
     "text for a number": ("four-bar", PLAY, 'clearance = {radial="1"}', "joints.J1.clearance.radial", 'a number is needed, not "1"'),
     "boolean for a number": ("four-bar", PLAY, "clearance = {radial=true}", "joints.J1.clearance.radial", "a number is needed, not true"),
-    "a guide's clearance on a pin": ("four-bar", PLAY, "clearance = {gap=1}", "joints.J1.clearance", "'gap' is not a key here; Known: bearing, bore, d"),
+    "a guide's clearance on a pin": ("four-bar", PLAY, "clearance = {gap=1}", "joints.J1.clearance", "'gap' is not a key here; known: bearing, bore, d"),
     "a pin's clearance on a guide": ("slider-crank", "{ gap = 0.03, length = 60 }", "{ radial = 1 }", "joints.guide.clearance", "gap"),
     "guide of no length": ("slider-crank", "length = 60", "length = 0", "joints.guide.clearance.length", "must be greater than zero: 0"),
     "guide without length": ("slider-crank", ", length = 60", "", "joints.guide.clearance", "'length' is missing (length of the slider"),
@@ -91,7 +91,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "negative mass": ("slider-crank", "mass = 0.9", "mass = -0.9", "bodies.crank.mass", "must not be negative: -0.9"),
     "gravity without mass": ("four-bar", "space ", "gravity = [0, -9.81]\nspace ", "gravity", "[bodies.NAME] with mass in kg"),
     # -- drives and paths
-    "drive on an unknown joint": ("four-bar", 'joint  = "J1"', 'joint = "J7"', "drives.theta1.joint", "'J7' is not a joint; Known: J1, J2"),
+    "drive on an unknown joint": ("four-bar", 'joint  = "J1"', 'joint = "J7"', "drives.theta1.joint", "'J7' is not a joint; known: J1, J2"),
     "drive on a fixed joint": ("serial-2r", '"elbow"\nfrom', '"mount"\nfrom', "drives.q2.joint", "is a fixed joint and has no coordinate to drive"),
     "drive without values": ("four-bar", VALUES, "", "drives.theta1", "values = [...], or from, to and count, or a [path]"),
     "drive with no values": ("four-bar", VALUES, "values = []", "drives.theta1.values", "the list is empty"),
@@ -113,7 +113,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     # -- output, loads, dimensions, limits
     "output on an unknown body": ("four-bar", 'body = "rocker"', 'body = "roker"', "output.body", "did you mean 'rocker'?"),
     "output on the ground": ("four-bar", 'body = "rocker"', 'body = "ground"', "output.body", "'ground' does not move"),
-    "output at a joint elsewhere": ("four-bar", "at   = [150, 0]", 'at = "J2"', "output.at", "'J2' is not a joint on 'rocker'; Known: J3, J4"),
+    "output at a joint elsewhere": ("four-bar", "at   = [150, 0]", 'at = "J2"', "output.at", "'J2' is not a joint on 'rocker'; known: J3, J4"),
     "output at a number": ("four-bar", "at   = [150, 0]", "at = 3", "output.at", "a point [x, y] or the name of a joint"),
     "load on the ground": ("four-bar", "force = [0", 'body = "ground"\nforce = [0', "loads.0.body", "a load acts on a moving body"),
     "load on an unknown body": ("six-bar", 'body  = "coupler"', 'body = "cupler"', "loads.1.body", "did you mean 'coupler'?"),

@@ -31,6 +31,26 @@ def test_decimal_commas_in_a_list() -> None:
         jp.loads(FOUR_BAR.replace("[75, 0]", "[75,5, 0]", 1))
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("at   = [150, 0]", "at = [150,5, 0]", r"not \[150, 5, 0\] \(decimals have a point"),
+        ("values = [22.7,", "values = 22,7\nsee = [", "line .* is not TOML: .*; decimals have a point, such as 0.5"),
+        ("radial = 1.0", "radial = 0,05", "line .* is not TOML: .*; decimals have a point, such as 0.5"),
+    ],
+)
+def test_decimal_commas_that_toml_cannot_read(before: str, after: str, said: str) -> None:
+    """The parser expected a newline, or a key, and said no more."""
+    assert before in FOUR_BAR
+    with pytest.raises(jp.InputError, match=said):
+        jp.loads(FOUR_BAR.replace(before, after))
+
+
+def test_a_decimal_comma_in_a_setting() -> None:
+    with pytest.raises(jp.InputError, match='"0,5"; decimals have a point'):
+        jp.loads(FOUR_BAR).with_({"joints.J1.clearance.radial": "0,5"})
+
+
 @pytest.mark.parametrize("name", jp.examples.names())
 def test_the_examples_are_what_they_seem(name: str) -> None:
     assert hints(jp.loads(jp.examples.text(name))) == []

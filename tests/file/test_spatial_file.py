@@ -78,7 +78,7 @@ def test_over_constraint_is_named_and_refused() -> None:
     ("name", "settings", "said"),
     [
         ("3-upu", {"base_radus": "1"}, "did you mean 'base_radius'? Known: base_radius, platform_radius, height"),
-        ("3-upu", {"layout": "delta"}, "3-upu: layout: 'delta' is not known here; Known: tsai, snu"),
+        ("3-upu", {"layout": "delta"}, "3-upu: layout: 'delta' is not known here; known: tsai, snu"),
         ("3-upu", {"height": "0"}, "3-upu: height: a number, more than 0, is needed, not 0"),
         ("3-upu", {"radial": "-1"}, "3-upu: radial: a number, 0 or more, is needed, not -1"),
         ("3-upu", {"joints.base9.clearance.radial": "1"}, "'base9' is not a joint"),

@@ -123,7 +123,7 @@ def test_angles_are_in_the_unit_of_the_file() -> None:
             "joints.A.clearance.radial",
             "'play'",
         ),
-        ('"a / 400"', '"__import__(1)"', "variables.play", "is not a function; Known: abs"),
+        ('"a / 400"', '"__import__(1)"', "variables.play", "is not a function; known: abs"),
         ('"a / 400"', '"open(1)"', "variables.play", "is not a function"),
         ('"a / 400"', '"a.real"', "variables.play", "is not an expression: numbers, +"),
         ('"a / 400"', '"(lambda: 1)()"', "variables.play", "is not an expression"),

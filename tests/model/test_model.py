@@ -234,10 +234,10 @@ def test_a_value_replaces_its_other_way_of_writing() -> None:
     ("key", "value", "said"),
     [
         ("joints.J1.clearance.radail", 1, "joints.J1.clearance: 'radail' is not a key here; did you mean 'radial'?"),
-        ("joints.J9.clearance.radial", 1, "joints.J9.clearance.radial: 'J9' is not a joint; Known: J1"),
+        ("joints.J9.clearance.radial", 1, "joints.J9.clearance.radial: 'J9' is not a joint; known: J1"),
         ("jonts.*.clearance.radial", 1, "the * matches nothing: 'jonts' is not given; did you mean 'joints'?"),
-        ("joints.*.clearance.gap", 1, "the * matches nothing: 'gap' is not given in joints.*.clearance; Known: radial"),
-        ("dimensions.*.law", 1, "'law' is not given in dimensions.*; Known:"),
+        ("joints.*.clearance.gap", 1, "the * matches nothing: 'gap' is not given in joints.*.clearance; known: radial"),
+        ("dimensions.*.law", 1, "'law' is not given in dimensions.*; known:"),
         ("gravity.*", 1, "the * matches nothing: 'gravity' is not given"),
         ("joints..J1", 1, '"joints..J1" is not a dotted key'),
         ("loads.1.force", [1, 2], '"1" is not an index into a list of 1'),

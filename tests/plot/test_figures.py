@@ -342,7 +342,7 @@ class TestCommand:
                 ["--style", "drak"],
                 "error: --style: 'drak' is not a style; did you mean 'dark'? Known: light, dark, print",
             ),
-            (["--quantity", "z"], "error: --quantity: 'z' is not a quantity; Known: position, rotation, x, y, angle"),
+            (["--quantity", "z"], "error: --quantity: 'z' is not a quantity; known: position, rotation, x, y, angle"),
             (["-c", "11"], "error: --configuration: there is no configuration 11; they go from 0 to 10"),
             (["--dpi", "1"], "error: --dpi: 1 is not a number of dots per inch; 30 to 2400 are possible"),
         ],

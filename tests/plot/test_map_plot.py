@@ -177,7 +177,7 @@ class TestQuantities:
         ("name", "said"),
         [
             ("eror.x", "'eror' is not a variable of this result; did you mean 'error'"),
-            ("error", "'' is not a label of error along component; Known: x, y, angle"),
+            ("error", "'' is not a label of error along component; known: x, y, angle"),
             ("error.z", "'z' is not a label of error along component"),
             ("error.x.y", "error.x.y is not one number per node"),
             ("status", "status is not one number per node"),

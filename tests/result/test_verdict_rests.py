@@ -10,6 +10,8 @@ import pytest
 
 import jointplay as jp
 from helpers import verdict_files as files
+from jointplay.analyses import sweep
+from jointplay.analyses.nominal import Interrupted
 from jointplay.cli import run
 from jointplay.result import Result, from_dataset, parts
 from jointplay.result.conclusions import conclude, decide
@@ -157,6 +159,19 @@ def test_an_answer_that_was_interrupted_shows_nothing() -> None:
     result = from_dataset(jp.worst(slide(y=1.0)))
     part = replace(result, attrs={**result.attrs, "incomplete": "interrupted after 3 of 8 configurations"})
     assert (outcome(result), outcome(part)) == (HELD, NOT_SHOWN)
+
+
+def test_values_of_a_sweep_that_was_interrupted_are_judged() -> None:
+    """Ctrl-C after two of three values: both held, and neither was said to."""
+
+    def stop(done: int, _: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stopped:
+        sweep.compute(slide(y=1.0), "limits.y", [1.0, 1.1, 1.2], progress=stop)
+    assert conclude(stopped.value.partial).sentences[0].text.startswith("Limits hold at all 2 values")
+    assert conclude(stopped.value.partial).sentences[0].text.endswith("; the rest is not computed.")
 
 
 def test_what_a_correction_leaves_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

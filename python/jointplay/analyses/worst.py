@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from jointplay.basics.typed import typed
+from jointplay.basics.typed import Need, goes_with, typed
 from jointplay.core.answers import Worst
 from jointplay.errors import InputError, in_range
 from jointplay.model.gaps import tight
@@ -35,6 +35,8 @@ MOST_STARTS = 10_000
 
 
 @typed
+@goes_with(Need("certify", True), "parts")
+@goes_with(Need("exact", True), "starts")
 def worst(
     m: Mechanism, *, starts: int = 24, exact: bool = True, certify: bool = False, parts: int = PARTS
 ) -> xr.Dataset:
@@ -79,7 +81,7 @@ def worst(
     Raises
     ------
     InputError
-        When starts or parts are out of range, or `certify` is asked for without `exact`.
+        When starts or parts are out of range or asked for without `exact` and `certify`, or `certify` without `exact`.
 
     Examples
     --------

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
+from jointplay.errors import InputError
+
 #: how messages call what `load` gives
 MECHANISM = "a Mechanism"
 LARGEST_FLOAT = int(np.finfo(float).max)
@@ -43,9 +45,42 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
         for name, value in given.items():
             if signature.parameters[name].kind is not inspect.Parameter.VAR_KEYWORD:
                 check(function, name, value)
+        _require_heard(function, given)
         return function(*args, **kwargs)
 
     return checked
+
+
+class Need(NamedTuple):
+    """What an argument counts only with: another one with a value, or one that stands for that."""
+
+    other: str
+    value: object
+    or_with: str = ""
+
+
+def goes_with(need: Need, *names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Declare below `typed` that some arguments, where they are given, count only with another one."""
+
+    def declared(function: Callable[P, R]) -> Callable[P, R]:
+        vars(function)["needs"] = {**needs_of(function), **dict.fromkeys(names, need)}
+        return function
+
+    return declared
+
+
+def needs_of(function: Callable[..., Any]) -> Mapping[str, Need]:
+    """What arguments of a function count only with."""
+    return getattr(function, "needs", {})
+
+
+def _require_heard(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    parameters = inspect.signature(function).parameters
+    for name, (other, value, or_with) in needs_of(function).items():
+        known = given.get(other, parameters[other].default)
+        stands = or_with in given and known is None
+        if name in given and known != value and not stands:
+            raise InputError(f"goes with {other}={value!r}", key=name)
 
 
 def options(function: Callable[..., Any], given: Mapping[str, Any], asked_by: str) -> None:
@@ -55,12 +90,15 @@ def options(function: Callable[..., Any], given: Mapping[str, Any], asked_by: st
     ------
     TypeError
         When it has no such parameter, or the value is of the wrong type.
+    InputError
+        When it counts only with another one that is not given.
     """
     known = list(inspect.signature(function).parameters)[1:]
     for name, value in given.items():
         if name not in known:
             raise TypeError(f"{asked_by}(): '{name}' is not an option of {function.__name__}: {', '.join(known)}")
         check(inspect.unwrap(function), name, value)
+    _require_heard(function, given)
 
 
 def check(function: Callable[..., Any], name: str, value: object) -> None:

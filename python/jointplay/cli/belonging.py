@@ -45,22 +45,31 @@ class Options:
         return {name: value for name, value in found.items() if value is not None}
 
     def refuse_unheard(self, *asked: str) -> None:
-        """Refuse what was typed for questions that are not asked, by the name of those that have it."""
+        """Refuse what was typed for questions that are not asked, or without the option that it counts with."""
         typed = [name for name in printed().typed if name in self.values]
         if not typed:
             return
-        from jointplay.analyses.questions import options_of
+        from jointplay.analyses.questions import options_of, public
+        from jointplay.basics.typed import needs_of
 
         for name in typed:
             argument, _ = WRITTEN.get(name, (name, None))
             owners = [question for question in asked_by(self.asker) if argument in options_of(question)]
             if not {*owners} & {*asked}:
                 problem = f"is an option of {listed(owners)}; asked: {listed(asked)}"
-                raise InputError(problem, key=f"--{name.replace('_', '-')}")
+                raise InputError(problem, key=_written(name))
+            for question in {*owners} & {*asked}:
+                need = needs_of(public(question)).get(argument)
+                if need is not None and _plain(self.values.get(need.other, need.value)) != need.value:
+                    raise InputError(f"goes with {_written(need.other)}", key=_written(name))
 
 
 #: what commands are given that are called without any
 NO_OPTIONS = Options()
+
+
+def _written(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _plain(value: Any) -> Any:

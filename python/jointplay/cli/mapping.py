@@ -97,6 +97,8 @@ def map_(
     """Compute the error over a grid of drives or of positions."""
     m = answer.mechanism(file, settings, output_point, load_case)
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
+    if overwrite and output is None:
+        raise InputError("says what may be replaced; -o says where the map goes", key="--overwrite")
     kept = Kept(output, overwrite, chunk, scheduler)
     return _answered(m, question, ranges, options.of(m, question), kept, plot, variable)
 

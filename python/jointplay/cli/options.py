@@ -136,7 +136,11 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "certify": _option(bool, False, "--certify", help="worst: upper bounds that no offsets within the sets exceed."),
     "parts": _option(
-        int, 100, "--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."
+        int | None,
+        None,
+        "--parts",
+        metavar="N",
+        help="worst: with --certify, parts of the sets looked at for each bound. [default: 100]",
     ),
     "samples": _option(
         int, 131_072, "--samples", metavar="N", help="Random specimens per configuration; best a power of two."

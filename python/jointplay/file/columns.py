@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jointplay.basics import files
-from jointplay.errors import InputError, not_known, one_line, shown
+from jointplay.errors import InputError, comma_hint, not_known, one_line, shown
 
 #: no column that somebody measured is longer
 MOST_VALUES = 100_000
@@ -25,8 +25,6 @@ SEPARATORS = ";\t,"
 
 #: what a spreadsheet takes for a formula, also behind apostrophes of the text's own, so that reading undoes writing
 FORMULA = re.compile(r"'*[=+\-@\t\r]")
-#: a number with a decimal comma
-COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 #: what it takes for a number, which stays one
 NUMBER = re.compile(r"[+-]?[\d.,]+(?:[eE][+-]?\d+)?")
 
@@ -101,8 +99,9 @@ class Columns:
         values = [_number(word) for _, word in found]
         for (number, word), value in zip(found, values, strict=True):
             if not math.isfinite(value):
-                hint = "; decimals have a point" if COMMA.fullmatch(word) else ""
-                problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}{hint}"
+                problem = (
+                    f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}{comma_hint(word)}"
+                )
                 raise InputError(problem, file=self.name, key=key)
         return values
 

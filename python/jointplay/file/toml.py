@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from jointplay.basics import files
-from jointplay.errors import InputError, one_line, shown
+from jointplay.errors import InputError, comma_hint, one_line, shown
 
 #: no file that a person wrote is longer; the bound keeps devices and archives out
 LARGEST_FILE = 8_000_000
@@ -196,7 +196,7 @@ def parse(text: str, *, file: str = "", key: str = "") -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise NotToml(_syntax(str(error)), file=file, key=key) from None
+        raise NotToml(_syntax(str(error), text), file=file, key=key) from None
     except RecursionError:
         raise too_deep(file, key) from None
     except ValueError:
@@ -252,8 +252,16 @@ def numbers(values: Iterable[float]) -> str:
     return f"[{', '.join(number(value) for value in values)}]"
 
 
-def _syntax(message: str) -> str:
-    """tomllib's message with its place in front."""
+def _syntax(message: str, text: str) -> str:
+    """tomllib's message with its place in front, and a hint where a number with a decimal comma ends there."""
     found = re.fullmatch(r"(?s)(.*) \(at (.*)\)", message)
     what, where = found.groups() if found else (message, "")
+    place = re.fullmatch(r"line (\d+), column (\d+)", where)
+    if place is not None:
+        row, column = map(int, place.groups())
+        # Of `values = 0,5` the comma is what cannot be read, of `{ radial = 0,05 }` what follows the number.
+        line = text.split("\n")[row - 1]
+        words = re.finditer(r"[^\s={}\[\]#\"']+", line)
+        near = [word[0] for word in words if word.start() < column and not line[word.end() : column - 1].strip()]
+        what += comma_hint(near[-1].rstrip(",")) if near else ""
     return f"{where}: is not TOML: {what}" if where else f"is not TOML: {what}"

@@ -34,7 +34,7 @@ from .linkage import kind_of
 from .movies import MOVIES, Picture, check_tool
 from .scene import Scene, View, places
 from .style import Style, as_style, theme, using
-from .words import check_exaggeration, headline, legend, round_factor
+from .words import automatic, check_exaggeration, headline, legend
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: frames of a short path, and the most of any
@@ -180,8 +180,7 @@ def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None, progre
         moved = under_load(m, at)
     around = region.compute(m, at=at, directions=AROUND[len(m.components)], progress=progress).get("region")
     if exaggerate is None:
-        size = _largest(m, at, moved, around)
-        exaggerate = round_factor(VISIBLE * _extent(m, at) / size) if size > 0.0 else 0.0
+        exaggerate = automatic(VISIBLE * _extent(m, at), _largest(m, at, moved, around))
     return Motion(m, at, report(m, "", at).result(), moved, around, exaggerate)
 
 

@@ -26,7 +26,7 @@ from .names import write as write_names
 from .scene import PLAN, places, written
 from .solid import OBLIQUE, Solid
 from .style import INCH, Drawing, Style, current, theme, using
-from .words import check_exaggeration, headline, light, round_factor, title
+from .words import automatic, check_exaggeration, headline, light, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,8 +147,7 @@ class _Drawing:
         self.extent = float(np.ptp(self.places, axis=0).max()) or 1.0
         self.members = [str(cell).split(", ") for cell in result.get("members").tolist()]
         largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
-        automatic = round_factor(VISIBLE * self.extent / largest) if largest > 0 else 0.0
-        self.exaggerate = automatic if exaggerate is None else exaggerate
+        self.exaggerate = automatic(VISIBLE * self.extent, largest) if exaggerate is None else exaggerate
 
     @property
     def height(self) -> float:

@@ -30,7 +30,7 @@ from .linkage import VIEWS, mechanism
 from .paths import displaced_path
 from .singular import KINDS, distance, nearness
 from .sweeps import sweep
-from .words import round_factor
+from .words import automatic
 
 if TYPE_CHECKING:
     from .sheet import Choice
@@ -289,6 +289,4 @@ def exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)
-    if size == 0.0:
-        return 0.0
-    return round_factor(VISIBLE * m.length / m.units.length / size)
+    return automatic(VISIBLE * m.length / m.units.length, size)

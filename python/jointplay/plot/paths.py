@@ -14,7 +14,7 @@ from jointplay.result import Result, split, unit_of
 
 from .figures import Results, mechanisms
 from .style import Style, canvas, series, theme
-from .words import check_exaggeration, labelled, legend, light, round_factor
+from .words import automatic, check_exaggeration, labelled, legend, light
 
 #: how large the largest displacement is drawn, as a part of the path
 VISIBLE = 0.15
@@ -59,7 +59,7 @@ def displaced_path(
     shown = np.sort(np.argsort(-spread, kind="stable")[:2])
     if exaggerate is None:
         largest = max(float(np.nanmax(np.linalg.norm(shift, axis=1), initial=0.0)) for *_, shift in each)
-        exaggerate = round_factor(VISIBLE * float(spread.max()) / largest) if largest > 0.0 else 1.0
+        exaggerate = automatic(VISIBLE * float(spread.max()), largest) or 1.0
     times = f", errors {exaggerate:g} times as large" if exaggerate != 1.0 else ""
     lengths, unit = split(first.labels("component"))[0], unit_of(first, "position")
     with canvas(axes, style) as (figure, axes):

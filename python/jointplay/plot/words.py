@@ -202,6 +202,18 @@ def round_factor(factor: float) -> float:
     return float(power * max(step for step in (1, 2, 5) if step * power <= factor))
 
 
+def automatic(extent: float, size: float) -> float:
+    """The round factor that makes an error of a size about as large as an extent, as far as errors can be exaggerated.
+
+    Examples
+    --------
+    >>> automatic(8.0, 0.1), automatic(8.0, 1e-320), automatic(8.0, 0.0)
+    (50.0, 1000000000000.0, 0.0)
+    """
+    # The quotient is no number where the size is one of the smallest that there are.
+    return round_factor(MOST_TIMES if extent > MOST_TIMES * size else extent / size) if size > 0.0 else 0.0
+
+
 def is_plan(value: xr.DataArray) -> bool:
     """Whether both axes of a map have the same scale: with the same unit, unless that leaves a narrow strip."""
     across, up = (value[dim] for dim in value.dims[:2])

@@ -71,6 +71,8 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
     check_path(target)
     if csv_dialect not in DIALECTS:
         raise InputError(not_known(csv_dialect, "a dialect", DIALECTS), key="csv_dialect")
+    if csv_dialect != "comma" and target.suffix.lower() != CSV:
+        raise InputError(f"goes with a path that ends in {CSV}", key="csv_dialect")
     light = result if isinstance(result, Result) else from_dataset(result)
     kind = target.suffix.lower()
     if kind == FOLDER:

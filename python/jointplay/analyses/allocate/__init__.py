@@ -19,7 +19,7 @@ from jointplay.analyses.contacts import contacts
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
-from jointplay.basics.typed import typed
+from jointplay.basics.typed import Need, goes_with, typed
 from jointplay.errors import InputError, in_range, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
@@ -49,6 +49,7 @@ MOST_DIGITS = 15
 
 
 @typed
+@goes_with(Need("question", "random", or_with="probability"), "samples", "seed")
 def allocate(
     m: Mechanism,
     question: str | None = None,

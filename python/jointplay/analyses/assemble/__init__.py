@@ -15,7 +15,7 @@ from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.several import of_each
-from jointplay.basics.typed import typed
+from jointplay.basics.typed import Need, goes_with, typed
 from jointplay.errors import InputError, in_range
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
@@ -37,6 +37,7 @@ MOST_SAMPLES = 1_000_000
 
 
 @typed
+@goes_with(Need("question", "random"), "samples", "seed", "law", "sampling", "probabilities")
 def assemble(
     m: Mechanism,
     question: str = "unit",

@@ -141,6 +141,8 @@ def compute(
     Stopped
         On Ctrl-C, when the map goes to a file.
     """
+    if overwrite and path is None:
+        raise InputError("goes with a path: in memory there is nothing to replace", key="overwrite")
     grid_of, ask = _prepared(m, question, grid, options)
     if chunk is not None:
         in_range(chunk, "chunk", "a number of nodes", 1, MOST_NODES)

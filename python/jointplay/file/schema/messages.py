@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from jointplay.errors import shown, suggestion
+from jointplay.errors import comma_hint, shown, split_hint, suggestion
 
 COUNTS = {2: "two", 3: "three"}
 WORDS = {1: "one value is", 2: "two values are"}
@@ -75,7 +75,8 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
         case "finite_number":
             return f"a finite number is needed, not {value}"
         case "float_type" | "int_type":
-            return f"a {'whole ' * (kind == 'int_type')}number is needed, not {value}"
+            hint = comma_hint(given) if isinstance(given, str) else ""
+            return f"a {'whole ' * (kind == 'int_type')}number is needed, not {value}{hint}"
         case "greater_than_equal" | "less_than_equal" | "greater_than" | "less_than":
             return _bound(kind, value, context)
         case "string_type":
@@ -87,10 +88,7 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
             return f"a list in brackets is needed, not {value}"
         case "too_long":
             needed = int(context["max_length"])
-            # [75,5, 0] is three numbers.
-            doubled = isinstance(given, list | tuple) and needed < len(given) <= 2 * needed
-            hint = " (decimals have a point, such as 0.5: a comma begins the next value)" if doubled else ""
-            return f"{needed} values are needed, not {value}{hint}"
+            return f"{needed} values are needed, not {value}{split_hint(given, needed)}"
         case "too_short":
             least = int(context["min_length"])
             if not context["actual_length"]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from jointplay.errors import shown
+from jointplay.errors import shown, split_hint
 
 from .values import Number, Numbers, Pair, Triple, is_number, problem
 
@@ -19,7 +19,8 @@ def place_checker(size: int) -> Callable[[object], object]:
             return value
         if isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value):
             return value
-        raise problem(f"a point {point} or the name of a joint on that body is needed, not {shown(value)}")
+        needed = f"a point {point} or the name of a joint on that body is needed"
+        raise problem(f"{needed}, not {shown(value)}{split_hint(value, size)}")
 
     return check
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidat
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
-from jointplay.errors import shown, suggestion
+from jointplay.errors import shown, split_hint, suggestion
 
 #: beyond this a number is a slip of the keyboard in any unit, and its square could overflow
 LARGEST = 1e12
@@ -136,7 +136,7 @@ def _axis(value: Any) -> float | tuple[float, float]:
         return float(value)
     if _is_direction(value, 2):
         return (float(value[0]), float(value[1]))
-    raise problem(f"a direction [ux, uy] or an angle is needed, not {shown(value)}")
+    raise problem(f"a direction [ux, uy] or an angle is needed, not {shown(value)}{split_hint(value, 2)}")
 
 
 #: a direction in the plane: its two components, or its angle from the x axis in the file's unit
@@ -146,7 +146,7 @@ Axis = Annotated[float | tuple[float, float], PlainValidator(_axis, json_schema_
 def _direction(value: Any) -> tuple[float, float, float]:
     if _is_direction(value, 3):
         return (float(value[0]), float(value[1]), float(value[2]))
-    raise problem(f"a direction [ux, uy, uz] is needed, not {shown(value)}")
+    raise problem(f"a direction [ux, uy, uz] is needed, not {shown(value)}{split_hint(value, 3)}")
 
 
 #: a direction in space, of any length

@@ -42,7 +42,8 @@ def beyond(result: Result) -> list[tuple[str, ...]]:
 def each(result: Result) -> list[Result]:
     """The results of every mechanism of a comparison, or of every value of a sweep."""
     dim = "mechanism" if "mechanism" in result.sizes else str(result.attrs["sweep"])
-    attrs = {key: value for key, value in result.attrs.items() if key != "sweep"}
+    # Of a sweep that was interrupted every value that is there is finished.
+    attrs = {key: value for key, value in result.attrs.items() if key not in ("sweep", "incomplete")}
     found = (result.isel(dim, k) for k in range(result.sizes[dim]))
     return [judged_alone(Result(part.coords, part.data, attrs)) for part in found]
 
@@ -111,7 +112,8 @@ def summed_up(
     value : callable, optional
         Which one it is, by its number.
     """
-    end = f"{',' * bool(basis)}{basis}."
+    rest = "; the rest is not computed" if {"sweep", "incomplete"} <= result.attrs.keys() else ""
+    end = f"{',' * bool(basis)}{basis}{rest}."
     bad, unknown = ([k for k, one in enumerate(outcomes) if one == which] for which in (MISSED, NOT_SHOWN))
     noun, verb, holds = _of_limits(result)
     first = f", first at {value((bad or unknown)[0])}" if value is not None and (bad or unknown) else ""

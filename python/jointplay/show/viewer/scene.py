@@ -16,7 +16,7 @@ from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot.bodies import on_ground, path_of_output
-from jointplay.plot.words import round_factor
+from jointplay.plot.words import automatic
 
 from .geometry import Floats, Geometry
 
@@ -110,7 +110,7 @@ def scene(
         "region": None if region is None else _significant(_grounded(m, at, region)),
         "cloud": None if cloud is None else _significant(_grounded(m, at, cloud)),
         "limit": limit,
-        "factor": round_factor(VISIBLE * geometry.extent / largest) if largest else 1.0,
+        "factor": automatic(VISIBLE * geometry.extent, largest) or 1.0,
         "texts": [list(lines) for lines in texts],
     }
 
@@ -126,7 +126,7 @@ def _grounded(m: Mechanism, at: Nominal, errors: Floats) -> Floats:
 
 def _decimals(step: float) -> int:
     """Decimals with which numbers are known to a step."""
-    return max(0, int(np.ceil(-np.log10(step))))
+    return max(0, int(np.ceil(-np.log10(max(step, np.finfo(float).tiny)))))
 
 
 def _rounded(values: Floats, decimals: int) -> Any:
