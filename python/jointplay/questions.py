@@ -94,7 +94,7 @@ QUESTIONS: Mapping[str, Question] = {
                 # Where contacts change sides is seen from the offsets.
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
-                allow={"details": False, "plays": False},
+                allow={"details": False},
             ),
             needs_loads=True,
             chunk=2**14,

@@ -15,8 +15,13 @@ import jointplay as jp
 from helpers.longer import some
 from helpers.strategies import mechanisms
 from jointplay.analyses.allow import compute
+from jointplay.analyses.allow import keeps as is_kept
+from jointplay.analyses.loaded import compute as loaded
 from jointplay.analyses.nominal import Interrupted
 from jointplay.model.sizing import Sizing, sizings
+from jointplay.result.conclusions import conclude
+from jointplay.result.table import tables
+from jointplay.result.verdict import is_good
 
 TOLERANCE = 1e-4
 #: a mechanism whose worst case is a sum: the play of J2 shifts the output, that of J1 as well
@@ -47,6 +52,26 @@ body = "lower"
 at = [80, 0]
 [limits]
 position = 0.1
+"""
+
+#: a pin that the load presses down in its hole
+LOADED_PIN = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.A]
+type = "revolute"
+on = { ground = [0, 0], c = [0, 0] }
+clearance = { fit = "H7/f7", diameter = 20 }
+[drives.d]
+joint = "A"
+values = [0]
+[output]
+body = "c"
+at = [50, 0]
+[[loads]]
+force = [0, -10]
+[limits]
+y = 0.025
 """
 
 SLIDER = """
@@ -363,6 +388,46 @@ def test_fit_is_the_loosest_that_holds() -> None:
     group = str(result.fit.sel(source="J3").item())
     assert keeps(base.with_(one(m, "J3").of_bearing(group)), "worst")
     assert result.fit.sel(source="J1").item() == ""
+
+
+def test_loaded_limits_hold_with_every_size_of_a_fit() -> None:
+    """An allowed fit was one whose largest play `error` said to miss the limit: only the middle size was asked."""
+    m = jp.loads(LOADED_PIN)
+    result = jp.allow(m, "loaded")
+    # The load moves the pin by all of its play: 0.041 + 0.021 mm in diameter.
+    assert float(result.used) == pytest.approx(0.031 / 0.025, rel=1e-6)
+    assert result.allowed.item() == pytest.approx(0.025, rel=2 * TOLERANCE)
+    assert not is_good(loaded(m))
+    assert conclude(compute(m, "loaded")).sentences[0].text.startswith("The limits are missed: y uses 124 %")
+    fit = result.fit.item()
+    names = one(m, "A").fits(m)
+    for name, holds in ((fit, True), (names[names.index(fit) + 1], False)):
+        ordered = m.with_(one(m, "A").of_fit(name))
+        assert is_good(loaded(ordered)) == is_kept(compute(ordered, "loaded")) == holds
+    for changed, sizes, basis in (
+        (m.with_(one(m, "A").of_fit(fit)), "middle", "with clearances of any size in their limits"),
+        (m, "smallest", "with the smallest play"),
+    ):
+        said = conclude(compute(changed, "loaded", sizes=sizes)).sentences[0].text
+        assert said.startswith(f"The limits hold {basis}: y uses")
+
+
+def test_why_no_fit_is_named() -> None:
+    """One who had given H7/p6 and a diameter was told that the diameter is needed."""
+    pin = jp.loads(LOADED_PIN).with_({"limits": {"position": 0.01}})
+    for clearance, status, words in (
+        ({"fit": "H7/p6", "diameter": 20}, "no_fit_holds", "with the tightest of the preferred clearance fits"),
+        ({"radial": 0.02}, "no_diameter", "it needs the diameter"),
+        ({"radial": 0.02, "diameter": 9000}, "not_in_standard", "the standard has none"),
+        ({"bearing": "CN", "bore": 200}, "no_group_holds", "with the tightest group of bearings"),
+        ({"fit": "H7/g6", "diameter": 2}, "", ""),
+    ):
+        result = compute(pin.with_({"joints.A.clearance": clearance}))
+        assert result.get("without_fit").tolist() == [status]
+        (table,) = tables(result)
+        said = " ".join(note for note in table.notes if note.startswith("No fit is named for A"))
+        assert bool(said) == bool(status)
+        assert words in said
 
 
 def test_source_that_matters_to_nothing_has_no_effect() -> None:

@@ -292,3 +292,58 @@ def test_marks_and_words_of_a_report_agree() -> None:
         '<strong class="held">✓ held</strong>',
         '<strong class="missed">✗ missed</strong>',
     ]
+
+
+def test_rows_where_the_machine_cannot_be_are_named_wherever_limits_are_said_to_hold(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Sizes were said to hold the limits of a robot, and nothing told that half of its path is out of its strokes."""
+    path = tmp_path / "robot.toml"
+    path.write_text(jp.examples.text("3-upu"))
+    changed = [str(path), "--set", "limits.drives.l1=[420, 440]"]
+    for command in (["allow", *changed, "-q", "worst"], ["error", *changed, "-q", "worst", "-q", "loaded"]):
+        run(command)
+        first = " ".join(capsys.readouterr().out.split())
+        assert (
+            "left out: configuration 1, where the machine cannot be" in first.split("All sizes")[0].split("loaded ")[0]
+        )
+
+
+#: a slider-crank that is stretched at 150 mm
+STRETCHED = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+joints.A = { type = "revolute", on = { ground = [0, 0], c = [0, 0] }, clearance = { radial = 0.01 } }
+joints.B = { type = "revolute", on = { c = [50, 0], r = [0, 0] }, clearance = { radial = 0.01 } }
+joints.C = { type = "revolute", on = { r = [100, 0], s = [0, 0] } }
+joints.P = { type = "prismatic", on = { ground = { at = [0, 0], axis = 0 }, s = { at = [0, 0], axis = 0 } } }
+drives.d = { joint = "P", values = [120, 150] }
+start = { c = { angle = 30 }, r = { angle = -20 } }
+output = { body = "c", at = [50, 0] }
+limits = { position = 5 }
+"""
+
+
+def test_a_singular_row_is_called_so_by_all_questions(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A stretched linkage was said not to be assembled, and its specimens, too."""
+    path = tmp_path / "stretched.toml"
+    path.write_text(STRETCHED)
+    run(["allow", str(path), "-q", "worst"])
+    assert "Not shown: whether the limits hold; configuration 1 is singular." in capsys.readouterr().out
+    run(["error", str(path), "-q", "random", "--samples", "2000", "--all"])
+    assert "not assembled" not in capsys.readouterr().out
+
+
+def test_a_map_says_the_share_outside_where_no_yield_is_required(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """With limits alone the shares at the nodes were computed, and told nowhere."""
+    path = tmp_path / "four-bar.toml"
+    path.write_text(jp.examples.text("four-bar"))
+    grid = ["-g", "theta1=30:60:2", "--set", "limits.position=1.5", "--samples", "2000"]
+    run(["map", str(path), *grid, "-q", "random"])
+    told = " ".join(capsys.readouterr().out.split())
+    m = jp.load(path).with_({"limits.position": 1.5})
+    share = float(jp.map(m, "random", {"theta1": [30, 60]}, samples=2000).outside.max())
+    assert share > 0.0
+    assert f"at most {100 * share:.3g} % of the specimens at theta1 = " in told

@@ -61,7 +61,8 @@ def compare(
     -------
     xarray.Dataset
         The variables of the question over `mechanism` and `configuration`, in the units of `a`; `drive_value` (nan for
-        the drives of the other one) and `mismatch` (nominal pose - that of `a`).
+        the drives of the other one) and `mismatch` (nominal pose - that of `a`). Where `a` has no pose there is nothing
+        to follow: `b` is ``not_assembled`` there, with all numbers nan.
 
     Examples
     --------

@@ -24,7 +24,7 @@ from .ranges import leaving
 Floats = NDArray[np.float64]
 Codes = NDArray[np.uint8]
 Texts = NDArray[np.str_]
-OK, SINGULAR, OUTSIDE = 0, *(STATUSES.tolist().index(name) for name in ("singular", "outside_limits"))
+OK, UNASSEMBLED, SINGULAR, OUTSIDE = map(STATUSES.tolist().index, ("ok", "not_assembled", "singular", "outside_limits"))
 #: outcomes of configurations that have a pose and no error
 WITHOUT_ERRORS = ("singular", "other_branch", "outside_limits")
 #: share of the mechanism's length within which a target is reached
@@ -192,10 +192,14 @@ def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: F
     """Solve the drives for target poses of the output, least squares over some components.
 
     An angle counts as the length of its arc at the characteristic length. Each target is reached from the one before.
-    With drive values `beside` the targets, SI, the pose is taken that is nearest to the one at these.
+    With drive values `beside` the targets, SI, the pose is taken that is nearest to the one at these. Where a target
+    is nan, nothing is assembled.
     """
     weight = {c: 1.0 if c in LENGTHS else m.length for c in components}
     weights = np.array([weight.get(c, 0.0) for c in m.components])
+    given = np.asarray(np.isfinite(targets[:, weights > 0.0]).all(axis=1))
+    if not given.all():
+        return _with_gaps(follow(m, targets[given], components, None if beside is None else beside[given]), given)
     found = _of(m.core.inverse(targets, weights, m.start_drives))
     if beside is None:
         return found
@@ -221,6 +225,16 @@ def _apart(some: Floats, others: Floats, length: float) -> float:
 
 def _arrays(at: Nominal) -> list[tuple[str, Any]]:
     return [(name, values) for name, values in vars(at).items() if isinstance(values, np.ndarray)]
+
+
+def _with_gaps(at: Nominal, given: NDArray[np.bool_]) -> Nominal:
+    """Configurations at some places of a longer row, of which the others are not assembled."""
+    whole: dict[str, Any] = {}
+    for name, values in _arrays(at):
+        nothing = UNASSEMBLED if name == "status" else np.nan
+        whole[name] = np.full((len(given), *values.shape[1:]), nothing, dtype=values.dtype)
+        whole[name][given] = values
+    return replace(at, **whole)
 
 
 def _of(found: Reached) -> Nominal:

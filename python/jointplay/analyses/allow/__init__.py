@@ -27,7 +27,7 @@ from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 
 from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed
-from .order import loosest
+from .order import loosest, why_none
 from .search import AllowSearch, Found
 
 if TYPE_CHECKING:
@@ -84,6 +84,8 @@ def allow(
         size below it that was found to be too small), `too_small_not_assembled` (the share of the specimens that
         cannot be assembled there), `slack` (allowed - size), `used_without` (what is used of the limits with this
         source at zero), `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold),
+        `without_fit` (why none is named: ``no_diameter``; ``not_in_standard``; ``no_fit_holds`` or ``no_group_holds``,
+        where the limits do not hold with the tightest),
         `binding_quantity` and `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``;
         ``unlimited``, where the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that
         size changes nothing of what is limited; ``not_enough``, where they are missed at size zero as well;
@@ -194,8 +196,9 @@ def _require_enough(samples: int, share: float) -> None:
 class _One:
     """What was found of one source."""
 
-    def __init__(self, source: Sizing, found: Found, needed: float, fit: str, error: float) -> None:
-        self.source, self.found, self.needed, self.fit, self.error = source, found, needed, fit, error
+    def __init__(self, source: Sizing, found: Found, needed: float, fit: str, without_fit: str, error: float) -> None:
+        self.source, self.found, self.needed, self.error = source, found, needed, error
+        self.fit, self.without_fit = fit, without_fit
 
 
 class _Every:
@@ -213,15 +216,17 @@ class _Every:
 
     def one(self, source: Sizing) -> _One:
         """The sizes of one source."""
+        fit = loosest(self.asked, source)
+        fits = fit, why_none(self.asked, source, fit)
         if source.fixed:
             nothing = Found("fixed", math.nan, Use(math.nan, "", -1), Use(math.nan, "", -1))
-            return _One(source, nothing, math.nan, loosest(self.asked, source), math.nan)
+            return _One(source, nothing, math.nan, *fits, math.nan)
         largest = self._largest(source.kind)
         found = self._search(source.resized, source.size, largest, 1e-3 * largest)
         smallest = math.nan
         if self.needed is not None and source.key.endswith("clearance"):
             smallest = self.needed.of(source, largest, self.tolerance)
-        return _One(source, found, smallest, loosest(self.asked, source), self._error(source, found))
+        return _One(source, found, smallest, *fits, self._error(source, found))
 
     def _search(self, changes: Any, size: float, largest: float, guess: float) -> Found:
         def use(new: float, near: Any) -> Use:
@@ -266,8 +271,13 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
-    if without := every.asked.without_pose:
+    if question == "loaded" and "size" in m.source_kinds:
+        builder.attrs["sizes"] = options.get("sizes", "middle")
+    if without := every.asked.without_error:
         builder.attrs["without_pose"] = ", ".join(map(str, without))
+        builder.attrs["without_pose_status"] = ", ".join(dict.fromkeys(without.values()))
+    if left_out := every.asked.left_out:
+        builder.attrs["left_out"] = ", ".join(map(str, left_out))
     if fixed := [one.source.name for one in done if one.source.fixed]:
         builder.attrs["fixed"] = ", ".join(fixed)
     sources = [one.source for one in done]
@@ -314,6 +324,8 @@ def _words(builder: ResultBuilder, done: Sequence[_One]) -> None:
     """What is no number over the sources, and where limits are missed first."""
     fits = np.array([one.fit for one in done], dtype=str)
     builder.data["fit"] = Variable(("source",), fits, "", "loosest preferred fit, or group of bearings, that holds")
+    without = np.array([one.without_fit for one in done], dtype=str)
+    builder.data["without_fit"] = Variable(("source",), without, "", "why no fit is named; empty where none is asked")
     uses = [one.found.use for one in done]
     for name, values, words in (
         ("quantity", [use.quantity for use in uses], "what misses its limit first"),

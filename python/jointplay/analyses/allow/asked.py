@@ -3,9 +3,10 @@
     used = largest value / limit                       worst, loaded
     used = share outside the limits / share allowed    random
 
-each the largest over configurations, quantities, outputs and load cases, and of `random` over the assumptions on where
-clearances are. Limits hold where `used` is 1 or less. A configuration that cannot be assembled as drawn has no error
-and does not count; where it is the size of a source that prevents the assembly, limits do not hold.
+each the largest over configurations, quantities, outputs and load cases; of `loaded` over the middle, the largest and
+the smallest play, and of `random` over the assumptions on where clearances are. Limits hold where `used` is 1 or less.
+A configuration that cannot be assembled as drawn has no error and does not count; where it is the size of a source that
+prevents the assembly, limits do not hold.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Array, Result
-from jointplay.result.verdict import READABLE, ROUNDING, ends
+from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
 
 Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism
@@ -119,9 +120,15 @@ class Asked:
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
     @property
-    def without_pose(self) -> list[int]:
-        """Configurations that have no pose as drawn."""
-        return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist()})
+    def without_error(self) -> dict[int, str]:
+        """Configurations that count and have no error as drawn, and why."""
+        every = ((at, k) for at in self.at for k in np.flatnonzero(~_has_error(at.status) & at.counts).tolist())
+        return dict(sorted((k, str(STATUSES[at.status[k]])) for at, k in every))
+
+    @property
+    def left_out(self) -> list[int]:
+        """Configurations at which the machine cannot be."""
+        return sorted({k for at in self.at for k in np.flatnonzero(~at.counts).tolist()})
 
     def use(self, changes: Mapping[str, object], near: PlacesByPart | None = None) -> Use:
         """How much of the limits is used with changes, at all configurations or at some of them."""
@@ -144,8 +151,7 @@ class Asked:
             if not one.part.limits.errors or not len(places) or (best.used > 1.0 and not every):
                 columns.append(np.full(len(places), np.inf if best.used > 1.0 else 0.0))
                 continue
-            used, status, lost = self._asked(one, at, places)
-            failed = ~np.isin(status, READABLE)
+            used, failed, lost = self._asked(one, at, places)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
             k = int(np.argmax(most))
@@ -160,7 +166,7 @@ class Asked:
         return replace(best, near=kept)
 
     def _asked(self, one: Assumed, at: Nominal, places: NDArray[np.intp]) -> tuple[Floats, Array, Floats]:
-        """What is used at some configurations, their status, and the share of specimens that cannot be assembled."""
+        """What is used at some configurations, where that is not known, and the share of specimens without a pose."""
         # Loads may go by the number of the configuration.
         whole = len(places) == len(at) or (one.is_loaded and bool(one.part.loads.along)) or self.question == "loaded"
         options = self.options | ({"contact": one.contact} if one.contact else {})
@@ -168,11 +174,14 @@ class Asked:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))
         with within_another():
             result = computation(self.question, "allow")(one.part, at=at if whole else at.chosen(places), **options)
-        used, status, lost = self._of(one.part, result), result.get("status"), np.zeros(len(result.get("status")))
+        used, failed = self._of(one.part, result), ~np.isin(result.get("status"), READABLE)
+        for _, low, _ in ends_of_plays(result):
+            failed |= np.isnan(low).any(axis=1)
+        lost = np.zeros(len(failed))
         if self.question == "random":
             failures = result.get("failures")
             lost = failures[:, ~np.isin(STATUSES, READABLE)].sum(axis=1) / failures.sum(axis=1)
-        return (used[places], status[places], lost[places]) if whole else (used, status, lost)
+        return (used[places], failed[places], lost[places]) if whole else (used, failed, lost)
 
     def _of(self, part: Mechanism, result: Result) -> Floats:
         """What is used of every limit, shape (configuration, quantity); none of what has no limit."""
@@ -183,11 +192,12 @@ class Asked:
             every = np.where(limited, np.nan_to_num(shares), 0.0)
             worst_one = every == every.max(axis=1, keepdims=True)
             return np.where(worst_one, (result.get("outside") / (1.0 - self.probability))[:, None], every)
-        low, high = ends(result)
         below, above = result.get("limit").T
         lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
         slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
-        return np.maximum(_share(high - slack, above), _share(-low - slack, -below))
+        every_end = [ends(result), *((low, high) for _, low, high in ends_of_plays(result))]
+        used = [np.maximum(_share(high - slack, above), _share(-low - slack, -below)) for low, high in every_end]
+        return np.asarray(np.max(used, axis=0))
 
 
 def _share(values: Floats, limit: Floats) -> Floats:

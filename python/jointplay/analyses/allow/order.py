@@ -16,6 +16,20 @@ def loosest(asked: Asked, source: Sizing) -> str:
     return _last(asked, source.fits(asked.m), source.of_fit)
 
 
+def why_none(asked: Asked, source: Sizing, fit: str) -> str:
+    """Why the loosest fit is none; empty where it is one, or where a fit is no size of the source."""
+    if fit or not (source.bearing or source.can_have_fit):
+        return ""
+    if source.bearing:
+        return "no_group_holds"
+    if source.fits(asked.m):
+        return "no_fit_holds"
+    if source.diameter is not None:
+        return "not_in_standard"
+    # A slider is said by its nominal width, and seldom has a fit.
+    return "" if source.measure == "gap" else "no_diameter"
+
+
 def _last(asked: Asked, names: Sequence[str], changes: Callable[[str], dict[str, object]]) -> str:
     """The last name up to which the limits hold with all of them, from tight to loose.
 

@@ -18,7 +18,7 @@ from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
-from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which
+from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which, without_path
 
 __all__ = [
     "BOUND_DIGITS",
@@ -46,6 +46,7 @@ __all__ = [
     "shares_over_nodes",
     "tops",
     "which",
+    "without_path",
 ]
 
 

@@ -20,10 +20,11 @@ from jointplay.result import (
     split,
 )
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
+from jointplay.result.verdict.shares import CONTACTS
 
 from .errors import WORDS, blamed, proved
 from .motion import largest_change
-from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say, without_path
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -160,9 +161,13 @@ def of_compare(result: Result) -> Conclusion:
         if found.outcome == MISSED:
             text = f"Limit missed: {name}, at {count} of {total}."
             sentences.append(Sentence(text, is_alarm=True, state=MISSED))
-        elif found.outcome == NOT_SHOWN:
-            text = f"Not shown: whether limits hold in {name}; {found.gist}."
-            sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
+    unknown: dict[str, list[str]] = {}
+    for name, found in zip(names, verdicts, strict=True):
+        if found.outcome == NOT_SHOWN:
+            unknown.setdefault(found.gist, []).append(name)
+    for gist, those in unknown.items():
+        text = f"Not shown: whether limits hold in {' and '.join(those)}; {gist}."
+        sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
     for kind, declared in figures(result).items():
         values, unit = figure(result, kind)
         known = np.isfinite(values)
@@ -181,10 +186,11 @@ def of_compare(result: Result) -> Conclusion:
             sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
     for name, part in zip(names, two, strict=True) if is_corrected else ():
         sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
-    for name, part in zip(names, two, strict=True):
+    for name, part, lost in zip(names, two, without_path(result), strict=True):
         bad = part.get("status") != "ok"
         if bad.any():
-            words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
+            told = np.where(lost, f"{names[0]} has no pose there", part.get("status"))[bad]
+            words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in told.tolist()))
             outside = bool((part.get("status") == OUTSIDE).any())
             words = f"{words}; {leaving(part)}" if outside else words
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
@@ -197,13 +203,13 @@ def of_map(result: Result) -> Conclusion:
     good = np.isin(result.get("status"), READABLE)
     sizes = list(_over_nodes(result, good)) if good.any() else []
     judged = list(_beyond_nodes(result))
-    sentences = (*judged, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
+    shares = [] if judged else _outside_nodes(result, good)
+    sentences = (*judged, *shares, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
     return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
 
 
 def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
     """The worst value of every quantity, and where it is."""
-    axes = str(result.attrs["grid"]).split(", ")
     for name in figures(result):
         variable = quantity(result, name)
         sign = -1.0 if name == "singular_value" else 1.0
@@ -211,13 +217,34 @@ def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
         node = np.unravel_index(int(np.argmax(bad)), bad.shape)
         if not np.isfinite(bad[node]) or variable.values[node] == 0.0:
             continue
-        where = ", ".join(
-            f"{axis} = {say(float(result.coords[axis].values[k]), result.coords[axis].units)}"
-            for axis, k in zip(axes, node, strict=True)
-        )
+        where = _node(result, node)
         head = variable.long_name if sign < 0.0 else extreme(variable.long_name)
         text = f"{head[0].upper()}{head[1:]}: {say(float(variable.values[node]), variable.units)} at {where}"
         yield Sentence(f"{text}{_blamed_over_nodes(result, good, name)}.")
+
+
+def _node(result: Result, node: Sequence[np.intp]) -> str:
+    """``q1 = 20 deg, q2 = 5 mm``."""
+    axes = str(result.attrs["grid"]).split(", ")
+    at = zip(axes, node, strict=True)
+    return ", ".join(
+        f"{axis} = {say(float(result.coords[axis].values[k]), result.coords[axis].units)}" for axis, k in at
+    )
+
+
+def _outside_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
+    """The largest share of the specimens outside, where no yield is required."""
+    own = CONTACTS.get(str(result.attrs.get("contact", "")), "")
+    for name, words in (("outside", own), ("outside_loaded", CONTACTS["loaded"])):
+        known = good & np.isfinite(result.get(name)) if name in result.data else np.zeros(1, dtype=bool)
+        if not known.any():
+            continue
+        share, low, high = (np.where(known, result.get(f"{name}{end}"), -1.0) for end in ("", "_low", "_high"))
+        node = np.unravel_index(int(np.argmax(share)), share.shape)
+        where = f" at {_node(result, node)}" if share[node] > 0.0 else ""
+        most, least = percent(float(high[node])), percent(float(low[node]))
+        text = f"Outside the limits{words}: at most {percent(float(share[node]))} of the specimens{where}"
+        yield Sentence(f"{text}; between {least} and {most} with 95 % confidence.")
 
 
 def _not_ok_nodes(result: Result) -> Iterator[Sentence]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN
+from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations
 
 from .words import Conclusion, Sentence
 
@@ -32,17 +32,31 @@ def of_allow(result: Result) -> Conclusion:
 def _hold(result: Result, used: float) -> Iterator[Sentence]:
     """Whether the limits hold with the sizes as they are; not shown where a configuration is not known."""
     said, place = _said(result, used), int(result.get("used_configuration"))
-    without = str(result.attrs.get("without_pose", ""))
+    without, left_out = (str(result.attrs.get(name, "")) for name in ("without_pose", "left_out"))
+    out = f"; left out: {_numbered(left_out)}, where the machine cannot be" if left_out else ""
+    basis = _contacts(result)
+    match str(result.attrs.get("sizes", "")):
+        case "largest" | "smallest" as play:
+            basis += f" {TAKEN[play]}"
+        case "middle" if not used > 1.0:
+            # Those with the largest and the smallest play are judged as well; one of the three is enough to miss.
+            basis += f" {ANY_SIZE}"
     if used > 1.0:
         at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
-        yield Sentence(f"The limits are missed{_contacts(result)}: {said}{at}.", is_alarm=True, state=MISSED)
+        yield Sentence(f"The limits are missed{basis}: {said}{at}{out}.", is_alarm=True, state=MISSED)
     elif without:
-        which = f"configuration{'s' * (', ' in without)} {without}"
-        text = f"Not shown: whether the limits hold{_contacts(result)}; {which} cannot be assembled."
+        status = str(result.attrs["without_pose_status"]).replace("_", " ")
+        verb = "are" if ", " in without else "is"
+        text = f"Not shown: whether the limits hold{basis}; {_numbered(without)} {verb} {status}{out}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
-        yield Sentence(f"The limits hold{_contacts(result)}: {said}, at configuration {place}.", state=HELD)
+        yield Sentence(f"The limits hold{basis}: {said}, at configuration {place}{out}.", state=HELD)
+
+
+def _numbered(places: str) -> str:
+    """``configurations 1, 3`` of an attribute."""
+    return configurations([int(place) for place in places.split(", ")])
 
 
 def _said(result: Result, used: float) -> str:

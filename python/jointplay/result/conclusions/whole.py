@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from jointplay.questions import QUESTIONS
-from jointplay.result import Result
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, percent, verdict
+from jointplay.result import Result, counted
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, configurations, percent, verdict
 
 from .words import Sentence
 
@@ -36,14 +38,22 @@ def decide(answers: Mapping[str, Parts]) -> Sentence | None:
             if found.outcome:
                 told[found.outcome].append(rests(question, part, found, heading))
     missed, unknown, held = told.values()
+    out = _left_out(answers)
     if missed:
         rest = f" Held: {_listed(held)}." if held else ""
         rest += f" Not shown: {'; '.join(unknown)}." if unknown else ""
-        return Sentence(f"Limits missed: {'; '.join(missed)}.{rest}", True, True, state=MISSED)
+        return Sentence(f"Limits missed: {'; '.join(missed)}{out}.{rest}", True, True, state=MISSED)
     if unknown:
         rest = f"; they hold {_listed(held)}" if held else ""
-        return Sentence(f"Not shown: whether limits hold {'; '.join(unknown)}{rest}.", True, True, state=NOT_SHOWN)
-    return Sentence(f"Limits hold {_listed(held)}.", is_answer=True, state=HELD) if held else None
+        return Sentence(f"Not shown: whether limits hold {'; '.join(unknown)}{rest}{out}.", True, True, state=NOT_SHOWN)
+    return Sentence(f"Limits hold {_listed(held)}{out}.", is_answer=True, state=HELD) if held else None
+
+
+def _left_out(answers: Mapping[str, Parts]) -> str:
+    """Configurations at which the machine cannot be, as the end of a sentence."""
+    every = [counted(part.get("status")) for parts in answers.values() for _, part in parts]
+    out = sorted({k for counts in every if counts.any() for k in np.flatnonzero(~counts).tolist()})
+    return f"; left out: {configurations(out)}, where the machine cannot be" if out else ""
 
 
 def _judged(parts: Parts) -> list[tuple[str, Result, Verdict]]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointplay.errors import listed
 from jointplay.result import Array, Result, first_largest
@@ -112,6 +113,18 @@ def leaving(result: Result) -> str:
     names = sorted({*result.get("leaves_range").reshape(-1).tolist()} - {""})
     named = listed(names) if len(names) <= FEW else f"{len(names)} drives and joints"
     return f"{named} {'leaves its range' if len(names) == 1 else 'leave their ranges'}"
+
+
+def without_path(result: Result) -> NDArray[np.bool_]:
+    """Where the second mechanism of a comparison has no pose to follow because the first one has none.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (mechanism, configuration); never true for the first.
+    """
+    first = np.isnan(result.get("nominal")[0]).any(axis=-1)
+    return np.stack([np.zeros_like(first), first])
 
 
 def owners(result: Result) -> list[str]:

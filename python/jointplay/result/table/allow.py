@@ -31,8 +31,13 @@ MEANINGS = {
 NOISE = 1e-9
 #: how numbers are rounded so that they hold
 ROUNDED = {"allowed": math.floor, "slack": math.floor, "needed": math.ceil}
-#: measures that a fit can be ordered for
-ROUND = ("radial", "diametral")
+#: why no fit is named
+WITHOUT_FIT = {
+    "no_diameter": "it needs the diameter, such as clearance = { radial = 0.02, diameter = 12 }",
+    "not_in_standard": "the standard has none of the preferred fits for its nominal size",
+    "no_fit_holds": "the limits do not hold with the tightest of the preferred clearance fits",
+    "no_group_holds": "the limits do not hold with the tightest group of bearings",
+}
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
@@ -131,18 +136,14 @@ def _notes(result: Result) -> Iterator[str]:
     elif "needed" in result.data and any(key.endswith("clearance") for key in result.labels("source_key")):
         yield "Whatever size one clearance has, some specimens cannot be assembled without strain."
     if "without_pose" in result.attrs:
-        yield f"Configuration {result.attrs['without_pose']}: no pose as drawn; not counted."
+        yield f"Configuration {result.attrs['without_pose']}: no error as drawn; not counted."
     if "samples" in result.attrs:
         count = int(result.attrs["samples"])
         yield f"Sizes are found from {count:,} random specimens per configuration; ± is their standard error."
-    plain = [
-        name
-        for name, measure, fit in zip(names, result.labels("source_measure"), result.get("fit"), strict=True)
-        if measure in ROUND and not fit
-    ]
-    if plain and not np.isin(status, ["not_enough", "needs_play"]).all():
-        example = "{ radial = 0.02, diameter = 12 }"
-        yield f"No fit is named for {_some(plain)}: it needs the diameter, such as clearance = {example}."
+    if not np.isin(status, ["not_enough", "needs_play"]).all():
+        for why, words in WITHOUT_FIT.items():
+            if unnamed := names[result.get("without_fit") == why].tolist():
+                yield f"No fit is named for {_some(unnamed)}: {words}."
     if "samples" in result.attrs:
         return
     yield f"Sizes are exact to a relative tolerance of {float(result.attrs['tolerance']):g}."

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.core.compile import LENGTHS
 from jointplay.result import Result, size, unit_of
-from jointplay.result.conclusions import leaving, owners, rounding, which
+from jointplay.result.conclusions import leaving, owners, rounding, which, without_path
 
 from .indices import notes as of_indices
 from .layout import sentence
@@ -45,6 +45,9 @@ def _notes(result: Result) -> Iterable[str]:
     if "misfit" in result.attrs and result.attrs["question"] != "solve":
         yield sentence(str(result.attrs["misfit"]))
     status = result.get("status")
+    if is_compared := "mechanism" in result.sizes:
+        # What its status would mean is not so: nothing was asked of the second mechanism there.
+        status = np.where(without_path(result), "", status)
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
         if not bad.any():
@@ -94,7 +97,7 @@ def _notes(result: Result) -> Iterable[str]:
         yield "`jointplay singularities` says of which kind, and how far the path is from it."
     if question == "singularities":
         yield from remarks(result)
-    if "mismatch" in result.data and "mechanism" in result.sizes:
+    if is_compared:
         yield from _mismatch(result)
 
 
@@ -181,7 +184,8 @@ def _samples(result: Result) -> Iterable[str]:
     has_none = result.attrs.get("contact") == "loaded" or {"yield_path", "incomplete"} & {*result.data, *result.attrs}
     if np.isfinite(result.get("limit")).any() and not has_none:
         yield "Yields over all configurations are of determinate mechanisms only, and left out here."
-    assembled = result.get("status") != "not_assembled"
+    # Where there is no error, nothing has been drawn.
+    assembled = ~np.isin(result.get("status"), ("not_assembled", "singular", "other_branch", "outside_limits"))
     for outcome in result.labels("outcome"):
         counts = result.get("failures", outcome=outcome)[assembled]
         if outcome != "ok" and counts.any():
@@ -237,7 +241,10 @@ def _correction(result: Result) -> Iterable[str]:
 
 
 def _mismatch(result: Result) -> Iterable[str]:
-    second = result.labels("mechanism")[1]
+    first, second = result.labels("mechanism")
+    lost = np.flatnonzero(without_path(result)[1]).tolist()
+    if lost:
+        yield f"{which(lost)}: {second} is unknown, because {first} has no pose there."
     distance = size(result, "mismatch", "position", mechanism=second)
     largest = float(np.nanmax(distance, initial=0.0))
     if largest > 1e-6 * float(result.attrs.get("length", 1.0)):

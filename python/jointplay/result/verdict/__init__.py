@@ -15,14 +15,15 @@ import numpy as np
 
 from jointplay.result import Result, parts
 
-from .judging import PLAYS, add_limits, add_play, ends, judge, room
-from .margins import of_margins
+from .judging import PLAYS, add_limits, add_play, ends, ends_of_plays, judge, room
+from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
 from .outcome import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
 from .shares import COUNTED, of_shares
 from .words import ROUNDING, SIZES, cause, caused, configurations, limits_in_words, percent, place, rounding, there
 
 __all__ = [
+    "ANY_SIZE",
     "COUNTED",
     "HELD",
     "MISSED",
@@ -32,6 +33,7 @@ __all__ = [
     "READABLE",
     "ROUNDING",
     "SIZES",
+    "TAKEN",
     "Verdict",
     "add_limits",
     "add_play",
@@ -39,6 +41,7 @@ __all__ = [
     "caused",
     "configurations",
     "ends",
+    "ends_of_plays",
     "is_good",
     "judge",
     "limits_in_words",

@@ -5,6 +5,8 @@ margin = min(high - largest value, lowest value - low)      negative where a lim
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from jointplay.core.compile import LENGTHS
@@ -42,6 +44,14 @@ def add_play(builder: ResultBuilder, play: str, error: Array, half: Array) -> No
     values = np.stack(_reached(error, half, list(builder.m.components)), axis=-1)
     words = f"lowest and highest value with the {play} play"
     builder.add(f"play_{play}", ("configuration", "quantity", "side"), values, words, "quantity")
+
+
+def ends_of_plays(result: Result) -> Iterator[tuple[str, Array, Array]]:
+    """The name of every other choice of sizes that is judged, with the ends of every quantity, as `ends` gives them."""
+    for play in PLAYS:
+        if f"play_{play}" in result.data:
+            low, high = np.moveaxis(result.get(f"play_{play}"), -1, 0)
+            yield play, low, high
 
 
 def room(limit: Array, lowest: Array, highest: Array) -> Array:

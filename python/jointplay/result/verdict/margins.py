@@ -9,12 +9,14 @@ import numpy as np
 from jointplay.core.compile import LENGTHS
 from jointplay.result import Array, Result, first_largest
 
-from .judging import PLAYS, ends, judged, room
+from .judging import PLAYS, ends, ends_of_plays, judged, room
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict
 from .words import SIZES, caused, configurations, rounded, rounding, shown, there
 
 #: which sizes were taken, in words
 TAKEN = {"middle": "with clearances of middle size"} | {play: f"with the {play} play" for play in PLAYS}
+#: which sizes were judged where a limit has to hold with those in the middle and with both others
+ANY_SIZE = "with clearances of any size in their limits"
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def _basis(basis: str, worse: list[_Extreme], *, has_plays: bool) -> str:
         return basis
     if worse:
         return basis if worse[0].case.is_own else ""
-    return " with clearances of any size in their limits"
+    return f" {ANY_SIZE}"
 
 
 def _cases(result: Result, rows: Rows, limited: Array) -> list[_Case]:
@@ -112,11 +114,9 @@ def _cases(result: Result, rows: Rows, limited: Array) -> list[_Case]:
 
     met = result.get("limit_met").astype(bool)
     found = [case(TAKEN.get(sizes, ""), *ends(result), result.get("margin"), met, is_own=True)]
-    for play in PLAYS:
-        if f"play_{play}" in result.data:
-            low, high = np.moveaxis(result.get(f"play_{play}"), -1, 0)
-            margin = room(limit, low, high)
-            found.append(case(TAKEN[play], low, high, margin, margin >= -least, is_own=False))
+    for play, low, high in ends_of_plays(result):
+        margin = room(limit, low, high)
+        found.append(case(TAKEN[play], low, high, margin, margin >= -least, is_own=False))
     return found
 
 
