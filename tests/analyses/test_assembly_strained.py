@@ -236,7 +236,8 @@ def test_where_all_units_fit_the_worst_is_that_of_the_finished_structure() -> No
 def test_perfect_parts_without_play_go_together_without_anything(question: str) -> None:
     m = example("antenna-support")
     nothing = {f"joints.{name}.{key}": None for name in m.data.joints for key in ("clearance", "angle")}
-    result = jp.assemble(m.with_({"dimensions": None, "loads": None} | nothing), question, samples=5)
+    few = {"samples": 5} if question == "random" else {}
+    result = jp.assemble(m.with_({"dimensions": None, "loads": None} | nothing), question, **few)
     assert set(result.status.values.tolist()) == {"ok"}
     for name in ("error_shaft", "worst_shaft", "quantile_shaft", "member_force", "worst_force", "quantile_force"):
         if name in result:

@@ -47,7 +47,8 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
     elif without:
         status = str(result.attrs["without_pose_status"]).replace("_", " ")
         verb = "are" if ", " in without else "is"
-        text = f"Not shown: whether the limits hold{basis}; {_numbered(without)} {verb} {status}{out}."
+        why = "cannot be assembled" if status == "not assembled" else f"{verb} {status}"
+        text = f"Not shown: whether the limits hold{basis}; {_numbered(without)} {why}{out}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
