@@ -1,7 +1,7 @@
 """Which tests `make quick` leaves out, by measured time.
 
 `make test` with `PYTEST_ADDOPTS=--junitxml=build/tests.xml`, then `python tests/slow.py build/tests.xml [SHARE]` writes
-tests/slow.txt: the functions that took longest, as few as leave SHARE (a third) of the time to the others.
+tests/slow.txt: the functions that took longest, as few as leave SHARE (0.3) of the time to the others.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 SLOW = Path(__file__).parent / "slow.txt"
 #: of the whole time, what the others may take
-SHARE = 1 / 3
+SHARE = 0.3
 
 
 def measured(report: Path) -> Counter[str]:
