@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
-from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations
+from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations, left_out
 
 from .words import Conclusion, Sentence
 
@@ -32,8 +32,8 @@ def of_allow(result: Result) -> Conclusion:
 def _hold(result: Result, used: float) -> Iterator[Sentence]:
     """Whether the limits hold with the sizes as they are; not shown where a configuration is not known."""
     said, place = _said(result, used), int(result.get("used_configuration"))
-    without, left_out = (str(result.attrs.get(name, "")) for name in ("without_pose", "left_out"))
-    out = f"; left out: {_numbered(left_out)}, where the machine cannot be" if left_out else ""
+    without, out = (_numbers(str(result.attrs.get(name, ""))) for name in ("without_pose", "left_out"))
+    end = left_out(out)
     basis = _contacts(result)
     match str(result.attrs.get("sizes", "")):
         case "largest" | "smallest" as play:
@@ -43,21 +43,21 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
             basis += f" {ANY_SIZE}"
     if used > 1.0:
         at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
-        yield Sentence(f"The limits are missed{basis}: {said}{at}{out}.", is_alarm=True, state=MISSED)
+        yield Sentence(f"The limits are missed{basis}: {said}{at}{end}.", is_alarm=True, state=MISSED)
     elif without:
         status = str(result.attrs["without_pose_status"]).replace("_", " ")
-        verb = "are" if ", " in without else "is"
+        verb = "are" if len(without) > 1 else "is"
         why = "cannot be assembled" if status == "not assembled" else f"{verb} {status}"
-        text = f"Not shown: whether the limits hold{basis}; {_numbered(without)} {why}{out}."
+        text = f"Not shown: whether the limits hold{basis}; {configurations(without)} {why}{end}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
-        yield Sentence(f"The limits hold{basis}: {said}, at configuration {place}{out}.", state=HELD)
+        yield Sentence(f"The limits hold{basis}: {said}, at configuration {place}{end}.", state=HELD)
 
 
-def _numbered(places: str) -> str:
-    """``configurations 1, 3`` of an attribute."""
-    return configurations([int(place) for place in places.split(", ")])
+def _numbers(places: str) -> list[int]:
+    """Those of an attribute such as ``1, 3``."""
+    return [int(place) for place in places.split(", ") if place]
 
 
 def _said(result: Result, used: float) -> str:

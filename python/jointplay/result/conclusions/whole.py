@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, counted
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, configurations, percent, verdict
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, left_out, percent, verdict
 
 from .words import Sentence
 
@@ -53,7 +53,7 @@ def _left_out(answers: Mapping[str, Parts]) -> str:
     """Configurations at which the machine cannot be, as the end of a sentence."""
     every = [counted(part.get("status")) for parts in answers.values() for _, part in parts]
     out = sorted({k for counts in every if counts.any() for k in np.flatnonzero(~counts).tolist()})
-    return f"; left out: {configurations(out)}, where the machine cannot be" if out else ""
+    return left_out(out)
 
 
 def _judged(parts: Parts) -> list[tuple[str, Result, Verdict]]:

@@ -20,7 +20,19 @@ from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
 from .outcome import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
 from .shares import COUNTED, of_shares
-from .words import ROUNDING, SIZES, cause, caused, configurations, limits_in_words, percent, place, rounding, there
+from .words import (
+    ROUNDING,
+    SIZES,
+    cause,
+    caused,
+    configurations,
+    left_out,
+    limits_in_words,
+    percent,
+    place,
+    rounding,
+    there,
+)
 
 __all__ = [
     "ANY_SIZE",
@@ -44,6 +56,7 @@ __all__ = [
     "ends_of_plays",
     "is_good",
     "judge",
+    "left_out",
     "limits_in_words",
     "of_nodes",
     "outcome",

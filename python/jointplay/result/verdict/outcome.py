@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.result import Array, Result, counted
 
-from .words import configurations
+from .words import configurations, left_out
 
 HELD, MISSED, NOT_SHOWN = "held", "missed", "not shown"
 #: by which outcomes are compared: the larger, the worse; nothing is said where there is nothing to keep to
@@ -111,8 +111,7 @@ class Rows:
 
     def left_out(self) -> str:
         """What is left out, as the end of a sentence."""
-        out = np.flatnonzero(~self.counts).tolist()
-        return f"; left out: {configurations(out)}, where the machine cannot be" if out and self.counts.any() else ""
+        return left_out(np.flatnonzero(~self.counts).tolist()) if self.counts.any() else ""
 
 
 def worst_of(outcomes: list[str]) -> str:

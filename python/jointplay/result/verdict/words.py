@@ -54,6 +54,11 @@ def configurations(places: Sequence[int]) -> str:
     return f"configuration{'s' * (len(places) > 1)} {', '.join(map(str, places))}"
 
 
+def left_out(places: Sequence[int]) -> str:
+    """Which configurations are left out, as the end of a sentence; nothing where none are."""
+    return f"; left out: {configurations(places)}, where the machine cannot be" if places else ""
+
+
 def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str], float] | None:
     """The sources with the largest share in a quantity, and that share; None where nothing is known of it.
 
