@@ -29,6 +29,14 @@ pub struct Output {
     pub drives: DMatrix<f64>,
 }
 
+impl Output {
+    /// The error to first order with all parameters given; `shift` is the part of drive values other than the nominal ones.
+    pub(crate) fn error(&self, shift: &[f64], parameters: &[f64]) -> Vec<f64> {
+        let moved = |i: usize| parameters.iter().enumerate().map(|(p, u)| self.parameters[(i, p)] * u).sum::<f64>();
+        shift.iter().enumerate().map(|(i, shift)| shift + moved(i)).collect()
+    }
+}
+
 /// A cost's gradient along the inputs, and the multipliers of the closure rows.
 #[derive(Clone, Debug)]
 pub struct Gradient {

@@ -21,8 +21,15 @@ pub(crate) trait Linear<'r> {
         let (plan, factors) = self.eliminated();
         plan.growth(factors).fold(Symbol::Constant(0.0), |largest, growth| largest.max(growth.abs()))
     }
+    /// Whether no pose is singular.
+    fn is_regular_everywhere(&self) -> bool {
+        false
+    }
     /// As [`Mechanism::singular_square`].
     fn singular_square(&self, m: &Mechanism) -> Symbol<'r> {
+        if self.is_regular_everywhere() {
+            return Symbol::Constant(1.0);
+        }
         m.singular_square(|b, x| self.solve(b, x), |b, x| self.solve_transposed(b, x))
     }
 }

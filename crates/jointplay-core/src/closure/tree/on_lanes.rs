@@ -142,12 +142,9 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
         (&self.plan, &self.factors)
     }
 
-    /// A mechanism without loops is regular everywhere.
-    fn singular_square(&self, m: &Mechanism) -> Symbol<'r> {
-        if self.tree.free.is_empty() {
-            return Symbol::Constant(1.0);
-        }
-        m.singular_square(|b, x| self.solve(b, x), |b, x| self.solve_transposed(b, x))
+    /// Without loops.
+    fn is_regular_everywhere(&self) -> bool {
+        self.tree.free.is_empty()
     }
 }
 

@@ -49,10 +49,8 @@ impl Mechanism {
                 let map = self.output_sensitivity(&linearised, &nominal);
                 let shift = self.drive_shift(&map, case, &nominal);
                 let u = &parameters[number];
-                let linear =
-                    |i: usize| shift[i] + u.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
                 let inputs = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
-                let error_first_order = (0..self.size()).map(linear).collect();
+                let error_first_order = map.error(&shift, u);
                 match solver.follow(&nominal, &inputs) {
                     Ok(state) => Given {
                         error: self.error(&state, &nominal),

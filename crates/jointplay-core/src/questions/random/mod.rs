@@ -113,10 +113,7 @@ impl Mechanism {
             Err(status) => return none(status),
         };
         let drive_shift = self.drive_shift(&map, case, nominal);
-        let mut mean_first_order = drive_shift.clone();
-        for (i, mean) in mean_first_order.iter_mut().enumerate() {
-            *mean += self.centre.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
-        }
+        let mut mean_first_order = map.error(&drive_shift, &self.centre);
         let mut covariance = DMatrix::<f64>::zeros(n, n);
         let mut contribution = vec![0.0; self.sources.len() * n];
         for (s, source) in self.sources.iter().enumerate() {

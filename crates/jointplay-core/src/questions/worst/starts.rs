@@ -109,8 +109,7 @@ impl Mechanism {
         let largest = reach.iter().copied().fold(0.0, f64::max);
         let acts = |s: &usize| reach[*s] > 1e-9 * largest || self.sources[*s].set.is_zero();
         let undecided = (0..self.sources.len()).filter(|s| !acts(s)).collect();
-        let moved = |i: usize| parameters.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
-        let error = shift.iter().enumerate().map(|(i, shift)| shift + moved(i)).collect();
+        let error = map.error(shift, &parameters);
         Linear { value, parameters, contribution, error, undecided }
     }
 
