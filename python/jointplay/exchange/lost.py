@@ -37,48 +37,38 @@ EXTENTS = {"revolute": "angle", "prismatic": "travel"}
 
 def with_lost_motion(skeleton: Skeleton) -> Skeleton:
     """With lost motion and wind-up of drives in place of the joints that stand for them."""
-    played, wound, heavy, inside = [], [], [], []
-    joints = list(skeleton.joints)
-    bodies, frames = dict(skeleton.bodies), dict(skeleton.frames)
-    named = {joint.follows[0] for joint in joints if joint.follows}
-    for second in skeleton.joints:
-        if second.is_driven or second.follows or second.name in named or second.kind not in MOST:
-            continue
-        is_play, is_spring = _is_play(second), second.spring is not None and second.limits is None
-        if not is_play and not is_spring:
-            continue
-        for between, first in _beside(second, joints, skeleton.ground):
-            moves = first.is_driven or first.follows is not None or first.name in named
-            if not moves and (is_spring or _is_play(first)):
-                continue
-            outer = next(body for body in second.bodies if body != between)
-            inner = next(body for body in first.bodies if body != between)
-            # The load of what lies between is on the drive, but not on the flanks.
-            if bodies[between].mass > LIGHT * min(_hanging(bodies, joints, end, between) for end in (outer, inner)):
-                heavy.append(f"{second.name} ({between})")
-                break
-            sign = _sign(first, second, between)
-            made = replace(first, bodies=_instead(first.bodies, between, outer))
-            if is_play:
-                assert second.limits is not None
-                sides = (second.limits[1] - second.coordinate, second.coordinate - second.limits[0])
-                own = first.play or (0.0, 0.0)
-                up, down = sides if sign > 0 else sides[::-1]
-                made = replace(made, play=(own[0] + up, own[1] + down))
-                played.append(f"{second.name} of {first.name} ({_words(second, up, down)})")
-                if second.spring:
-                    inside.append(second.name)
-            else:
-                assert second.spring is not None
-                stiffness, rest = second.spring
-                windup = 1.0 / (1.0 / stiffness + (1.0 / first.windup if first.windup else 0.0))
-                made = replace(made, windup=windup, coordinate=first.coordinate + sign * (second.coordinate - rest))
-                wound.append(f"{second.name} of {first.name}")
-            joints[joints.index(first)] = made
-            joints.remove(second)
-            bodies[outer] = _heavier(bodies[outer], bodies.pop(between))
-            frames = {name: (outer if body == between else body, frame) for name, (body, frame) in frames.items()}
-            break
+    played, wound, inside = [], [], []
+    heavy: dict[str, str] = {}
+    pair = _pair(skeleton, heavy)
+    while pair is not None:
+        first, second, between = pair
+        outer = next(body for body in second.bodies if body != between)
+        sign = _sign(first, second, between)
+        made = replace(first, bodies=_instead(first.bodies, between, outer))
+        if _is_play(second):
+            assert second.limits is not None
+            sides = (second.limits[1] - second.coordinate, second.coordinate - second.limits[0])
+            up, down = sides if sign > 0 else sides[::-1]
+            own = first.play or (0.0, 0.0)
+            made = replace(made, play=(own[0] + up, own[1] + down))
+            played.append(f"{second.name} of {first.name} ({_words(second, up, down)})")
+            if second.spring:
+                inside.append(second.name)
+        else:
+            assert second.spring is not None
+            stiffness, rest = second.spring
+            windup = 1.0 / (1.0 / stiffness + (1.0 / first.windup if first.windup else 0.0))
+            made = replace(made, windup=windup, coordinate=first.coordinate + sign * (second.coordinate - rest))
+            wound.append(f"{second.name} of {first.name}")
+        bodies = dict(skeleton.bodies)
+        bodies[outer] = _heavier(bodies[outer], bodies.pop(between))
+        skeleton = replace(
+            skeleton,
+            joints=tuple(made if joint is first else joint for joint in skeleton.joints if joint is not second),
+            bodies=bodies,
+            frames={name: (outer if on == between else on, at) for name, (on, at) in skeleton.frames.items()},
+        )
+        pair = _pair(skeleton, heavy)
     said = []
     if played:
         said.append(f"Joints without a motor, on the axis of another one, are its lost motion: {listed(played)}.")
@@ -89,8 +79,34 @@ def with_lost_motion(skeleton: Skeleton) -> Skeleton:
     if inside:
         said.append(f"Springs within lost motion are left out: {listed(inside)}.")
     if heavy:
-        said.append(f"These stay joints, because a body with a mass lies before them: {listed(heavy)}.")
-    return noted(replace(skeleton, joints=tuple(joints), bodies=bodies, frames=frames), *said)
+        names = listed(f"{name} ({between})" for name, between in heavy.items())
+        said.append(f"These stay joints, because a body with a mass lies before them: {names}.")
+    return noted(skeleton, *said)
+
+
+def _pair(skeleton: Skeleton, heavy: dict[str, str]) -> tuple[Joint, Joint, str] | None:
+    """A joint, another one that is its lost motion or wind-up, and the body between them.
+
+    Bodies between that have a mass are written to the mapping: the load of one would be on the drive, but not on the
+    flanks.
+    """
+    leaders = {joint.follows[0] for joint in skeleton.joints if joint.follows}
+
+    def moves(joint: Joint) -> bool:
+        return joint.is_driven or joint.follows is not None or joint.name in leaders
+
+    for second in skeleton.joints:
+        is_play = _is_play(second)
+        if moves(second) or second.kind not in MOST or not (is_play or (second.spring and second.limits is None)):
+            continue
+        for between, first in _beside(second, skeleton):
+            if not moves(first) and (not is_play or first.spring or _is_play(first)):
+                continue
+            ends = [body for joint in (first, second) for body in joint.bodies if body != between]
+            if skeleton.bodies[between].mass <= LIGHT * min(_hanging(skeleton, end, between) for end in ends):
+                return first, second, between
+            heavy[second.name] = between
+    return None
 
 
 def _is_play(joint: Joint) -> bool:
@@ -101,11 +117,11 @@ def _is_play(joint: Joint) -> bool:
     return high - low <= MOST[joint.kind] * (1 + 1e-9) and low <= joint.coordinate <= high
 
 
-def _beside(second: Joint, joints: list[Joint], ground: str) -> Iterator[tuple[str, Joint]]:
+def _beside(second: Joint, skeleton: Skeleton) -> Iterator[tuple[str, Joint]]:
     """Joints on the same axis, each with the body that lies between and that nothing else hangs on."""
     for between in second.bodies:
-        others = [joint for joint in joints if between in joint.bodies and joint.name != second.name]
-        if between == ground or len(others) != 1 or others[0].kind != second.kind:
+        others = [joint for joint in skeleton.joints if between in joint.bodies and joint is not second]
+        if between == skeleton.ground or len(others) != 1 or others[0].kind != second.kind:
             continue
         one, other = others[0].place, second.place
         assert one.axis is not None
@@ -130,17 +146,17 @@ def _instead(ends: tuple[str, str], old: str, new: str) -> tuple[str, str]:
     return one, other
 
 
-def _hanging(bodies: Mapping[str, Body], joints: list[Joint], start: str, between: str) -> float:
+def _hanging(skeleton: Skeleton, start: str, between: str) -> float:
     """Mass of all bodies that joints connect with one, other than by way of the one between."""
     found, waiting = {between, start}, [start]
     while waiting:
         at = waiting.pop()
-        for joint in joints:
+        for joint in skeleton.joints:
             if at in joint.bodies:
                 new = {*joint.bodies} - found
                 found |= new
                 waiting += new
-    return sum(bodies[name].mass for name in found - {between})
+    return np.inf if skeleton.ground in found else sum(skeleton.bodies[name].mass for name in found - {between})
 
 
 def _heavier(body: Body, more: Body) -> Body:

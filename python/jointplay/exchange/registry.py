@@ -21,10 +21,10 @@ READERS: Mapping[str, Reader] = MappingProxyType(
     {
         ".urdf": urdf.read,
         ".sdf": sdf.read,
-        ".xacro": xacro.read,
         ".mjcf": mjcf.read,
         ".dxf": dxf.read,
         ".json": pylinkage.read,
+        ".xacro": xacro.read,
     }
 )
 #: formats of `.xml` by their root element
