@@ -1,4 +1,4 @@
-"""Public robots with loops, couplings and tendons beside MuJoCo and Pinocchio: the table of `docs/exchange.md`.
+"""Public robots with loops, couplings and tendons beside MuJoCo and Pinocchio: `docs/robots.json`, for a table.
 
 python tests/verify_robots.py [FOLDER] [NAME ...]      repositories are kept in FOLDER, `build/robots` if left out
 
@@ -7,11 +7,13 @@ A repository is cloned without its large files where it is not in the folder yet
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -19,24 +21,24 @@ import numpy as np
 
 import jointplay as jp
 from helpers.oracles.robots import MuJoCo, Pinocchio, coordinates
-from helpers.pages import put_table
 from jointplay.basics import poses
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
 
-DOCS = Path(__file__).resolve().parents[1] / "docs" / "exchange.md"
+NUMBERS = Path(__file__).resolve().parents[1] / "docs" / "robots.json"
 #: random poses of every robot; how far drives are from their values (rad, m), where there are loops and where not
 POSES, NEAR, FAR = 5, 0.05, 0.5
 #: ways in which loops of the other program are closed until one is that of jointplay
 STARTS = 100
 #: differences that count beyond what stays open: m and parts of a unit vector
 SAME = 1e-9
-HEADER = ("robot", "what it has", "bodies", "degrees of freedom", "by the other", "largest difference, m")
 MENAGERIE = ("steadymingha/mujoco_menagerie", "7dfd49b01edf18f3e6eaac6c9d74ab63dc4e0949")
-DUCK = ("apirrone/Open_Duck_Playground", "f82b5e7")
+DUCK = ("apirrone/Open_Duck_Playground", "f82b5e7d1d010fa5e518215019034a3346e7b9fc")
 PLACO = ("Rhoban/placo-examples", "3edf600f080a70fff03ac6d4b18bf9f9be5a48ab")
-HANDS = ("dexsuite/dex-urdf", "HEAD")
-SUITE = ("google-deepmind/dm_control", "HEAD")
+HANDS = ("dexsuite/dex-urdf", "93505db3c0b29b4a80bd359048de7d39c9ea3218")
+SUITE = ("google-deepmind/dm_control", "985d09401ea8824cec489e56cd631b24d9e32891")
+UNILAB = ("yummypenguin/Unilab0731_ver-mujoco_menagerie", "9fa1cca140ebe958f77d28cbf28e708abf317a82")
+ASSETS = "src/unilab/assets/robots"
 PARALLEL = ("Gepetto/example-parallel-robots", "52e64b31c2ef122feffa571b78134d4529f9050a")
 
 
@@ -51,19 +53,17 @@ class Robot:
     source : tuple of str
         Repository and commit.
     path : str
-        Its file; others in the folders `more` belong to it.
-    more : tuple of str
+        Its file.
     """
 
     name: str
     has: str
     source: tuple[str, str]
     path: str
-    more: tuple[str, ...] = field(default=())
 
 
 def _parallel(name: str, path: str) -> Robot:
-    return Robot(name, "loops, closed as balls by `--loop`", PARALLEL, f"robots/{path}/robot.urdf")
+    return Robot(name, "loops, by `--loop`", PARALLEL, f"robots/{path}/robot.urdf")
 
 
 ROBOTS = (
@@ -77,6 +77,9 @@ ROBOTS = (
     Robot("manipulator of dm_control", "coupled tendons, springs", SUITE, "dm_control/suite/manipulator.xml"),
     Robot("fish of dm_control", "tendons, springs", SUITE, "dm_control/suite/fish.xml"),
     Robot("humanoid of dm_control", "tendons, springs", SUITE, "dm_control/suite/humanoid.xml"),
+    Robot("dog of dm_control", "tendons, springs", SUITE, "dm_control/suite/dog.xml"),
+    Robot("Allegro Hand", "tree, of which meshes are missing", UNILAB, f"{ASSETS}/allegro_hand/allegro_right.xml"),
+    Robot("Sharpa Wave", "tree, of which meshes are missing", UNILAB, f"{ASSETS}/sharpa_wave/right_sharpa_wave.xml"),
     Robot("planar 2-dof arm", "loop of coinciding links", PLACO, "models/planar-2dof/robot.urdf"),
     Robot("Orbita", "loops of coinciding links", PLACO, "models/orbita/robot.urdf"),
     Robot("spherical manipulator", "loops of coinciding links", PLACO, "models/spm/robot.urdf"),
@@ -153,8 +156,14 @@ def _difference(m: jp.Mechanism, got: Any, want: dict[str, Any]) -> float:
     return worst
 
 
-def compared(robot: Robot, path: Path) -> tuple[str | bool, ...]:
-    """A row of the table, and whether all of it is right."""
+def is_right(row: dict[str, Any]) -> bool:
+    """Whether all poses were found and agree, as far as loops of the drawing fit one another, and so do the counts."""
+    close = row["difference"] <= SAME + 100 * row["open"]
+    return bool(close and row["poses"] == POSES and row["by the other"] == [row["degrees of freedom"]])
+
+
+def compared(robot: Robot, path: Path) -> dict[str, Any]:
+    """A row of the numbers."""
     oracle: Any
     if path.suffix == ".urdf":
         balls = _balls(path)
@@ -195,27 +204,34 @@ def compared(robot: Robot, path: Path) -> tuple[str | bool, ...]:
         freedoms.add(oracle.freedoms() - len(_rods(m)))
         open_ = max(open_, oracle.open)
         worst = max(worst, _difference(m, got, want))
-    good = solved == POSES and worst < SAME + 100 * open_ and freedoms == {checked["degrees_of_freedom"]}
-    return (
-        *(robot.name, robot.has, str(len(m.bodies)), str(checked["degrees_of_freedom"])),
-        *("/".join(map(str, sorted(freedoms))), f"{worst:.0e}", good),
-    )
+    return {
+        "robot": robot.name,
+        "has": robot.has,
+        "source": f"https://github.com/{robot.source[0]}/blob/{robot.source[1]}/{robot.path}",
+        "engine": type(oracle).__name__,
+        "bodies": len(m.bodies),
+        "degrees of freedom": int(checked["degrees_of_freedom"]),
+        "by the other": sorted(freedoms),
+        "poses": solved,
+        "difference": float(f"{worst:.1e}"),
+        "open": float(f"{open_:.1e}"),
+    }
 
 
 def main(folder: Path, names: list[str]) -> int:
     """Print the rows, and write them; return how many are wrong."""
-    rows, wrong = [], 0
+    rows = []
     for robot in ROBOTS:
         if names and robot.name not in names:
             continue
         with tempfile.TemporaryDirectory() as into:
-            *row, good = compared(robot, _fetched(robot, folder, Path(into)))
+            row = compared(robot, _fetched(robot, folder, Path(into)))
         rows.append(row)
-        wrong += not good
-        print(*row, "" if good else "WRONG", sep="  ", flush=True)
+        print(*row.values(), "" if is_right(row) else "WRONG", sep="  ", flush=True)
     if not names:
-        put_table("robots", HEADER, rows, DOCS)
-    return wrong
+        made = [f"{name} {version(name)}" for name in ("mujoco-core", "pin")]
+        NUMBERS.write_text(json.dumps({"made": made, "robots": rows}, indent=1) + "\n", encoding="utf-8")
+    return sum(not is_right(row) for row in rows)
 
 
 if __name__ == "__main__":

@@ -365,9 +365,10 @@ def test_robots_of_the_table_are_compared_pose_by_pose(monkeypatch: pytest.Monke
     path, robot = Path("a.urdf"), verify_robots.Robot("a", "loops", ("", ""), "")
     five_bar = DOCS / "robots" / "five-bar.xml"
     path.write_text(f"<robot name='r'>{TREE}{SECOND}{CLOSED['coinciding']}</robot>", encoding="utf-8")
-    for file, bodies, freedoms in ((five_bar, "4", "2"), (path, "3", "1")):
+    for file, bodies, freedoms in ((five_bar, 4, 2), (path, 3, 1)):
         row = verify_robots.compared(robot, file)
-        assert (*row[2:5], row[-1]) == (bodies, freedoms, freedoms, True)
+        assert (row["bodies"], row["degrees of freedom"]) == (bodies, freedoms)
+        assert verify_robots.is_right(row)
     solved = MuJoCo.poses
 
     def off(self: MuJoCo, values: dict[str, float]) -> Any:
@@ -375,4 +376,4 @@ def test_robots_of_the_table_are_compared_pose_by_pose(monkeypatch: pytest.Monke
         return found and {name: (at + 1e-6, axes) for name, (at, axes) in found.items()}
 
     monkeypatch.setattr(MuJoCo, "poses", off)
-    assert not verify_robots.compared(robot, five_bar)[-1]
+    assert not verify_robots.is_right(verify_robots.compared(robot, five_bar))

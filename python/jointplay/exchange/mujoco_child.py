@@ -17,6 +17,8 @@ from typing import Any
 MEMORY = 2_000_000_000
 #: parts that are handed on; no robot has as many
 MOST_PARTS = 10_000
+#: kg and kg m^2 of bodies without a mass
+WEIGHTLESS = 1e-12
 #: what is left out: attribute of the model with the number, singular, plural
 LEFT_OUT = (
     *(("ngeom", "shape", "shapes"), ("nmesh", "mesh", "meshes"), ("nu", "actuator", "actuators")),
@@ -89,11 +91,21 @@ def _compiled(mj: Any, path: Path) -> tuple[Any, bool]:
         return spec.compile(), False
     except wrong as error:
         first = error
-    for geom in [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]:
+    gone = [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]
+    names = {geom.name for geom in gone if geom.name}
+    # What means a shape goes with it.
+    for part in [*spec.sensors, *spec.pairs]:
+        if {getattr(part, key, "") for key in ("objname", "refname", "geomname1", "geomname2")} & names:
+            spec.delete(part)
+    for geom in gone:
         spec.delete(geom)
+    for shown in (*spec.geoms, *spec.sites):
+        shown.material = ""
     for asset in (*spec.skins, *spec.meshes, *spec.hfields, *spec.materials, *spec.textures):
         spec.delete(asset)
     try:
+        # Bodies of which only a mesh has a mass cannot move without one.
+        spec.compiler.boundmass = spec.compiler.boundinertia = WEIGHTLESS
         return spec.compile(), True
     except wrong:
         raise Refused(f"MuJoCo cannot compile it: {_sentence(first)}") from None
@@ -152,7 +164,7 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
             {
                 "name": model.body(k).name if k else "",
                 "parent": int(model.body_parentid[k]),
-                "mass": float(model.body_mass[k]),
+                "mass": float(model.body_mass[k]) if model.body_mass[k] > WEIGHTLESS else 0.0,
                 "centre": model.body_ipos[k].tolist(),
                 "at": data.xpos[k].tolist(),
                 "axes": data.xmat[k].reshape(3, 3).tolist(),
