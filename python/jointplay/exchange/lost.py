@@ -104,6 +104,7 @@ def _pair(skeleton: Skeleton, heavy: dict[str, str]) -> tuple[Joint, Joint, str]
                 continue
             ends = [body for joint in (first, second) for body in joint.bodies if body != between]
             if skeleton.bodies[between].mass <= LIGHT * min(_hanging(skeleton, end, between) for end in ends):
+                heavy.pop(second.name, None)
                 return first, second, between
             heavy[second.name] = between
     return None
