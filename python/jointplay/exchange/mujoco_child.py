@@ -89,8 +89,8 @@ def _compiled(mj: Any, path: Path) -> tuple[Any, bool]:
         raise Refused(f"MuJoCo cannot read it: {_sentence(error)}") from None
     try:
         return spec.compile(), False
-    except wrong as error:
-        first = error
+    except wrong:
+        pass
     gone = [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]
     names = {geom.name for geom in gone if geom.name}
     # What means a shape goes with it.
@@ -103,12 +103,13 @@ def _compiled(mj: Any, path: Path) -> tuple[Any, bool]:
         shown.material = ""
     for asset in (*spec.skins, *spec.meshes, *spec.hfields, *spec.materials, *spec.textures):
         spec.delete(asset)
-    try:
+    if gone:
         # Bodies of which only a mesh has a mass cannot move without one.
         spec.compiler.boundmass = spec.compiler.boundinertia = WEIGHTLESS
-        return spec.compile(), True
-    except wrong:
-        raise Refused(f"MuJoCo cannot compile it: {_sentence(first)}") from None
+    try:
+        return spec.compile(), bool(gone)
+    except wrong as error:
+        raise Refused(f"MuJoCo cannot compile it: {_sentence(error)}") from None
 
 
 def _sentence(error: Exception) -> str:
