@@ -8,7 +8,7 @@ link         of one joint against another: all components of a pose, or a, alpha
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .laws import Deviating
@@ -21,8 +21,8 @@ from .values import (
     Pair,
     Positive,
     Table,
-    is_number,
     problem,
+    short,
 )
 
 #: parameters of Denavit and Hartenberg
@@ -35,13 +35,9 @@ class ComponentDeviation(Deviating):
     example: ClassVar[str] = '0.02 or { tolerance = 0.02, deviation = 0.005, law = "normal" }'
 
 
-def _tolerance(value: object) -> object:
-    return {"tolerance": value} if is_number(value) else value
-
-
 #: a number is a tolerance, plus and minus
 Component = Annotated[
-    ComponentDeviation, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | ComponentDeviation)
+    ComponentDeviation, short(lambda value: {"tolerance": value}, NonNegative | ComponentDeviation)
 ]
 _Component = Component | SkipJsonSchema[None]
 
@@ -175,12 +171,8 @@ class Direction(Zone):
         return self
 
 
-def _direction(value: object) -> object:
-    return {"angle": value} if is_number(value) else value
-
-
 #: a number is the angle of a cone
-SpatialDirection = Annotated[Direction, BeforeValidator(_direction, json_schema_input_type=NonNegative | Direction)]
+SpatialDirection = Annotated[Direction, short(lambda value: {"angle": value}, NonNegative | Direction)]
 
 
 class LinkTable(Components):

@@ -38,16 +38,12 @@ from .tables import (
     UnitsTable,
     VariableName,
 )
-from .values import Name, Number, Pair, Table, Triple, is_number, problem
+from .values import Name, Number, Pair, Plain, Table, Triple, problem, short
 
 #: what the key `patterns` is
 PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
 #: what `limits` is
 LIMITS = "what is acceptable"
-
-
-def _temperature(value: object) -> object:
-    return {"deviation": value} if is_number(value) else value
 
 
 def _included(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -87,7 +83,7 @@ class MechanismFile(Table):
     title: str = Field("", description="one line that says what the mechanism is")
     space: Literal["planar", "spatial"]
     include: Included = Field((), description="files in the same folder whose tables join as if they were written here")
-    variables: dict[VariableName, Number | str] = Field(
+    variables: dict[VariableName, Plain | str] = Field(
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
@@ -105,7 +101,7 @@ class MechanismFile(Table):
     load_cases: Mapping[str, Sequence[LoadTable]]
     springs: Mapping[str, SpringTable]
     temperature: (
-        Annotated[Temperature, BeforeValidator(_temperature, json_schema_input_type=Number | Temperature)]
+        Annotated[Temperature, short(lambda value: {"deviation": value}, Number | Temperature)]
         | SkipJsonSchema[None]
     ) = Field(None, description="difference in kelvin from the temperature at which the lengths of the file hold")
     expansion: Expansion | SkipJsonSchema[None] = Field(

@@ -14,7 +14,7 @@ from .limits import CopyLimits
 from .spatial_tables import SpatialLoad, SpatialStart
 from .springs import SpatialSpring, Spring, SpringTable
 from .tables import LINKS, Dimension, Drive, Load, LoadTable, Start, StartTable, VariableName
-from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
+from .values import IN_SPACE, Direction, Name, Number, Pair, Plain, Table, Triple, problem
 
 #: more copies than any machine has; a larger number is a slip of the keyboard
 MOST_COPIES = 1000
@@ -24,7 +24,7 @@ COPY = "copy"
 ABOUT = "what the copies are turned about: the same numbers in the axes of the ground and of every shared body"
 ANGLE = "angle from one copy to the next; a full turn divided by `count` if left out"
 #: a number for each copy, or one expression that holds for all of them
-PerCopy = Annotated[tuple[Number | str, ...], Field(strict=False, min_length=1)] | Number | str
+PerCopy = Annotated[tuple[Plain | str, ...], Field(strict=False, min_length=1)] | Plain | str
 
 
 class AboutTable(Table):

@@ -137,7 +137,7 @@ class _Reader:
                 name: {key: value for key, value in table.items() if key in known} if isinstance(table, dict) else table
                 for name, table in tables.items()
             }
-        checked_heads, _ = checked({"patterns": tables}, self._scope(), HEADS[self.space], self.file)
+        checked_heads = checked({"patterns": tables}, self._scope(), HEADS[self.space], self.file)
         heads: dict[str, PatternHead] = checked_heads.patterns  # type: ignore[attr-defined]
         for name, head in heads.items():
             for taken in set(head.values) & set(self.given):
@@ -152,11 +152,11 @@ class _Reader:
             own = {key: value[number - 1] if isinstance(value, tuple) else value for key, value in head.values.items()}
             scope = self._scope({**own, COPY: number}, f"patterns.{name}.values")
             try:
-                model, data = checked({"patterns": {name: self.tables[name]}}, scope, PARTS[self.space], self.file)
+                model = checked({"patterns": {name: self.tables[name]}}, scope, PARTS[self.space], self.file)
             except InputError as error:
                 raise of_copy(number, error, error.key) from None
             table: PatternTable = model.patterns[name]  # type: ignore[attr-defined]
-            found.append(Copy(number, table, data["patterns"][name], self._turn(head, number)))
+            found.append(Copy(number, table, self._turn(head, number)))
         return found
 
     def _turn(self, head: PatternHead, number: int) -> Turn | None:

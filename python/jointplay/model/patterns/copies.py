@@ -45,16 +45,19 @@ class Copy:
         Counted from 1.
     table : PatternTable
         Checked, with the numbers of this copy.
-    data : dict
-        The same as data.
     turn : Turn or None
         How it is turned; not at all if None.
     """
 
     number: int
     table: PatternTable
-    data: Data
     turn: Turn | None
+
+    @cached_property
+    def data(self) -> Data:
+        """The same as data, with numbers for its expressions."""
+        # An axis is a number or a list; pydantic would remark on each list that is no number.
+        return self.table.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
 
     @cached_property
     def drawn(self) -> set[str]:
