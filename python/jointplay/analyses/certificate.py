@@ -10,12 +10,11 @@ from typing import cast
 
 import numpy as np
 
+from jointplay.basics.arrays import Array, Floats
 from jointplay.core.answers import Worst
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import Array, ResultBuilder
+from jointplay.result import ResultBuilder
 from jointplay.result.verdict import ROUNDING
-
-from .nominal import Floats
 
 #: in front of the names of its columns beside those of `worst`
 PREFIX = "certificate_"

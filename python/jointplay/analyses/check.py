@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS, described
 from jointplay.model.gaps import ROUNDED, clearance_of, scattering
@@ -18,7 +19,6 @@ from jointplay.result.verdict import add_limits, limits_in_words, percent
 
 from .failure import failure
 from .hints import hints
-from .nominal import Floats
 from .recorded import recorded
 
 if TYPE_CHECKING:

@@ -12,11 +12,10 @@ import numpy as np
 from jointplay.analyses import loaded
 from jointplay.analyses.nominal import Nominal, report
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import Spec
 from jointplay.model.gaps import centre, core_with
 from jointplay.model.mechanism import Mechanism
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 class Displaced(NamedTuple):

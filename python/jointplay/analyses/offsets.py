@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.schema.values import LARGEST
 from jointplay.model.gaps import centre, clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
-
-from .nominal import Floats
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers, with_workers
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Random
 from jointplay.core.compile import LOOSE
@@ -28,7 +29,7 @@ from .capability import LEVELS
 from .indices import indices as find_indices
 from .indices import require_determinate_scatter
 from .loaded import require_loads
-from .nominal import ON_CLOSURE, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Flags, Floats, Texts
 from jointplay.core.compile import ANGULAR, DRIVABLE, coordinate
 from jointplay.model.mechanism import Mechanism
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Texts = NDArray[np.str_]
 TURN = 2.0 * np.pi
 
 

@@ -14,17 +14,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.core.compile import ANGULAR
 
 from .bracketing import edge, minimum
 from .nominal import Nominal
 from .singular_values import Scaled, kind
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 #: called with how many more steps of the path have been looked at
 Advance = Callable[[int], None]
 
@@ -100,7 +98,7 @@ class _Track:
     sign: Floats
 
 
-class Path:
+class DrivePath:
     """The path of a mechanism's drives through its configurations.
 
     Parameters

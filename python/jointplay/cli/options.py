@@ -89,14 +89,14 @@ Settings = Annotated[
         autocompletion=completing.keys,
     ),
 ]
-Point = Annotated[
+PointName = Annotated[
     str | None,
     typer.Option("--output-point", metavar="NAME", help="Only this one of the outputs. [default: all of them]"),
 ]
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]
-Output = Annotated[
+OutputPath = Annotated[
     Path | None,
     typer.Option(
         "--output",

@@ -9,14 +9,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import SourceSpec
 from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism, in_core
-
-Floats = NDArray[np.float64]
 
 #: share of the mechanism's length by which rounding may make a play of zero negative
 ROUNDED = 1e-12

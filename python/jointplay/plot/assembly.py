@@ -13,6 +13,7 @@ from matplotlib.patches import Polygon
 
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, not_known
@@ -25,7 +26,7 @@ from .layout import columns_of
 from .names import write as write_names
 from .scene import PLAN, places, written
 from .solid import OBLIQUE, Solid
-from .style import INCH, Drawing, Style, current, theme, using
+from .style import INCH, Style, StyledFigure, current, theme, using
 from .words import automatic, check_exaggeration, headline, light, title
 
 if TYPE_CHECKING:
@@ -55,8 +56,6 @@ REACH = {
     which: [f"{name}_{end}" for end in ("shaft", "bearing")]
     for which, name in (("worst", "worst"), ("random", "quantile"))
 }
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 @typed
@@ -163,7 +162,7 @@ class _Drawing:
         names = [f"{name}_{end}" for name in ("error", "undetermined") for end in ("shaft", "bearing")]
         return [self.result.get(name, component=c) for name in names for c in axes]
 
-    def step(self, k: int, axes: Axes, figure: Drawing) -> None:
+    def step(self, k: int, axes: Axes, figure: StyledFigure) -> None:
         """The panel of a step."""
         before = {str(self.result.attrs["base"]), *(name for step in self.members[:k] for name in step)}
         new = set(self.members[k])

@@ -33,7 +33,7 @@ from .sweeps import sweep
 from .words import automatic
 
 if TYPE_CHECKING:
-    from .sheet import Choice
+    from .sheet import Drawn
 
 #: how large, as a share of the mechanism, an exaggerated error is drawn
 VISIBLE = 0.1
@@ -50,7 +50,7 @@ class Sheet:
     m: Mechanism
     asked: list[str]
     results: Mapping[str, Result]
-    choice: Choice
+    choice: Drawn
 
     @cached_property
     def first(self) -> Result:

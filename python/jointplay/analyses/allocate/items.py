@@ -14,16 +14,11 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Choice, Cost
 from jointplay.model.gaps import travel
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings
-
-Floats = NDArray[np.float64]
 
 #: share of its largest size that stands for a choice of size zero where directions are looked for
 TINY = 1e-6

@@ -14,11 +14,12 @@ import numpy as np
 
 from jointplay import _core
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Loaded
 from jointplay.core.spec import ENDS, End, SpringSpec
 from jointplay.model.mechanism import Mechanism
 
-from .part import Floats, Part
+from .part import Part
 
 #: two ends nearer than this share of the characteristic length have no direction between them
 COINCIDENT = 1e-9

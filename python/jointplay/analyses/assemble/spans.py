@@ -13,11 +13,12 @@ from itertools import combinations
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ENDS, Changes, DriveSpec
 from jointplay.model.mechanism import Mechanism
 
 from .freedom import TARGET
-from .part import GROUND, Floats, Part, cut, rigid
+from .part import GROUND, Part, cut, rigid
 from .steps import body_of
 
 #: two ends nearer than this share of the characteristic length have no direction between them

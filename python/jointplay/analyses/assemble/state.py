@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Given, Loaded
 from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS, Changes, End, JointSpec
@@ -22,7 +23,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
 from .forces import Members
-from .part import Floats, rigid
+from .part import rigid
 from .steps import Step
 
 #: outcomes from the least to the most serious

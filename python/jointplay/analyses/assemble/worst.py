@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result
 
 from .forces import Members
-from .part import Floats
 from .report import Configuration, each, finished, report
 from .specimens import FITS, bent_at_most, solve
 from .state import SERIOUS, Held

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism

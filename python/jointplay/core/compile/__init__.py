@@ -14,12 +14,13 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 
-from .assembly import Assembly, compile_assembly
+from .assembly import AssemblyOrder, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
 from .correlations import compile_correlations
@@ -45,7 +46,7 @@ __all__ = [
     "LENGTHS",
     "LOOSE",
     "TURNS",
-    "Assembly",
+    "AssemblyOrder",
     "Compiled",
     "Grid",
     "Limits",
@@ -61,8 +62,7 @@ __all__ = [
 SMALLEST_LENGTH = 1e-12
 
 T = TypeVar("T", bound=np.generic)
-Floats = NDArray[np.float64]
-Range = tuple[float, float]
+Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ class Limits:
         Ranges (lowest, highest) by name.
     """
 
-    errors: Mapping[str, Range]
+    errors: Mapping[str, Interval]
     probability: float
     contact: str
     singular_value: float
-    drives: Mapping[str, Range]
-    joints: Mapping[str, Range]
+    drives: Mapping[str, Interval]
+    joints: Mapping[str, Interval]
 
     def __reduce__(self) -> tuple[object, ...]:
         # Read-only views cannot be pickled.
@@ -166,7 +166,7 @@ class Compiled:
         What is mapped.
     limits : Limits
         What is acceptable.
-    assembly : Assembly or None
+    assembly : AssemblyOrder or None
         In which order it is assembled.
     loads : Loads
         What acts in each configuration.
@@ -207,7 +207,7 @@ class Compiled:
     target_components: tuple[str, ...]
     grid: Grid | None
     limits: Limits
-    assembly: Assembly | None
+    assembly: AssemblyOrder | None
     loads: Loads
     has_loads: bool
     length: float
@@ -402,11 +402,11 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
         if name not in data.drives:
             raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.drives.{name}")
 
-    def scaled(pair: Range, joint: int) -> Range:
+    def scaled(pair: Interval, joint: int) -> Interval:
         factor = coordinate_factor(graph, graph.joints[joint])
         return (pair[0] * factor, pair[1] * factor)
 
-    errors: dict[str, Range] = {}
+    errors: dict[str, Interval] = {}
     for name in given.words():
         limit, factor = getattr(given, name), units.length if name in (*LENGTHS, "position") else units.angle
         if isinstance(limit, Bounds):

@@ -16,7 +16,7 @@ TILTS = ("tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
-class Source:
+class CompiledSource:
     """One thing that can be off.
 
     Parameters

@@ -12,7 +12,7 @@ from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
 
-from .bodies import Body, BodyTable, SpatialBody
+from .bodies import BodyTable, PlanarBody, SpatialBody
 from .clearances import (
     BallClearance,
     BearingKeys,
@@ -33,7 +33,7 @@ from .clearances import (
 )
 from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
-from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
+from .deviations import DH, AxisDeviation, ComponentDeviation, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables
 from .file import MechanismFile, PlanarFile, SpatialFile
@@ -60,12 +60,12 @@ __all__ = [
     "HEADS",
     "NAME",
     "PARTS",
+    "AxisDeviation",
     "Backlash",
     "BallClearance",
     "BearingKeys",
     "BeltClearance",
     "BeltKeys",
-    "Body",
     "BodyTable",
     "Bounds",
     "Choice",
@@ -74,7 +74,6 @@ __all__ = [
     "Coupling",
     "Deviating",
     "Dimension",
-    "Direction",
     "Drive",
     "FlankClearance",
     "GapClearance",
@@ -97,6 +96,7 @@ __all__ = [
     "PatternTable",
     "PlacementKeys",
     "PlacementTable",
+    "PlanarBody",
     "PlanarFile",
     "PlanarPosition",
     "PlateClearance",

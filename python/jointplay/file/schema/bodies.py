@@ -56,7 +56,7 @@ class BodyTable(Table):
         return self.stiffness is not None or self.E is not None
 
 
-class Body(BodyTable):
+class PlanarBody(BodyTable):
     """Mass of a body, for its weight, and what makes it elastic."""
 
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] } or { stiffness = 5e4 }"

@@ -127,7 +127,7 @@ class RadialClearance(SizedClearance):
 
 
 #: two numbers, such as the least and the most; a single one stands for both
-Range = Annotated[
+LeastMost = Annotated[
     tuple[NonNegative, NonNegative],
     Field(strict=False),
     short(lambda value: (value, value), NonNegative | tuple[NonNegative, NonNegative]),
@@ -150,7 +150,7 @@ class BearingKeys(SizedClearance):
         None, description="instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
     )
     bore: Positive | SkipJsonSchema[None] = Field(None, description="with bearing: diameter of its bore")
-    reduction: Range | SkipJsonSchema[None] = Field(
+    reduction: LeastMost | SkipJsonSchema[None] = Field(
         None, description="with bearing: by how much mounting reduces its clearance; [least, most] where that scatters"
     )
 
@@ -356,7 +356,7 @@ class BeltClearance(Clearance):
 
     example: ClassVar[str] = "{ slack = 0.2 } or { slack = [0, 0.2] }"
 
-    slack: Range = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
+    slack: LeastMost = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
 
 
 class ScrewClearance(JournalClearance):

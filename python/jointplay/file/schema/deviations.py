@@ -36,9 +36,7 @@ class ComponentDeviation(Deviating):
 
 
 #: a number is a tolerance, plus and minus
-Component = Annotated[
-    ComponentDeviation, short(lambda value: {"tolerance": value}, NonNegative | ComponentDeviation)
-]
+Component = Annotated[ComponentDeviation, short(lambda value: {"tolerance": value}, NonNegative | ComponentDeviation)]
 _Component = Component | SkipJsonSchema[None]
 
 
@@ -140,7 +138,7 @@ class SpatialPosition(Zone):
         return self.deviation or ((0.0, 0.0, 0.0) if self.spherical else (0.0, 0.0))
 
 
-class Direction(Zone):
+class AxisDeviation(Zone):
     """How far the axis of a joint is from its direction on a body."""
 
     example: ClassVar[str] = "{ angle = 0.05 } or { diameter = 0.02, length = 40 } or { side = 0.05, normal = 0.02 }"
@@ -172,7 +170,7 @@ class Direction(Zone):
 
 
 #: a number is the angle of a cone
-SpatialDirection = Annotated[Direction, short(lambda value: {"angle": value}, NonNegative | Direction)]
+SpatialDirection = Annotated[AxisDeviation, short(lambda value: {"angle": value}, NonNegative | AxisDeviation)]
 
 
 class LinkTable(Components):

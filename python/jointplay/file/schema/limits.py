@@ -8,7 +8,19 @@ from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
-from .values import EXPRESSION, IN_PLANE, IN_SPACE, NonNegative, Number, Pair, Positive, Table, evaluated, is_number, problem
+from .values import (
+    EXPRESSION,
+    IN_PLANE,
+    IN_SPACE,
+    NonNegative,
+    Number,
+    Pair,
+    Positive,
+    Table,
+    evaluated,
+    is_number,
+    problem,
+)
 
 ALONG = "acceptable error along the ground's {} axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or {{ high = 0.1 }}"
 ABOUT = "acceptable error {}: a number for both sides, [low, high], or one of them such as {{ high = 0.1 }}"

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, create_model, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .bodies import Body, BodyTable, SpatialBody
+from .bodies import BodyTable, PlanarBody, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
@@ -137,7 +137,7 @@ class PlanarPattern(PlanarHead, PatternTable):
     joints: dict[Name, Joint] = Field({}, description="its joints")
     links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     springs: dict[Name, Spring] = Field({}, description="springs between its bodies, and to shared ones")
-    bodies: dict[Name, Body] = Field({}, description="masses of its bodies, and what makes them elastic")
+    bodies: dict[Name, PlanarBody] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, Start] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="loads, those of the first copy")
 

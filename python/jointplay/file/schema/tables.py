@@ -301,7 +301,7 @@ class Load(LoadTable):
     moment: PathNumber = Field(0.0, description="moment, counter-clockwise, or one per configuration")
 
 
-Loads = Annotated[tuple[Load, ...], Field(strict=False)]
+LoadTables = Annotated[tuple[Load, ...], Field(strict=False)]
 
 
 class Dimension(Deviating):

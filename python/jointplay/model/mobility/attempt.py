@@ -19,12 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import ANGULAR, LENGTHS, TURNS, coordinate
 from jointplay.core.spec import Spec
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
-from .closing import Closing, Floats, in_order, is_closed, starts
+from .closing import Closing, in_order, is_closed, starts
 
 #: unknowns beyond which only the nearest attempt is searched, and beyond which nothing is: six per body in space
 LARGE, LARGEST = 60, 100

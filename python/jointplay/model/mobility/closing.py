@@ -12,14 +12,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
 from jointplay.core.spec import Spec
 from jointplay.model.mechanism import Mechanism, in_core
-
-Floats = NDArray[np.float64]
 
 #: largest residual, in characteristic lengths and radians, of what is closed
 CLOSED = 1e-9

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
 from jointplay.model.mechanism import Mechanism, in_core
-
-from .probe import Floats
 
 #: gaps below this share of the characteristic length (or angle in radians) are rounding
 CLOSED = 1e-9

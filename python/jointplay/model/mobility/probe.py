@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import ANGULAR, DRIVABLE, LENGTHS, TURNS
 from jointplay.core.spec import DriveSpec
 from jointplay.model.mechanism import Mechanism, in_core
@@ -47,8 +47,6 @@ OPEN, ALL = 12, 30
 LITTLE = 1e-3
 #: singular values with which a step would be rounding
 NONE = 1e-10
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
 from jointplay.model.mechanism import Mechanism
 
-from .probe import RANK, TAKES_PART, Floats, Probe, Sample
+from .probe import RANK, TAKES_PART, Probe, Sample
 from .relative import null
 from .words import joined
 

@@ -28,7 +28,7 @@ from jointplay.file.schema import (
 )
 
 from .copies import CopiedEntry, Copy, entries
-from .names import Names
+from .names import PatternNames
 from .turn import Turn
 
 __all__ = ["Written", "written_out"]
@@ -82,10 +82,10 @@ def written_out(raw: dict[str, Any], file: str) -> Written:
     """
     if "patterns" not in raw:
         return Written(raw, {})
-    reader = _Reader(raw, file)
+    reader = _PatternReader(raw, file)
     data = copy.deepcopy({key: value for key, value in raw.items() if key != "patterns"})
     parts = {name: reader.copies(name, head) for name, head in reader.heads().items()}
-    names = {name: Names(name, copies[0].table, len(copies), file) for name, copies in parts.items()}
+    names = {name: PatternNames(name, copies[0].table, len(copies), file) for name, copies in parts.items()}
     for own in names.values():
         own.check(data, [other for other in names.values() if other is not own])
     origins: dict[tuple[str, ...], tuple[str, int]] = {}
@@ -116,7 +116,7 @@ def _join(data: dict[str, Any], entry: CopiedEntry) -> tuple[str, ...] | None:
     return (*entry.section, entry.name)
 
 
-class _Reader:
+class _PatternReader:
     """The patterns of a file with their numbers."""
 
     def __init__(self, raw: Mapping[str, Any], file: str) -> None:

@@ -14,11 +14,12 @@ import numpy as np
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot.bodies import on_ground, path_of_output
 from jointplay.plot.words import automatic
 
-from .geometry import Floats, Geometry
+from .geometry import Geometry
 
 #: how large, as a share of the mechanism, a magnified error is drawn
 VISIBLE = 0.08
@@ -29,7 +30,7 @@ DIGITS = 4
 
 
 @dataclass(frozen=True)
-class Displaced:
+class DisplacedScene:
     """A mechanism that is not at its nominal poses.
 
     Attributes
@@ -51,7 +52,7 @@ def scene(
     m: Mechanism,
     at: Nominal,
     *,
-    displaced: Sequence[Displaced] = (),
+    displaced: Sequence[DisplacedScene] = (),
     region: Floats | None = None,
     cloud: Floats | None = None,
     limit: float | None = None,
@@ -65,7 +66,7 @@ def scene(
         With one output.
     at : Nominal
         The configurations to be shown.
-    displaced : sequence of Displaced
+    displaced : sequence of DisplacedScene
         States beside the nominal one.
     region, cloud : ndarray, optional
         Errors of the output point in its own axes, shape (configuration, any, axis), in units of the file: points
