@@ -73,8 +73,7 @@ def add_bounds(builder: ResultBuilder, worst: Worst) -> None:
     builder.add("certified_reason", "configuration", reasons, "why there are no bounds")
     words = "number of parts of the sets that were expanded"
     builder.add("certified_parts", "configuration", found["parts"], words)
-    sources = zip(builder.m.sources, builder.m.core_spec["sources"], strict=True)
-    if endless := [name for name, source in sources if source["law"] == "gauss"]:
+    if endless := [source.name for source in builder.m.compiled_sources if source.spec["law"] == "gauss"]:
         builder.attrs["bounded_at_three_sigma"] = ", ".join(endless)
 
 

@@ -111,7 +111,7 @@ def estimate(a: Floats, b: Floats, mixed: Floats, replicates: int, rounding: Flo
 
 def groups(m: Mechanism) -> list[list[int]]:
     """The sources that are drawn together, by index."""
-    together = [sorted(entry["sources"]) for entry in m.core_spec["correlations"]]
+    together = m.correlated
     taken = {s for group in together for s in group}
     return sorted([*together, *([s] for s in range(len(m.sources)) if s not in taken)])
 
@@ -257,7 +257,7 @@ class _PartDraws:
 def _with_play(m: Mechanism) -> Floats | None:
     """Parameters with which every clearance has play, whatever is drawn; None where no gap scatters."""
     sized = m.centre.copy()
-    for k, source in enumerate(m.core_spec["sources"]):
-        if source["kind"] == "size":
-            sized[m.parameter_source == k] += np.copysign(m.length, source["factor"])
+    for k, source in enumerate(m.compiled_sources):
+        if source.kind == "size":
+            sized[m.parameter_source == k] += np.copysign(m.length, source.spec["factor"])
     return None if np.array_equal(sized, m.centre) else sized

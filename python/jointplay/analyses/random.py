@@ -380,7 +380,7 @@ def _is_loaded(m: Mechanism, contact: str) -> bool:
 
 def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
     """Refuse clearances at their boundary where they must be compatible with others."""
-    laws = [law or source["law"] for source in m.core_spec["sources"]]
+    laws = [law or source.spec["law"] for source in m.compiled_sources]
     kinds = zip(laws, m.source_kinds, strict=True)
     if not any(law == "boundary" and kind in LOOSE for law, kind in kinds):
         return

@@ -221,12 +221,11 @@ class DrivePath:
 
     def _output(self, states: Floats) -> Floats:
         """Position of the output point, three coordinates, in the axes in which it is measured."""
-        spec = self.m.core_spec
-        point = spec["points"][spec["output"]["point"]]
-        place = poses.place(states[:, point["body"]], point["at"])
-        if "relative_to" not in spec["output"]:
+        point = self.m.points[self.m.output_point]
+        place = poses.place(states[:, point.body], point.at)
+        if self.m.seen_from is None:
             return place
-        other = states[:, spec["output"]["relative_to"]]
+        other = states[:, self.m.seen_from]
         return poses.seen_from(other, place - poses.position(other))
 
     def _kind(self, pose: Floats) -> str:

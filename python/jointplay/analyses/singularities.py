@@ -99,7 +99,7 @@ def compute(
     require_determinate(m)
     at = nominal(m)
     counted = _components(m, scaled, at, components)
-    limit = float(m.core_spec["singular_value"])
+    limit = m.limits.singular_value
     total = len(at)
 
     def judged(part: slice) -> dict[str, NDArray[Any]]:

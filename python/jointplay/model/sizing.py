@@ -20,7 +20,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from jointplay.core.compile import ANGULAR
 from jointplay.core.compile.sizes import MILLIMETRE, Size, sizes_of
 from jointplay.errors import InputError
 from jointplay.file import standards
@@ -248,7 +247,7 @@ def _deviating(name: str, key: str, entry: Any, kind: str) -> Sizing:
 
 
 def _drive(m: Mechanism, index: int, name: str) -> Sizing:
-    drive = list(m.data.drives)[m.core_spec["sources"][index]["drive"]]
+    drive = list(m.data.drives)[m.compiled_sources[index].spec["drive"]]
     entry = m.data.drives[drive]
     size = max(map(abs, limits_of(entry.error, entry.law)))
     key = f"drives.{drive}.error"
@@ -257,22 +256,15 @@ def _drive(m: Mechanism, index: int, name: str) -> Sizing:
         told = _toleranced(entry.error, entry.law, size, new)
         return {key: told["tolerance"]} | ({f"drives.{drive}.law": told["law"]} if "law" in told else {})
 
-    return Sizing(name, (name,), key, "tolerance", _kind(m, index), size, _changes=changes)
+    kind = m.coordinate_kind(m.driven_joint(index))
+    return Sizing(name, (name,), key, "tolerance", kind, size, _changes=changes)
 
 
 def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
-    source = m.core_spec["sources"][index]
+    source, kind = m.compiled_sources[index].spec, m.coordinate_kind(m.driven_joint(index))
     key = f"drives.{name}"
     play = m.data.drives[m.drives[source["drive"]]].backlashes[m.joints[source["joint"]]]
-    return Sizing(
-        name, (name,), key, "backlash", _kind(m, index), play.width, _changes=lambda new: {key: play.resized(new)}
-    )
-
-
-def _kind(m: Mechanism, index: int) -> str:
-    """Which unit what a source of a drive displaces has."""
-    source = m.core_spec["sources"][index]
-    return "angle" if m.joint_kinds[source.get("joint", m.drive_joints[source["drive"]])] in ANGULAR else "length"
+    return Sizing(name, (name,), key, "backlash", kind, play.width, _changes=lambda new: {key: play.resized(new)})
 
 
 def _toleranced(tolerance: ToleranceTable | None, law: object, size: float, new: float) -> RawTable:

@@ -270,7 +270,7 @@ def _region(motion: Motion, k: int, scene: Scene, view: Sight) -> None:
     errors = np.zeros((len(own), 3))
     errors[:, : own.shape[1]] = own
     errors = np.array([on_ground(m, scene.poses, error) for error in errors])
-    middle = places(m, scene.poses)[m.core_spec["output"]["point"]]
+    middle = places(m, scene.poses)[m.output_point]
     corners = outline(view.flat(middle + motion.times * errors), 0.0)
     colours = theme().colours
     look: dict[str, Any] = {

@@ -31,17 +31,16 @@ def body_colour(m: Mechanism, body: int) -> str:
 
 def on_ground(m: Mechanism, at: Floats, error: Floats) -> Floats:
     """An error of the output's position in ground axes; `at` are the poses of all bodies."""
-    other = m.core_spec["output"].get("relative_to")
-    if other is None:
+    if m.seen_from is None:
         return error
-    turned: Floats = poses.matrix(at[other])[: len(error), : len(error)] @ error
+    turned: Floats = poses.matrix(at[m.seen_from])[: len(error), : len(error)] @ error
     return turned
 
 
 def path_of_output(m: Mechanism, at: Nominal) -> Floats:
     """The place of the output point in every configuration, ground axes, metres; three coordinates."""
-    point = m.core_spec["points"][m.core_spec["output"]["point"]]
-    return poses.place(at.poses[:, point["body"]], point["at"])
+    point = m.points[m.output_point]
+    return poses.place(at.poses[:, point.body], point.at)
 
 
 def outline(points: Floats, near: float) -> Floats:

@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
+from jointplay.core.spec import AXIS_ON, SIDE_ON, End, JointSpec
 from jointplay.model.mobility import Attempt
 from jointplay.result import Result
 
@@ -116,7 +116,7 @@ class Scene(ABC):
 
     def body_of(self, point: int) -> int:
         """The body that carries a point, by its index."""
-        return self.spec["points"][point]["body"]
+        return self.m.points[point].body
 
     def tint(self, body: int) -> str:
         """The colour of a body."""
@@ -128,7 +128,7 @@ class Scene(ABC):
 
     def outline(self, body: int) -> Floats:
         """The corners of a body, in turn and closed; two points of one that is a line, one of a mere point."""
-        used = {joint[end] for joint in self.spec["joints"] for end in ENDS} | {self.spec["output"]["point"]}
+        used = {point for points in self.m.joint_points for point in points} | {self.m.output_point}
         points = self.places[[k for k in sorted(used) if self.body_of(k) == body]]
         if not len(points):
             return np.zeros((0, 3))
@@ -162,7 +162,7 @@ class Scene(ABC):
 
     def output(self) -> None:
         """The output point."""
-        place = self.places[self.spec["output"]["point"]][None]
+        place = self.places[self.m.output_point][None]
         look = {"marker": "*", "color": theme().ink, "markersize": scaled(9.0), "linestyle": ""}
         self.line(place, label="output", zorder=7, **look)
 
@@ -207,7 +207,7 @@ class Scene(ABC):
         found = on_ground(self.m, self.poses, found)
         if not np.isfinite(found).all():
             return
-        tail = self.places[self.spec["output"]["point"]]
+        tail = self.places[self.m.output_point]
         head, tail = self.view.flat(tail + times * found), self.view.flat(tail)
         colour = theme().colours[3 % len(theme().colours)]
         look = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
@@ -241,7 +241,7 @@ class Scene(ABC):
 
     def obstacles(self) -> Floats:
         """Places beside those of the joints that names should not hide."""
-        return self.view.flat(self.places[self.spec["output"]["point"]][None])
+        return self.view.flat(self.places[self.m.output_point][None])
 
     def names(self) -> None:
         """Names of the joints; those at one place in a row, riders of one pin under its name."""
@@ -267,7 +267,6 @@ def places(m: Mechanism, at: Floats, on_bodies: Floats | None = None) -> Floats:
 
     They may be elsewhere on their bodies, shape (point, 3), SI.
     """
-    points = m.core_spec["points"]
-    own = on_bodies if on_bodies is not None else [point["at"] for point in points]
-    found = [poses.place(at[point["body"]], here) for point, here in zip(points, own, strict=True)]
+    own = on_bodies if on_bodies is not None else [point.at for point in m.points]
+    found = [poses.place(at[point.body], here) for point, here in zip(m.points, own, strict=True)]
     return np.asarray(found).reshape(-1, 3) / m.units.length

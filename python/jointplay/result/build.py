@@ -13,7 +13,7 @@ import numpy as np
 from jointplay import _core
 from jointplay.basics.arrays import Array
 from jointplay.basics.units import Units
-from jointplay.core.compile import ANGULAR, TURNS
+from jointplay.core.compile import TURNS
 from jointplay.model.mechanism import Mechanism
 
 from .names import coordinate_names
@@ -50,17 +50,14 @@ class Labels:
 def axes_of(m: Mechanism) -> dict[str, Labels]:
     """The dimensions that results of a mechanism can have, `configuration` apart."""
 
-    def coordinate_kind(joint: int) -> str:
-        return "angle" if m.joint_kinds[joint] in ANGULAR else "length"
-
-    drives = tuple(map(coordinate_kind, m.drive_joints))
+    drives = tuple(map(m.coordinate_kind, m.drive_joints))
 
     def parameter_kind(index: int) -> str:
         component = m.parameters[index].rpartition(".")[2]
-        source = m.core_spec["sources"][int(m.parameter_source[index])]
-        if "drive" in source:
-            return coordinate_kind(source.get("joint", m.drive_joints[source["drive"]]))
-        if m.source_kinds[int(m.parameter_source[index])] == "thermal":
+        source = int(m.parameter_source[index])
+        if m.source_kinds[source] in ("drive", "backlash"):
+            return m.coordinate_kind(m.driven_joint(source))
+        if m.source_kinds[source] == "thermal":
             return "temperature"
         return "angle" if component in TURNS else "length"
 
@@ -72,7 +69,7 @@ def axes_of(m: Mechanism) -> dict[str, Labels]:
 
     def gives_way(joint: int, component: str) -> str:
         # What a joint itself lets free gives way in its drive.
-        free = component == ("angle" if coordinate_kind(joint) == "angle" else "along")
+        free = component == ("angle" if m.coordinate_kind(joint) == "angle" else "along")
         return drives_of[joint] if joint in drives_of and free else f"{m.joints[joint]}.{component}"
 
     lengths, _ = split(list(m.components))

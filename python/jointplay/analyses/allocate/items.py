@@ -302,7 +302,8 @@ def _play(m: Mechanism, sizing: Sizing, changes: Mapping[str, object], key: str)
     now = next(one for one in sizings(changed)[1] if one.key == sizing.key)
     size = now.size * (2.0 if (sizing.measure, now.measure) == ("diametral", "radial") else 1.0)
     index = changed.sources.index(sizing.sources[0])
-    ((shape, numbers),) = changed.core_spec["sources"][index]["set"].items()
+    source = changed.compiled_sources[index]
+    shape, numbers = source.shape, source.size
     limits = travel(changed, index)
     if limits is not None:
         scale = limits[1]

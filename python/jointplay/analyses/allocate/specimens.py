@@ -223,9 +223,7 @@ def _rows(m: Mechanism, limits: Sequence[tuple[int, Limit]]) -> tuple[list[tuple
 
 def _columns(m: Mechanism, item: Item) -> NDArray[np.intp]:
     """The parameters of an item."""
-    widths = [len(source["centre"]) for source in m.core_spec["sources"]]
-    ends = np.cumsum([0, *widths])
-    return np.concatenate([np.arange(ends[s], ends[s + 1]) for s in sources_of(m, item)])
+    return np.concatenate([np.flatnonzero(m.parameter_source == s) for s in sources_of(m, item)])
 
 
 def _first_order(one: Assumed, at: Nominal, c: int) -> tuple[Floats, Floats]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
-from jointplay.core.spec import ENDS
 from jointplay.errors import nearest
 from jointplay.model.mechanism import Mechanism
 
@@ -97,11 +96,7 @@ def _words(m: Mechanism, bodies: tuple[str, ...], parts: Floats) -> str:
 
 def _namesake(m: Mechanism, bodies: tuple[str, ...]) -> str:
     """A body that moves on a single joint, and one with almost the same name: they may be one."""
-    points = m.core_spec["points"]
-    ends = [
-        {m.owners[points[joint[end]]["body"]] for end in ENDS if points[joint[end]]["body"] >= 0}
-        for joint in m.core_spec["joints"]
-    ]
+    ends = [{m.owners[body] for body in pair if body >= 0} for pair in m.joint_bodies]
     for body in bodies:
         if sum(body in pair for pair in ends) > 1:
             continue

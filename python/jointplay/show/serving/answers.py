@@ -291,7 +291,7 @@ def _blamed(m: Mechanism, result: Result | None, shapes: list[Json]) -> list[int
             ends = m.data.dimensions[name].between
             joints |= {k: None for k, joint in enumerate(m.joints) if joint.split("/")[0] in ends}
         elif name in m.sources:
-            source = m.core_spec["sources"][m.sources.index(name)]
+            source = m.compiled_sources[m.sources.index(name)].spec
             if "joint" in source:
                 joints[source["joint"]] = None
             elif "drive" in source:
@@ -302,7 +302,7 @@ def _blamed(m: Mechanism, result: Result | None, shapes: list[Json]) -> list[int
         name = m.joints[k].split("/")[0]
         # Both pins of a universal joint stand under its name.
         at = named.get(name, named.get(name.rpartition(".")[0]))
-        points.append(m.core_spec["joints"][k]["second"] if at is None else at)
+        points.append(m.joint_points[k][1] if at is None else at)
     return points
 
 

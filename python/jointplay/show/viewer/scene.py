@@ -94,7 +94,7 @@ def scene(
     sizes = [np.linalg.norm(array, axis=-1) for array in (region, cloud) if array is not None]
     largest = max((float(np.nanmax(size, initial=0.0)) for size in sizes), default=0.0)
     if not largest:
-        output = m.core_spec["output"]["point"]
+        output = m.output_point
         moves = [geometry.places(state.poses, state.points)[:, output] - places[:, output] for state in displaced]
         largest = max((float(np.nanmax(np.linalg.norm(move, axis=-1), initial=0.0)) for move in moves), default=0.0)
     path = path_of_output(m, at)[:, :axes] / m.units.length
@@ -103,8 +103,8 @@ def scene(
         "unit": m.units.length_name,
         "extent": geometry.extent,
         "shapes": geometry.shapes,
-        "output": m.core_spec["output"]["point"],
-        "relative": "relative_to" in m.core_spec["output"],
+        "output": m.output_point,
+        "relative": m.seen_from is not None,
         "places": _rounded(places[..., :axes], digits),
         "path": _rounded(path, digits),
         "states": states,
