@@ -16,6 +16,9 @@ from typing import Any
 
 from .errors import InputError, not_known
 
+#: where nobody says it: random specimens, a power of two, of which scrambled Sobol points are best; and parts of the
+#: sets that are expanded at most for each certified bound
+SAMPLES, PARTS = 131_072, 100
 #: by who asks, the options that they give themselves
 Askers = Mapping[str, Mapping[str, Any]]
 

@@ -18,8 +18,7 @@ from jointplay.result.verdict import ROUNDING
 
 #: in front of the names of its columns beside those of `worst`
 PREFIX = "certificate_"
-#: parts of the sets that are expanded at most for each of the bounds
-PARTS = 100
+#: parts of the sets that can be expanded for each of the bounds
 MOST_PARTS = 1_000_000
 #: why there is no bound, in the order of the core's numbers
 REASONS = (

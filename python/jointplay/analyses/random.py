@@ -21,6 +21,7 @@ from jointplay.core.answers import Random
 from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model.mechanism import Mechanism
+from jointplay.questions import SAMPLES
 from jointplay.result import Result, axes_of, to_dataset
 from jointplay.result.verdict import ROUNDING
 
@@ -44,8 +45,6 @@ PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
 SCATTERED, LOADED = CONTACTS = ("scattered", "loaded")
 SAMPLINGS = ("sobol", "plain")
-#: a power of two, of which scrambled Sobol points are best
-SAMPLES = 131_072
 MOST_SAMPLES = 10**12
 MOST_PROBABILITIES = 1000
 #: more than any machine has cores

@@ -21,8 +21,8 @@ from itertools import combinations, count, product
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.random import SAMPLES
 from jointplay.basics.arrays import Floats
+from jointplay.questions import SAMPLES
 
 from .plans import Outcome, Plans, Values
 from .scatter import Scatter, YieldLook
