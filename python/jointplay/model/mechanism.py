@@ -253,11 +253,23 @@ class Mechanism(Compiled):
         return steady
 
     def varied(self, **changes: Unpack[Changes]) -> _core.Mechanism:
-        """The mechanism in the compiled core with other parts."""
+        """The mechanism in the compiled core with other parts.
+
+        Parameters
+        ----------
+        **changes : Changes
+            What takes the place of parts of the specification.
+        """
         return in_core(cast("Spec", {**self.core_spec, **changes}))
 
     def moved(self, places: Mapping[int, Floats]) -> list[PointSpec]:
-        """The points for `varied`, some of them at other places on their bodies."""
+        """The points for `varied`, some of them at other places on their bodies.
+
+        Parameters
+        ----------
+        places : mapping
+            Places by the number of the point, SI, body axes.
+        """
         ats = {k: point.at for k, point in enumerate(self.points)} | {k: at.tolist() for k, at in places.items()}
         return [{"body": point.body, "at": [*ats[k]]} for k, point in enumerate(self.points)]
 

@@ -244,7 +244,12 @@ class Compiled:
         return tuple((self.points[first].body, self.points[second].body) for first, second in self.joint_points)
 
     def compliance(self, joint: int) -> Floats | None:
-        """Displacement per force of the directions that a joint holds, SI; None where it is rigid."""
+        """Displacement per force of the directions that a joint holds, SI; None where it is rigid.
+
+        Parameters
+        ----------
+        joint : int
+        """
         given = self.core_spec["joints"][joint].get("compliance")
         size = math.isqrt(len(given or ()))
         return None if given is None else np.reshape(given, (size, size))
@@ -260,15 +265,32 @@ class Compiled:
         return self.core_spec["springs"]
 
     def coordinate(self, joint: int, poses: Floats) -> Floats:
-        """Coordinate of a joint at poses of all bodies, SI."""
+        """Coordinate of a joint at poses of all bodies, SI.
+
+        Parameters
+        ----------
+        joint : int
+        poses : ndarray
+            Shape (..., body, pose).
+        """
         return coordinate(self.core_spec, joint, poses)
 
     def coordinate_kind(self, joint: int) -> str:
-        """Whether the coordinate of a joint is an ``angle`` or a ``length``."""
+        """Whether the coordinate of a joint is an ``angle`` or a ``length``.
+
+        Parameters
+        ----------
+        joint : int
+        """
         return "angle" if self.joint_kinds[joint] in ANGULAR else "length"
 
     def driven_joint(self, source: int) -> int:
-        """The joint in which a source of a drive shows."""
+        """The joint in which a source of a drive shows.
+
+        Parameters
+        ----------
+        source : int
+        """
         own = self.compiled_sources[source].spec
         return own.get("joint", self.drive_joints[own["drive"]])
 
