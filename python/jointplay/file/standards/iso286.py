@@ -201,7 +201,7 @@ def limits(size: float, text: str) -> SizeLimits:
     Examples
     --------
     >>> limits(12, "H7"), limits(12, "g6"), limits(30, "K7")
-    (Limits(lower=0.0, upper=18.0), Limits(lower=-17.0, upper=-6.0), Limits(lower=-15.0, upper=6.0))
+    (SizeLimits(lower=0.0, upper=18.0), SizeLimits(lower=-17.0, upper=-6.0), SizeLimits(lower=-15.0, upper=6.0))
     """
     letter, grade = parse(text)
     if not 0.0 < size <= LARGEST * (1.0 + ROUNDED):
