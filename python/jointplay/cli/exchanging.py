@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
-from .options import File, LoadCase, Offset, Point, Settings
+from .options import File, LoadCase, Offset, PointName, Settings
 from .streams import hold
 
 #: options by the words that messages of the import begin with
@@ -163,7 +163,7 @@ def export(
         ),
     ] = 0,
     offset: Offset = None,
-    output_point: Point = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
