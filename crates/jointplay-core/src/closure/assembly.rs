@@ -167,10 +167,6 @@ impl Mechanism {
         jacobian: impl Fn(&[f64]) -> DMatrix<f64>,
         search: Search,
     ) -> Assembly {
-        let least_norm = match search {
-            Search::Thorough => least_norm,
-            Search::Quick => least_norm_by_elimination,
-        };
         let mut residual = equations(&coordinates);
         let mut last_gain = f64::INFINITY;
         for _ in 0..ASSEMBLY_STEPS {
@@ -178,7 +174,7 @@ impl Mechanism {
             if residual.amax() <= ASSEMBLED * 1e-3 {
                 break;
             }
-            let Some(step) = least_norm(jacobian(&coordinates), &residual) else { break };
+            let Some(step) = least_norm_by_elimination(jacobian(&coordinates), &residual) else { break };
             let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / step.amax()).min(1.0);
             let size = residual.norm();
             let improved = loop {
@@ -278,15 +274,21 @@ fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>
     svd.solve(right, NEGLIGIBLE * svd.singular_values.max()).ok()
 }
 
-/// The same up to rounding, and much cheaper where the matrix is square and plainly regular: no singular value is
-/// negligible then, and there is one such vector only. The norms bound the ratio of the singular values from above.
+/// The same up to rounding, and much cheaper where the matrix has no more rows than columns and is plainly regular: no
+/// singular value is negligible then. The norms bound the ratio of the singular values from above.
 fn least_norm_by_elimination(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    if matrix.is_square() {
-        let size = matrix.norm();
-        let inverse = matrix.clone().try_inverse();
+    if matrix.nrows() <= matrix.ncols() {
+        // What is square needs no product, which squares the ratio.
+        let (square, most) = if matrix.is_square() {
+            (matrix.clone(), PLAINLY_REGULAR)
+        } else {
+            (&matrix * matrix.transpose(), 100.0 * PLAINLY_REGULAR)
+        };
+        let size = square.norm();
         // Written so that NaN fails, too.
-        if let Some(inverse) = inverse.filter(|inverse| inverse.norm() * size <= PLAINLY_REGULAR) {
-            return Some(inverse * right);
+        if let Some(inverse) = square.try_inverse().filter(|inverse| inverse.norm() * size <= most) {
+            let solved = inverse * right;
+            return Some(if matrix.is_square() { solved } else { matrix.tr_mul(&solved) });
         }
     }
     least_norm(matrix, right)
@@ -307,12 +309,16 @@ mod tests {
         let step = |of: &DMatrix<f64>| least_norm_by_elimination(of.clone(), &right).expect("finite");
         let exact = least_norm(regular.clone(), &right).expect("finite");
         assert!(distance(&step(&regular), &exact) < 1e-12);
-        // Of a singular matrix, and of one with more columns than rows, the very same.
+        // Of a singular matrix the very same.
         let mut singular = regular.clone();
         singular.set_column(5, &regular.column(4).into_owned());
         assert_eq!(step(&singular), least_norm(singular.clone(), &right).expect("finite"));
         let wide = DMatrix::from_fn(6, 8, |i, j| ((5 * i + 3 * j * j) as f64).cos());
-        assert_eq!(step(&wide), least_norm(wide.clone(), &right).expect("finite"));
+        assert!(distance(&step(&wide), &least_norm(wide.clone(), &right).expect("finite")) < 1e-12);
+        let tall = wide.transpose();
+        let right_of_tall = DVector::from_fn(8, |i, _| i as f64);
+        let found = least_norm_by_elimination(tall.clone(), &right_of_tall).expect("finite");
+        assert_eq!(found, least_norm(tall, &right_of_tall).expect("finite"));
         assert!(least_norm_by_elimination(DMatrix::from_element(6, 6, f64::NAN), &right).is_none());
     }
 }
