@@ -9,6 +9,7 @@ from jointplay.core.answers import (
     Flags,
     Floats,
     Given,
+    Jacobians,
     Loaded,
     LoadedSpecimens,
     Measured,
@@ -81,6 +82,7 @@ class Mechanism:
     def at_supports(self, u: Floats, weights: Floats, all: bool = False) -> Floats: ...
     def with_offsets_of(self, u: Floats, others: Floats) -> Floats: ...
     def sensitivity(self, drives: Floats, poses: Floats) -> Sensitivity: ...
+    def jacobians(self, drives: Floats, poses: Floats) -> Jacobians: ...
     def loaded(
         self,
         drives: Floats,

@@ -177,6 +177,7 @@ QUESTIONS: Mapping[str, Question] = {
             sheet="nearness",
         ),
         Question("region"),
+        Question("sensitivity"),
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question(
             "allow",

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Pose;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Mechanism, Row};
+use crate::mechanism::{Elastic, Mechanism, Row};
 
 /// What a row must add to those chosen before it: as much as this at first, less where rows are wanting.
 const INDEPENDENT: [f64; 3] = [0.1, 1e-3, 1e-6];
@@ -103,7 +103,9 @@ impl Mechanism {
     }
 
     fn basis_of(&self, rows: Vec<usize>, coordinates: &[f64]) -> Result<Basis, Status> {
-        if (self.n_rows() - self.n_driven..self.n_rows()).any(|row| !rows.contains(&row)) {
+        // Drives that command what others decide contradict these, unless they give way.
+        let gives_way = |row: usize| self.elastic.iter().flat_map(Elastic::yielding).any(|yielding| yielding == row);
+        if (self.n_rows() - self.n_driven..self.n_rows()).any(|row| !rows.contains(&row) && !gives_way(row)) {
             return Err(Status::Singular);
         }
         let every: Vec<usize> = (0..self.n_rows()).collect();

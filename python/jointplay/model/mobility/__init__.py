@@ -81,6 +81,8 @@ class Mobility:
         Joint components that depend on one another, such as ``J4.x``.
     redundant_drives : tuple of str
         Drives that depend on one another or on the joints.
+    shared : bool
+        Whether all of these give way, so that they share what loads their motion.
     motors : tuple of str
         Drives that move several joints.
     special : int
@@ -101,6 +103,7 @@ class Mobility:
     drive_redundancy: int
     redundant_constraints: tuple[str, ...]
     redundant_drives: tuple[str, ...]
+    shared: bool = False
     motors: tuple[str, ...] = ()
     special: int = 0
     misfit: Misfit | None = None
@@ -119,8 +122,8 @@ class Mobility:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the drives determine every pose; the joints may be over-constrained."""
-        return not (self.motions or self.drive_redundancy)
+        """Whether the drives determine every pose; joints, and drives that give way, may be redundant."""
+        return not (self.motions or (self.drive_redundancy and not self.shared))
 
     @property
     def words(self) -> str:
@@ -236,6 +239,9 @@ def _as_drawn(probe: Probe, mobility: Mobility, smallest: float) -> Mobility:
     open_ = misfit(m, drives[there], solved[there]) if there.any() else None
     if open_ is None:
         return mobility
+    if mobility.drive_redundancy and mobility.shared:
+        # Commands that differ wind the drives up.
+        return mobility
     if mobility.drive_redundancy:
         # Parts that do not fit lock a mechanism that would move if they did. Then little holds it everywhere.
         shares = [share for share in INEXACT if smallest <= share]
@@ -311,16 +317,28 @@ def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
         drive_redundancy=drive_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
+        shared=bool(drives) and all(_gives_way(m, k) for k in drives),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
         special=first if first > sample.freedoms(held[:0]) else 0,
         strained=lambda: self_stresses(probe, sample),
     )
 
 
+def _gives_way(m: Mechanism, drive: int) -> bool:
+    """Whether a drive has a stiffness at every joint that it moves."""
+    size = len(m.drive_moves[drive])
+    compliance = m.core_spec["drives"][drive].get("compliance", [0.0] * size**2)
+    return all(c > 0.0 for c in compliance[:: size + 1])
+
+
 def _redundancy(mobility: Mobility) -> list[str]:
     number = mobility.joint_redundancy
     verb = "is" if number == 1 else "are"
-    return [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
+    found = [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
+    if mobility.drive_redundancy and mobility.shared:
+        names = joined([repr(name) for name in mobility.redundant_drives])
+        found.append(f"{names} share a motion by their stiffness")
+    return found
 
 
 def _drive_problems(mobility: Mobility) -> list[str]:
@@ -329,14 +347,14 @@ def _drive_problems(mobility: Mobility) -> list[str]:
         number = len(mobility.motions)
         free = "; ".join(_free(motion) for motion in mobility.motions[:3]) + ("; ..." if number > 3 else "")
         problems.append(f"too few drives: {count(number, 'motion')} {'is' if number == 1 else 'are'} free: {free}")
-    if mobility.drive_redundancy:
+    if mobility.drive_redundancy and not mobility.shared:
         names = [repr(name) for name in mobility.redundant_drives]
         if len(names) == 1:
             several = mobility.redundant_drives[0] in mobility.motors
             tied = "joints that others tie to each other already; drive one of them"
             problem = f"{names[0]} commands {tied if several else 'a joint that cannot move; take it away'}"
         else:
-            problem = f"{joined(names)} command the same motion; take away {mobility.drive_redundancy} of them"
+            problem = f"{joined(names)} command the same motion; take away {mobility.drive_redundancy} of them, or give each a stiffness"
         if mobility.open:
             contradict = "they contradict one another" if len(names) > 1 else "it contradicts the joints"
             problem += f" ({contradict}, so that joints stay open where all others are closed: {mobility.open})"
