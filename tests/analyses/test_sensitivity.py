@@ -118,16 +118,27 @@ def one(name: str) -> jp.Mechanism:
     return m.only(m.outputs[0] if m.outputs else None, m.load_cases[-1] if m.load_cases else None)
 
 
-DETERMINATE = [name for name in examples.names() if jp.loads(examples.text(name)).core.isostatic]
+#: of every kind one that takes little time
+QUICK = (
+    "four-bar",
+    "slider-crank-cases",
+    "excavator",
+    "geared-five-bar",
+    "rack-slider",
+    "belt-arm",
+    "rssr",
+    "3-rrr-spherical",
+)
+OTHERS = [name for name in examples.names() if name not in QUICK and one(name).core.isostatic]
 
 
-@pytest.mark.parametrize("name", DETERMINATE)
+@pytest.mark.parametrize("name", some([*QUICK, *OTHERS], len(QUICK)))
 def test_of_determinate_examples(name: str) -> None:
     """Places of joints deviate as well; some of all parameters."""
     m = one(name)
-    m = m if m.data.patterns else deviating(m)
+    m = m if "patterns" in m.raw else deviating(m)
     count = len(Held(m, 0).parameters)
-    assert_slopes(m, 0, np.random.default_rng(3).permutation(count)[:8])
+    assert_slopes(m, 0, np.random.default_rng(3).permutation(count)[:5])
     found = m.core.jacobians(nominal(m).drives, nominal(m).poses)
     assert (found["compliance"] == 0.0).all()
     assert found["defined"].all()
@@ -140,7 +151,7 @@ def test_of_elastic_examples(name: str) -> None:
     assert_slopes(m, 0, np.random.default_rng(4).permutation(len(m.parameters))[:8], tolerance=2e-5)
 
 
-@pytest.mark.parametrize("seed", some(range(12), 3))
+@pytest.mark.parametrize("seed", some(range(12), 2))
 def test_of_random_mechanisms(seed: int) -> None:
     assert_slopes(jp.loads(graph(seed)), 0)
 
@@ -151,7 +162,10 @@ def test_of_random_elastic_platforms(seed: int) -> None:
     assert_slopes(platforms.mechanism(text, stiffness), 0, tolerance=2e-5)
 
 
-@pytest.mark.parametrize("spring", ["", '[springs.s]\nbetween = { ground = [50, 400], arm = [180, 20] }\nstiffness = 0.4\nfree_length = 100\n'])
+SPRING = "[springs.s]\non = { ground = [50, 20, 400], arm = [180, 20, 100] }\nstiffness = 0.4\nfree_length = 100\n"
+
+
+@pytest.mark.parametrize("spring", ["", SPRING])
 def test_of_a_soft_arm_in_space(spring: str) -> None:
     """Two joints that wind up by degrees, so that what the loads do as the arm turns counts."""
     text = f"""

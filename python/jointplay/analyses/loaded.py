@@ -26,7 +26,18 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
 from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 
-from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Floats, Nominal, batched, finished, nominal, report, without_singular
+from .nominal import (
+    ON_CLOSURE,
+    TO_FIRST_ORDER,
+    Columns,
+    Floats,
+    Nominal,
+    batched,
+    finished,
+    nominal,
+    report,
+    without_singular,
+)
 from .recorded import recorded
 from .several import of_each
 
@@ -64,8 +75,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         Over `configuration`: `error`, `error_first_order`, `undetermined` (half-width of the indeterminacy that the
         load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
         source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
-        (value of every parameter), `drive_torque` (moment or force of every drive on the second body of its joint, by
-        its coordinate), `drive_flank` (1 or -1: at the upper or lower end of its lost motion), `contribution` (per source; they add up to the first-order error), `iterations`
+        (value of every parameter), `drive_torque` (moment or force of every drive on the second body of its joint,
+        along its coordinate), `drive_flank` (1 or -1: at the upper or lower end of its lost motion, 0 at neither),
+        `contribution` (per source; they add up to the first-order error), `iterations`
         (until offsets and reactions agreed), `equilibria` (places found where the load may hold the mechanism, of which
         the one with the most work is given), `nominal`, `status`. Where sizes of clearances scatter, and those in the
         middle are asked for, `play_largest` and `play_smallest` (lowest and highest value of every quantity with the

@@ -1,16 +1,15 @@
 """`sensitivity`: derivatives of the output's pose with respect to everything that is given, as matrices.
 
-    d pose = parameter_jacobian d u + drive_jacobian d q + load_jacobian d f,   compliance = d pose / d wrench at the output
+    d pose = parameter_jacobian d u + drive_jacobian d q + load_jacobian d f + compliance d w
 
-at the nominal pose as the loads deform it. Every clearance is held: a load moves what is elastic only. The pose of
-elastic mechanisms is that of equilibrium, so that forces that turn with the bodies count in all of these.
+with a wrench w at the output, at the nominal pose as the loads deform it. Every clearance is held: a load moves what is
+elastic only. The pose of elastic mechanisms is that of equilibrium, so that forces that turn with the bodies count in
+all of these.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from jointplay.basics.typed import typed
 from jointplay.model.mechanism import Mechanism
@@ -29,9 +28,9 @@ if TYPE_CHECKING:
 def sensitivity(m: Mechanism) -> xr.Dataset:
     """Find the derivatives of the output's pose with respect to parameters, drives and loads.
 
-    They are exact, at the nominal pose as the loads deform it: of a rigid mechanism that is the nominal pose. Clearances
-    are held where they are; where redundant members are rigid, those of other joints give way as in `given`. A turn is
-    the rotation vector from there.
+    They are exact, at the nominal pose as the loads deform it: of a rigid mechanism that is the nominal pose. All
+    clearances are held; where redundant members are rigid, those of other joints give way as in `given`. A turn is the
+    rotation vector from there.
 
     Parameters
     ----------
@@ -44,8 +43,8 @@ def sensitivity(m: Mechanism) -> xr.Dataset:
         offsets, deviations of dimensions, links, positions, angles and drives), `drive_jacobian` (per drive value),
         `load_jacobian` (per force and moment of every load, in its axes; loads by their key in the file), `compliance`
         (per force and moment at the output) and `deflection` (the displacement by which the pose of the derivatives
-        differs from the nominal one). Over `configuration` and `parameter`: `defined` (whether something can give way to
-        the parameter; if not, its derivative is nan). `nominal`, `status`.
+        differs from the nominal one). Over `configuration` and `parameter`: `defined` (whether something can give way
+        to the parameter; if not, its derivative is nan). `nominal`, `status`.
 
     Examples
     --------
@@ -62,7 +61,8 @@ def sensitivity(m: Mechanism) -> xr.Dataset:
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `sensitivity`."""
     at = (at or nominal(m)).with_errors
-    found, done = under_loads(m, len(at), lambda one, part: one.core.jacobians(at.drives[part], at.poses[part]))
+    drives, poses = at.drives, at.poses
+    found, done = under_loads(m, len(at), lambda one, part: one.core.jacobians(drives[part], poses[part]))
     found, at = without_singular(found), at.first(done)
     builder = report(m, "sensitivity", at, obtained="derivatives of the equations of closure and equilibrium")
     each = ("configuration", "component")
@@ -83,7 +83,7 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     words = "displacement of the output from nominal at the pose of the derivatives, by what the loads deform"
     builder.add("deflection", each, found["error"], words, "component")
     builder.status(at.worse(found["status"]))
-    return finished(builder, done, len(at))
+    return finished(builder, done, len(drives))
 
 
 def _keys_of_loads(m: Mechanism) -> tuple[str, ...]:

@@ -107,8 +107,7 @@ impl Mechanism {
         let mut along = DMatrix::zeros(n, n + self.n_parameters());
         let drives: Vec<Dual> = state.inputs.drives.iter().map(|&q| Dual::from_f64(q)).collect();
         let zero = Dual::from_f64(0.0);
-        let (mut residual, mut derivatives) =
-            (vec![zero; self.n_rows()], vec![zero; 2 * self.size() * self.n_rows()]);
+        let (mut residual, mut derivatives) = (vec![zero; self.n_rows()], vec![zero; 2 * self.size() * self.n_rows()]);
         for first in (0..along.ncols()).step_by(DIRECTIONS) {
             let directions = first..along.ncols().min(first + DIRECTIONS);
             let mut motions = vec![vec![0.0; n]; directions.len()];

@@ -142,9 +142,8 @@ impl System<'_> {
         }
         let inputs = Inputs { drives: nominal.inputs.drives.clone(), parameters: parameters.clone() };
         let start = solver.follow(nominal, &inputs)?;
-        let rest = Rounds::alone(async |rounds| {
-            held.rest_in(rounds, solver, start, &parameters, None, Ask::Load).await
-        });
+        let rest =
+            Rounds::alone(async |rounds| held.rest_in(rounds, solver, start, &parameters, None, Ask::Load).await);
         let rest = rest.map_err(|failure| failure.status())?;
         if rest.still { Ok((rest.state, rest.balance.forces)) } else { Err(Status::Undetermined) }
     }

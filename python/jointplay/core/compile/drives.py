@@ -115,7 +115,9 @@ def _driven(graph: Graph, drives: Mapping[str, Drive], name: str, joint: str, dr
     rigid = [other for other in (*others, name) if joint not in drives[other].stiffnesses]
     if others and rigid:
         without = f"{listed(rigid)} {'has' if len(rigid) == 1 else 'have'} none"
-        problem = f"'{joint}' is already driven by '{others[0]}'; both can drive it where each has a stiffness, and {without}"
+        problem = (
+            f"'{joint}' is already driven by '{others[0]}'; both can drive it where each has a stiffness, and {without}"
+        )
         raise graph.refuse(problem, key)
     others.append(name)
     return index

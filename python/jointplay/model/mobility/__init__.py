@@ -354,10 +354,13 @@ def _drive_problems(mobility: Mobility) -> list[str]:
             tied = "joints that others tie to each other already; drive one of them"
             problem = f"{names[0]} commands {tied if several else 'a joint that cannot move; take it away'}"
         else:
-            problem = f"{joined(names)} command the same motion; take away {mobility.drive_redundancy} of them, or give each a stiffness"
+            number = mobility.drive_redundancy
+            problem = f"{joined(names)} command the same motion; take away {number} of them"
         if mobility.open:
             contradict = "they contradict one another" if len(names) > 1 else "it contradicts the joints"
             problem += f" ({contradict}, so that joints stay open where all others are closed: {mobility.open})"
+        if len(names) > 1:
+            problem += "; drives share a motion where each has a stiffness"
         problems.append(f"too many drives: {problem}")
     return problems
 
