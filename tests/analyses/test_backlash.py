@@ -364,7 +364,9 @@ rocker = {{ angle = {pose(start)[2]!r} }}
         with pytest.raises(jp.InputError, match=r"already driven by 'a'; both can .* and b has none"):
             jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]"))
         tied = jp.loads(gears(0.3, 0.5)).with_({"drives.second": {"joint": "C", "values": [20], "stiffness": 1e5}})
-        with pytest.raises(jp.InputError, match="take away 1 of them; drives share a motion where each has a stiffness"):
+        with pytest.raises(
+            jp.InputError, match="take away 1 of them; drives share a motion where each has a stiffness"
+        ):
             jp.loaded(tied)
 
 

@@ -190,7 +190,9 @@ class ResultBuilder:
             values = values * self._factors(per, dims)
         for key in filter(None, along):
             values = _divided(values, self._factors(key, dims) ** power)
-        units = self._unit_name(along, power) + (f" per {self._unit_name([per], 1).removeprefix('see ')}" if per else "")
+        units = self._unit_name(along, power) + (
+            f" per {self._unit_name([per], 1).removeprefix('see ')}" if per else ""
+        )
         self.data[name] = Variable(dims, values, units, long_name)
 
     def _factors(self, key: str, dims: tuple[str, ...]) -> float | Array:
