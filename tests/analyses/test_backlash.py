@@ -360,9 +360,23 @@ rocker = {{ angle = {pose(start)[2]!r} }}
         np.testing.assert_allclose(result.error[0, :2], [moved.real, moved.imag], atol=2e-5)
         assert jp.check(jp.loads(text)).attrs["decided"]
 
+    def test_a_path_has_values_of_both(self) -> None:
+        m = jp.loads(
+            shaft("stiffness = 2e5", "stiffness = 5e4").replace("[output]", "[path]\nangle = [0.2, 0.3]\n[output]")
+        )
+        solved = jp.solve(m)
+        np.testing.assert_allclose([solved.a, solved.b], [[0.2, 0.3], [0.2, 0.3]], atol=1e-12)
+        turned = jp.loaded(m).error.sel(component="angle")
+        np.testing.assert_allclose(turned, 3000 / 2.5e5, rtol=1e-6)
+        slopes = jp.sensitivity(m).drive_jacobian.sel(component="angle")
+        np.testing.assert_allclose(slopes, [[0.8, 0.2]] * 2, rtol=1e-9)
+
     def test_a_rigid_one_among_them_is_refused(self) -> None:
         with pytest.raises(jp.InputError, match=r"already driven by 'a'; both can .* and b has none"):
             jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]"))
+        both = jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]\nstiffness = 2"))
+        with pytest.raises(jp.InputError, match="'a' and 'b' share a motion by their stiffness, which this question"):
+            jp.singularities(both)
         tied = jp.loads(gears(0.3, 0.5)).with_({"drives.second": {"joint": "C", "values": [20], "stiffness": 1e5}})
         with pytest.raises(
             jp.InputError, match="take away 1 of them; drives share a motion where each has a stiffness"

@@ -129,7 +129,7 @@ class Mobility:
     def words(self) -> str:
         """One sentence for people."""
         freedom = f"{count(self.degrees_of_freedom, 'degree')} of freedom, {count(self.drives, 'drive')}"
-        return "; ".join([freedom, *self.problems, *_redundancy(self), *self.remarks])
+        return "; ".join([freedom, *self.problems, *_redundancy(self), *_shared(self), *self.remarks])
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -286,6 +286,8 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         rows = listed(mobility.redundant_constraints)
         advice = "give one of these joints another freedom or take a joint away"
         problems += [f"{part}, among {rows}; {advice}" for part in _redundancy(mobility)]
+    if not over_constrained:
+        problems += [f"{part}, which this question cannot take; drive it by one" for part in _shared(mobility)]
     key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
     raise InputError("; ".join(problems), file=m.file, key=key)
 
@@ -334,11 +336,13 @@ def _gives_way(m: Mechanism, drive: int) -> bool:
 def _redundancy(mobility: Mobility) -> list[str]:
     number = mobility.joint_redundancy
     verb = "is" if number == 1 else "are"
-    found = [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
-    if mobility.drive_redundancy and mobility.shared:
-        names = joined([repr(name) for name in mobility.redundant_drives])
-        found.append(f"{names} share a motion by their stiffness")
-    return found
+    return [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
+
+
+def _shared(mobility: Mobility) -> list[str]:
+    if not (mobility.drive_redundancy and mobility.shared):
+        return []
+    return [f"{joined([repr(name) for name in mobility.redundant_drives])} share a motion by their stiffness"]
 
 
 def _drive_problems(mobility: Mobility) -> list[str]:
