@@ -21,7 +21,7 @@ from jointplay.analyses.nominal import nominal
 #: what is zero where a clearance is held
 GAPS = ("radius", "gap", "axial", "low", "high")
 #: steps of lengths as parts of the characteristic length, and of angles
-STEP = 1e-4
+STEP = 1e-5
 
 
 class Held:
@@ -69,7 +69,12 @@ class Held:
         return self.error(loads=loads)
 
     def slope(self, ask: Any, step: float) -> Any:
-        """Central difference of displacements; turns compose."""
+        """Central differences of displacements, extrapolated from two steps: some mechanisms are near a singularity."""
+        return (4.0 * self._difference(ask, step / 2) - self._difference(ask, step)) / 3.0
+
+    @staticmethod
+    def _difference(ask: Any, step: float) -> Any:
+        """Turns compose."""
         high, low = ask(step), ask(-step)
         if len(high) == 3:
             return (high - low) / (2 * step)

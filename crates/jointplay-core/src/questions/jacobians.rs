@@ -35,6 +35,7 @@ use crate::mechanism::{Mechanism, Row};
 use crate::questions::columns::Jacobians;
 use crate::redundancy::compatibility::Ties;
 use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::sequence::Failure;
 use crate::redundancy::system::System;
 
 impl Mechanism {
@@ -144,7 +145,7 @@ impl System<'_> {
         let start = solver.follow(nominal, &inputs)?;
         let rest =
             Rounds::alone(async |rounds| held.rest_in(rounds, solver, start, &parameters, None, Ask::Load).await);
-        let rest = rest.map_err(|failure| failure.status())?;
+        let rest = rest.map_err(Failure::status)?;
         if rest.still { Ok((rest.state, rest.balance.forces)) } else { Err(Status::Undetermined) }
     }
 
