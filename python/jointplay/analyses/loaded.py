@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics.typed import typed
-from jointplay.core.answers import Loaded
+from jointplay.core.answers import Floats, Loaded
 from jointplay.errors import InputError
 from jointplay.model.gaps import attributes, core_with
 from jointplay.model.mechanism import Mechanism
@@ -29,8 +29,7 @@ from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 from .nominal import (
     ON_CLOSURE,
     TO_FIRST_ORDER,
-    Columns,
-    Floats,
+    AnyColumns,
     Nominal,
     batched,
     finished,
@@ -182,13 +181,13 @@ def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) ->
     return unfinished
 
 
-def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Columns]) -> tuple[Columns, int]:
+def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], AnyColumns]) -> tuple[AnyColumns, int]:
     """What a question gives for all configurations, each under its own loads; and how many of them are done."""
 
-    def rows(part: slice) -> Columns:
+    def rows(part: slice) -> AnyColumns:
         # Without the totals, which belong to no configuration.
         found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
-        return cast("Columns", found)
+        return cast("AnyColumns", found)
 
     if m.loads.along:
         return batched(count, 1, rows, None)

@@ -233,34 +233,6 @@ impl<'m> Solver<'m> {
         Some(step)
     }
 
-    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
-    /// iteration.
-    pub(crate) fn inverse_iteration(&self, state: &State) -> Option<(f64, Vec<f64>)> {
-        let m = self.mechanism;
-        let n = m.n_unknowns();
-        let factors = self.linearise(state)?.factors;
-        let row_unit = |k: usize| m.unit(m.rows[k].component);
-        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
-        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
-        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
-        for _ in 0..INVERSE_ITERATIONS {
-            let size = norm(&motion);
-            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
-            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
-            factors.solve_transposed(&mut right, &mut x);
-            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
-            factors.solve(&mut right, &mut x);
-            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
-            let next = 1.0 / norm(&motion).sqrt();
-            let still = (value - next).abs() <= 1e-10 * next;
-            value = next;
-            if still {
-                break;
-            }
-        }
-        Some((value, motion))
-    }
-
     /// Steps until they vanish; given up as soon as `is_in_vain`, told the first move and the sum of the later ones.
     fn newton(
         &self,
@@ -289,7 +261,7 @@ impl<'m> Solver<'m> {
                 *r = -*r;
             }
             factors.solve(&mut residual, &mut step);
-            let size = scaled_size(m, &step);
+            let size = m.scaled_size(&step);
             // Written so that NaN fails, too.
             if !(size <= LARGEST_MOVE) {
                 return None;
@@ -335,13 +307,13 @@ impl<'m> Solver<'m> {
         let mut twists = vec![0.0; m.n_unknowns()];
         self.factor(&derivatives)?.solve(&mut right, &mut twists);
         // Written so that NaN fails, too.
-        if !(train.size(m, &twists) <= LARGEST_MOVE && scaled_size(m, &twists) < f64::INFINITY) {
+        if !(train.size(m, &twists) <= LARGEST_MOVE && m.scaled_size(&twists) < f64::INFINITY) {
             return None;
         }
         let coordinates = train.moved(m, &from.coordinates, &twists);
         let mut mesh = Mesh::new(m, &from.coordinates, &inputs.parameters);
         mesh.moves_by([&from.coordinates, &coordinates], &inputs.parameters, &twists, residual);
-        Some(Begun { coordinates, mesh, moved: Some(scaled_size(m, &twists).min(LARGEST_MOVE)) })
+        Some(Begun { coordinates, mesh, moved: Some(m.scaled_size(&twists).min(LARGEST_MOVE)) })
     }
 
     /// Closes the mechanism from a nearby state in one go; the branch is kept when the sign of the
@@ -521,6 +493,33 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
+    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
+    /// iteration until it changes by no more than a part of it; never too small.
+    pub(crate) fn inverse_iteration(&self, factors: &Factored<'_>, still: f64) -> (f64, Vec<f64>) {
+        let m = self;
+        let n = m.n_unknowns();
+        let row_unit = |k: usize| m.unit(m.rows[k].component);
+        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
+        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
+        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
+        for _ in 0..INVERSE_ITERATIONS {
+            let size = norm(&motion);
+            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
+            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
+            factors.solve_transposed(&mut right, &mut x);
+            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
+            factors.solve(&mut right, &mut x);
+            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
+            let next = 1.0 / norm(&motion).sqrt();
+            let is_still = (value - next).abs() <= still * next;
+            value = next;
+            if is_still {
+                break;
+            }
+        }
+        (value, motion)
+    }
+
     /// An estimate of the smallest singular value of the length-scaled Jacobian J, never too small: with x the motion `J^-1 b`
     /// for a vector b without a pattern, `|x| / |J^-T x|`. Near a singular pose x is mostly its motion, so that the estimate
     /// is too large by a few per cent only.
@@ -565,14 +564,6 @@ impl Mechanism {
             self.space.retract(c, t);
         }
     }
-
-    /// The unit by which a component is compared with others: the characteristic length, or a radian.
-    pub(crate) const fn unit(&self, component: Component) -> f64 {
-        match component {
-            Component::Along(_) => self.length,
-            Component::About(_) => 1.0,
-        }
-    }
 }
 
 /// Which row derivatives are not zero by structure: evaluated at generic poses, so that no accidental
@@ -595,18 +586,6 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
         found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
     }
     found
-}
-
-/// Size of a twist of all bodies: translations in characteristic lengths, rotations in radians.
-pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
-    let components = mechanism.space.components();
-    twists.chunks_exact(components.len()).fold(0.0, |largest, twist| {
-        components.iter().zip(twist).fold(largest, |largest: f64, (component, v)| {
-            let size = v.abs() / mechanism.unit(*component);
-            // `max` would lose a NaN.
-            if size > largest || size.is_nan() { size } else { largest }
-        })
-    })
 }
 
 /// Inputs a part of the way from some to others.

@@ -12,7 +12,6 @@
 //! to Robotic Manipulation, 1994, chapter 2). A wheel in its bearing so turns any number of times on its axis; and since
 //! teeth tie angles linearly where axes keep their places, a train of them is closed by that step.
 
-use crate::closure::newton::scaled_size;
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
 use crate::mechanism::{Mechanism, Row};
@@ -121,7 +120,7 @@ impl Train {
     pub fn size(&self, m: &Mechanism, twists: &[f64]) -> f64 {
         let bodies = twists.chunks_exact(m.size()).zip(&self.spins).filter(|(_, spins)| !**spins);
         bodies.fold(0.0, |largest: f64, (twist, _)| {
-            let size = scaled_size(m, twist);
+            let size = m.scaled_size(twist);
             if size > largest || size.is_nan() { size } else { largest }
         })
     }

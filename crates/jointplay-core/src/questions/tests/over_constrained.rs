@@ -1,8 +1,10 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: a cantilever, links that stay
 //! parallel.
 
+use crate::mechanism::Case;
+use crate::mechanism::dim::Keep;
+use crate::mechanism::status::Status;
 use crate::questions::tests::build;
-use crate::{Case, Keep, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
 use crate::mechanism::testing::{pin, point};
