@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
-from jointplay.core.answers import Floats, Loaded
+from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
 from jointplay.model.gaps import attributes, core_with
 from jointplay.model.mechanism import Mechanism
@@ -239,9 +240,8 @@ def _flanks(m: Mechanism, offset: Floats) -> NDArray[np.int64]:
     # Two columns per drive: whether each end is taken by all.
     at_end = np.zeros((len(offset), len(m.drives), 2), dtype=bool)
     seen: set[int] = set()
-    for s, source in enumerate(m.core_spec["sources"]):
-        if m.source_kinds[s] != "backlash":
-            continue
+    for s in np.flatnonzero(np.array(m.source_kinds) == "backlash"):
+        source = m.compiled_sources[s].spec
         drive, sides = source["drive"], source["set"]["interval"]
         width = sides["high"] - sides["low"]
         at = offset[:, int(np.flatnonzero(m.parameter_source == s)[0])]

@@ -65,10 +65,9 @@ def axes_of(m: Mechanism) -> dict[str, Labels]:
 
     # Those that give way, in the order of the deformations; several drives may move one joint.
     drives_of: dict[int, list[str]] = {}
-    for name, moves, spec in zip(m.drives, m.drive_moves, m.core_spec["drives"], strict=True):
-        gives = np.diag(np.reshape(spec.get("compliance", np.zeros(len(moves) ** 2)), (len(moves), len(moves))))
-        for (joint, _), give in zip(moves, gives, strict=True):
-            if give > 0.0:
+    for k, (name, moves) in enumerate(zip(m.drives, m.drive_moves, strict=True)):
+        for (joint, _), gives in zip(moves, m.gives_way(k), strict=True):
+            if gives:
                 drives_of.setdefault(joint, []).append(name if len(moves) == 1 else f"{name}.{m.joints[joint]}")
 
     def gives_way(joint: int, component: str) -> str:

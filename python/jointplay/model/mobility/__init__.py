@@ -319,18 +319,11 @@ def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
         drive_redundancy=drive_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
-        shared=bool(drives) and all(_gives_way(m, k) for k in drives),
+        shared=bool(drives) and all(all(m.gives_way(k)) for k in drives),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
         special=first if first > sample.freedoms(held[:0]) else 0,
         strained=lambda: self_stresses(probe, sample),
     )
-
-
-def _gives_way(m: Mechanism, drive: int) -> bool:
-    """Whether a drive has a stiffness at every joint that it moves."""
-    size = len(m.drive_moves[drive])
-    compliance = m.core_spec["drives"][drive].get("compliance", [0.0] * size**2)
-    return all(c > 0.0 for c in compliance[:: size + 1])
 
 
 def _redundancy(mobility: Mobility) -> list[str]:
