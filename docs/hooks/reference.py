@@ -280,6 +280,7 @@ COMMON = ("nominal", "limit", "limit_met", "margin")
 #: results that have, together, every variable of a question
 RESULTS: dict[str, Callable[[], list[Any]]] = {
     "region": lambda: [jp.region(_four_bar(), directions=4)],
+    "sensitivity": lambda: [jp.sensitivity(_four_bar())],
     "check": lambda: [jp.check(_four_bar()), jp.check(_strained())],
     "solve": lambda: [jp.solve(_four_bar()), jp.solve(_path())],
     "singularities": lambda: [jp.singularities(_four_bar())],

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .analyses.map import map
     from .analyses.random import random
     from .analyses.region import region
+    from .analyses.sensitivity import sensitivity
     from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
@@ -80,6 +81,7 @@ __all__ = [
     "region",
     "report",
     "save",
+    "sensitivity",
     "singularities",
     "solve",
     "sweep",

@@ -8,6 +8,7 @@ from jointplay.core.answers import (
     Certificate,
     Cones,
     Given,
+    Jacobians,
     Loaded,
     LoadedSpecimens,
     Measured,
@@ -80,6 +81,7 @@ class Mechanism:
     def at_supports(self, u: Floats, weights: Floats, all: bool = False) -> Floats: ...
     def with_offsets_of(self, u: Floats, others: Floats) -> Floats: ...
     def sensitivity(self, drives: Floats, poses: Floats) -> Sensitivity: ...
+    def jacobians(self, drives: Floats, poses: Floats) -> Jacobians: ...
     def loaded(
         self,
         drives: Floats,

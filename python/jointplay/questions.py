@@ -180,6 +180,7 @@ QUESTIONS: Mapping[str, Question] = {
             sheet="nearness",
         ),
         Question("region"),
+        Question("sensitivity"),
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question(
             "allow",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
 from helpers.oracles.primal import Primal
@@ -182,6 +182,206 @@ force = [100, 0]
         np.testing.assert_allclose(result.contribution[0].sum("source"), result.error_first_order[0], atol=1e-12)
         assert result.source.values.tolist() == ["q1.backlash", "q2.backlash"]
         assert result.source_kind.values.tolist() == ["backlash"] * 2
+
+
+class TestDriveTorque:
+    def test_the_motor_holds_what_the_weights_do(self) -> None:
+        """At the flanks that they press: the weights' moments there, the other way round."""
+        result = jp.loaded(jp.loads(LEG))
+        expected = -moments(HIP + math.radians(-0.5), KNEE + math.radians(1.0))
+        np.testing.assert_allclose(result.drive_torque[0], expected, rtol=1e-9)
+        np.testing.assert_allclose(result.drive_torque[0], [499.191783, -137.518398], atol=1e-6)
+        assert result.drive_torque.attrs["units"] == "N mm"
+        assert result.drive_flank.values.tolist() == [[-1, 1]]
+        wound = jp.loads(LEG).with_({"drives.q1.stiffness": 2000.0, "drives.q2.stiffness": 400.0})
+        np.testing.assert_allclose(jp.loaded(wound).drive_torque[0], [496.609893, -137.286397], atol=1e-5)
+
+    @pytest.mark.parametrize("exact", [True, False])
+    def test_many_configurations_have_what_each_has_alone(self, exact: bool) -> None:
+        turns = np.linspace(-80, 80, 70).tolist()
+        m = jp.loads(LEG).with_({"drives.q1.values": turns})
+        together = jp.loaded(m, exact=exact)
+        for k in (0, 33, 69):
+            alone = jp.loaded(m.with_({"drives.q1.values": [turns[k]]}), exact=exact)
+            np.testing.assert_allclose(together.drive_torque[k], alone.drive_torque[0], rtol=1e-10)
+            np.testing.assert_array_equal(together.drive_flank[k], alone.drive_flank[0])
+
+    def test_a_slider_is_held_by_a_force(self) -> None:
+        guide = """format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.guide]
+type = "prismatic"
+on = { ground = { at = [0, 0], axis = 30 }, ram = [0, 0] }
+[drives.s]
+joint = "guide"
+values = [100]
+backlash = { plus = 0, minus = 0.4 }
+[output]
+body = "ram"
+at = [0, 0]
+[[loads]]
+force = [100, 0]
+"""
+        result = jp.loaded(jp.loads(guide))
+        assert result.drive_torque.item() == pytest.approx(-100 * math.cos(math.radians(30)), rel=1e-12)
+        assert (result.drive_torque.attrs["units"], result.drive_flank.item()) == ("N", 1)
+
+    def test_a_motor_of_several_joints_bears_the_sum(self) -> None:
+        """Weighted by its coefficients; a gearbox of the elbow at the other end is seen from the motor's side."""
+        result = jp.loaded(jp.loads(COUPLED).with_({"drives.motor.stiffness": None}))
+        place = result.nominal[0, :2].values + result.error[0, :2].values
+        elbow = 200 * np.exp(1j * math.radians(40 - 0.3))
+        shoulder_moment, elbow_moment = -30 * place[0], -30 * (place[0] - elbow.real)
+        expected = -(shoulder_moment - 0.5 * elbow_moment)
+        assert result.drive_torque.item() == pytest.approx(expected, rel=1e-9)
+        assert result.drive_flank.item() == 0
+
+    def test_a_strained_mechanism_shares_the_load(self) -> None:
+        """The drive's part is what its wind-up tells."""
+        result = jp.loaded(jp.loads(cranks(0.0)))
+        wound = result.deformation.sel(elastic="q").item()
+        assert result.drive_torque.item() == pytest.approx(-4e6 * wound, rel=1e-9)
+
+    def test_where_a_self_stress_runs_through_the_drive_nothing_decides_it(self) -> None:
+        """Rigid bars without play beside a drive that cannot move."""
+        result = jp.loaded(jp.loads(loose_cranks(0)).with_({"joints.*.clearance": None}))
+        assert np.isfinite(result.drive_torque).all()
+
+
+def shaft(first: str, second: str) -> str:
+    """Two motors on one shaft with an arm, or on two that gears tie."""
+    return f"""
+format = 1
+space = "planar"
+units = {{ length = "mm", angle = "rad", force = "N" }}
+[joints.pivot]
+type = "revolute"
+on = {{ ground = [0, 0], arm = [0, 0] }}
+[drives.a]
+joint = "pivot"
+{first}
+[drives.b]
+joint = "pivot"
+{second}
+[output]
+body = "arm"
+at = [100, 0]
+[[loads]]
+moment = 3000
+"""
+
+
+class TestTwoDrives:
+    @pytest.mark.parametrize("moment", [3000.0, -500.0, 100.0])
+    @pytest.mark.parametrize("apart", [0.0, 0.004, -0.02])
+    @pytest.mark.parametrize("lost", [0.0, 0.006])
+    def test_share_by_their_stiffness(self, moment: float, apart: float, lost: float) -> None:
+        """k_a (x - q_a) + the spring of b behind its backlash = moment, a monotone equation of one unknown."""
+        ka, kb = 2e5, 5e4
+        text = shaft(
+            f"values = [0.3]\nstiffness = {ka}", f"values = [{0.3 + apart}]\nstiffness = {kb}\nbacklash = {lost}"
+        )
+        result = jp.loaded(jp.loads(text).with_({"loads.0.moment": moment}))
+
+        def of_b(x: float) -> float:
+            return kb * (max(x - apart - lost / 2, 0.0) + min(x - apart + lost / 2, 0.0))
+
+        turned = brentq(lambda x: ka * x + of_b(x) - moment, -1, 1, xtol=1e-15)
+        assert result.error[0, 2].item() == pytest.approx(turned, rel=1e-6, abs=1e-9)
+        np.testing.assert_allclose(result.drive_torque[0], [-ka * turned, -of_b(turned)], atol=2e-3)
+        np.testing.assert_allclose(result.deformation[0], [turned, of_b(turned) / kb], atol=1e-8)
+        assert result.elastic.values.tolist() == ["a", "b"]
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_random_ones_store_the_least_energy(self, seed: int) -> None:
+        """A four-bar whose crank and rocker are both driven: energy over its one freedom."""
+        rng = np.random.default_rng([11, seed])
+        k = rng.uniform(1e6, 5e6, 2)
+        off, fx, fy = float(rng.uniform(-2e-3, 2e-3)), *(float(v) for v in rng.uniform(-300, 300, 2))
+        crank, coupler, rocker, base = (float(v) for v in (60, 140, 110, 150) * rng.uniform(0.95, 1.05, 4))
+
+        def pose(turn: float) -> tuple[complex, float, float]:
+            pin = crank * np.exp(1j * turn)
+            far = base - pin
+            inner = math.acos((abs(far) ** 2 + coupler**2 - rocker**2) / (2 * abs(far) * coupler))
+            lean = float(np.angle(far)) + inner
+            end = pin + coupler * np.exp(1j * lean)
+            return pin, lean, float(np.angle(end - base))
+
+        start = 1.1
+        told = pose(start)[2] + off
+        text = f"""
+format = 1
+space = "planar"
+units = {{ length = "mm", angle = "rad", force = "N" }}
+[joints.A]
+type = "revolute"
+on = {{ ground = [0, 0], crank = [0, 0] }}
+[joints.B]
+type = "revolute"
+on = {{ crank = [{crank!r}, 0], coupler = [0, 0] }}
+[joints.C]
+type = "revolute"
+on = {{ coupler = [{coupler!r}, 0], rocker = [{rocker!r}, 0] }}
+[joints.D]
+type = "revolute"
+on = {{ ground = [{base!r}, 0], rocker = [0, 0] }}
+[drives.a]
+joint = "A"
+values = [{start}]
+stiffness = {float(k[0])!r}
+[drives.b]
+joint = "D"
+values = [{told!r}]
+stiffness = {float(k[1])!r}
+[output]
+body = "coupler"
+at = [50, 20]
+[[loads]]
+force = [{fx!r}, {fy!r}]
+[start]
+coupler = {{ angle = {pose(start)[1]!r} }}
+rocker = {{ angle = {pose(start)[2]!r} }}
+"""
+
+        def place(turn: float) -> complex:
+            pin, lean, _ = pose(turn)
+            return pin + (50 + 20j) * np.exp(1j * lean)
+
+        def energy(change: float) -> float:
+            stored = 0.5 * k[0] * change**2 + 0.5 * k[1] * (pose(start + change)[2] - told) ** 2
+            return stored - float((place(start + change) * (fx - 1j * fy)).real)
+
+        best = minimize_scalar(energy, bounds=(-0.02, 0.02), method="bounded", options={"xatol": 1e-11})
+        moved = place(start + best.x) - place(start)
+        result = jp.loaded(jp.loads(text))
+        # The minimum is flat: its place is known to the root of rounding.
+        np.testing.assert_allclose(result.error[0, :2], [moved.real, moved.imag], atol=2e-5)
+        assert jp.check(jp.loads(text)).attrs["decided"]
+
+    def test_a_path_has_values_of_both(self) -> None:
+        m = jp.loads(
+            shaft("stiffness = 2e5", "stiffness = 5e4").replace("[output]", "[path]\nangle = [0.2, 0.3]\n[output]")
+        )
+        solved = jp.solve(m)
+        np.testing.assert_allclose([solved.a, solved.b], [[0.2, 0.3], [0.2, 0.3]], atol=1e-12)
+        turned = jp.loaded(m).error.sel(component="angle")
+        np.testing.assert_allclose(turned, 3000 / 2.5e5, rtol=1e-6)
+        slopes = jp.sensitivity(m).drive_jacobian.sel(component="angle")
+        np.testing.assert_allclose(slopes, [[0.8, 0.2]] * 2, rtol=1e-9)
+
+    def test_a_rigid_one_among_them_is_refused(self) -> None:
+        with pytest.raises(jp.InputError, match=r"already driven by 'a'; both can .* and b has none"):
+            jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]"))
+        both = jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]\nstiffness = 2"))
+        with pytest.raises(jp.InputError, match="'a' and 'b' share a motion by their stiffness, which this question"):
+            jp.singularities(both)
+        tied = jp.loads(gears(0.3, 0.5)).with_({"drives.second": {"joint": "C", "values": [20], "stiffness": 1e5}})
+        with pytest.raises(
+            jp.InputError, match="take away 1 of them; drives share a motion where each has a stiffness"
+        ):
+            jp.loaded(tied)
 
 
 class TestOtherQuestions:

@@ -125,6 +125,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "given": jp.given,
     "loaded": jp.loaded,
     "worst": jp.worst,
+    "sensitivity": jp.sensitivity,
     "random": lambda m: jp.random(m, samples=200, indices=True),
     "compensate": jp.compensate,
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),

@@ -376,6 +376,18 @@ impl Mechanism {
         self.table(py, work(py, || core.sensitivity(&cases))?)
     }
 
+    fn jacobians<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        self.table(py, work(py, || core.output_jacobians(&cases))?)
+    }
+
     /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
     #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // keyword arguments of one Python method
     #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true, partly = false))]

@@ -16,7 +16,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
@@ -41,6 +43,10 @@ from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: an offset is at an end of its lost motion within this part of the width; cone programs end about there
+AT_END = 1e-6
 
 
 @typed
@@ -69,7 +75,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         Over `configuration`: `error`, `error_first_order`, `undetermined` (half-width of the indeterminacy that the
         load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
         source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
-        (value of every parameter), `contribution` (per source; they add up to the first-order error), `iterations`
+        (value of every parameter), `drive_torque` (moment or force of every drive on the second body of its joint,
+        along its coordinate), `drive_flank` (1 or -1: at the upper or lower end of its lost motion, 0 at neither),
+        `contribution` (per source; they add up to the first-order error), `iterations`
         (until offsets and reactions agreed), `equilibria` (places found where the load may hold the mechanism, of which
         the one with the most work is given), `nominal`, `status`. Where sizes of clearances scatter, and those in the
         middle are asked for, `play_largest` and `play_smallest` (lowest and highest value of every quantity with the
@@ -139,6 +147,7 @@ def compute(
         builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     if details:
         _details(builder, found)
+        _drives(m, builder, found)
     builder.add("iterations", "configuration", found["iterations"], "steps until contact had converged")
     if not m.core.isostatic:
         words = "clearance scale factor required for assembly of the rigid bodies"
@@ -214,6 +223,37 @@ def _details(builder: ResultBuilder, found: Loaded) -> None:
         "contribution of the source to the first-order error",
         "component",
     )
+
+
+def _drives(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:
+    """What every drive does, and at which end of its lost motion it is."""
+    each = ("configuration", "drive")
+    words = "moment or force of the drive on the second body of its joint, along its coordinate"
+    builder.add("drive_torque", each, found["drive_force"], words, "work:drive")
+    if "backlash" in m.source_kinds:
+        words = "end of the lost motion at which the load holds the drive: 1 the upper, -1 the lower, 0 neither"
+        builder.add("drive_flank", each, _flanks(m, found["offset"]), words)
+
+
+def _flanks(m: Mechanism, offset: Floats) -> NDArray[np.int64]:
+    """Ends of the lost motions; of a drive of several joints that which all of its gearboxes are at, if it is one."""
+    # Two columns per drive: whether each end is taken by all.
+    at_end = np.zeros((len(offset), len(m.drives), 2), dtype=bool)
+    seen: set[int] = set()
+    for s in np.flatnonzero(np.array(m.source_kinds) == "backlash"):
+        source = m.compiled_sources[s].spec
+        drive, sides = source["drive"], source["set"]["interval"]
+        width = sides["high"] - sides["low"]
+        at = offset[:, int(np.flatnonzero(m.parameter_source == s)[0])]
+        if not width:
+            continue
+        ends = np.abs(at[:, None] - [sides["high"], sides["low"]]) <= AT_END * width
+        if dict(m.drive_moves[drive])[source["joint"]] < 0.0:
+            ends = ends[:, ::-1]
+        at_end[:, drive] = ends & at_end[:, drive] if drive in seen else ends
+        seen.add(drive)
+    taken: NDArray[np.int64] = at_end[..., 0].astype(np.int64) - at_end[..., 1]
+    return taken
 
 
 def _strain(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:

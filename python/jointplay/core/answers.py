@@ -83,6 +83,18 @@ class Sensitivity(TypedDict):
     status: Codes
 
 
+class Jacobians(TypedDict):
+    """Derivatives of the output's pose where the loads deform the nominal one, clearances held."""
+
+    error: Floats
+    parameter: Floats
+    drive: Floats
+    load: Floats
+    compliance: Floats
+    defined: Flags
+    status: Codes
+
+
 class Loaded(TypedDict):
     """Where the load pushes every joint."""
 
@@ -98,6 +110,7 @@ class Loaded(TypedDict):
     undetermined_contribution: NotRequired[Floats]
     decided: NotRequired[Flags]
     reaction: NotRequired[Floats]
+    drive_force: NotRequired[Floats]
     contribution: NotRequired[Floats]
     # over-constrained
     clearance_factor: NotRequired[Floats]

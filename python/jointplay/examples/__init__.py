@@ -35,7 +35,10 @@ _TEMPLATES: Mapping[str, type[Template]] = {
     template.name: template for template in (AntennaSupport, ThreeUpu, StewartGough, Delta)
 }
 _COUPLED = ("geared-five-bar", "rack-slider", "belt-arm", "ball-screw", "planetary-gear")
-_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "delta-by-hand", "3-rrr-spherical")
+_SPATIAL = (
+    *("serial-6r", "arm-with-gearboxes", "rssr", "3-upu", "stewart-gough", "delta", "delta-by-hand"),
+    "3-rrr-spherical",
+)
 _SPATIAL_OVER_CONSTRAINED = ("sarrus", "bennett", "four-legged-platform")
 _NAMES = (*_PLANAR, *_PLANAR_OVER_CONSTRAINED, *_SPATIAL, *_SPATIAL_OVER_CONSTRAINED, *_COUPLED)
 

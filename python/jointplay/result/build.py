@@ -24,6 +24,8 @@ SIDES = ("low", "high")
 #: components of a reaction, and how many of them are forces
 WRENCH = {"planar": (("fx", "fy", "moment"), 2), "spatial": (("fx", "fy", "fz", "mx", "my", "mz"), 3)}
 STATUSES = np.array(_core.STATUSES)
+#: what does work along a quantity
+WORK = {"length": "force", "angle": "moment"}
 #: decimal digits that every double precision number can hold
 SHORT = 15
 #: as many units are written out in a row; more are only in the coordinate beside the dimension
@@ -61,16 +63,17 @@ def axes_of(m: Mechanism) -> dict[str, Labels]:
             return "temperature"
         return "angle" if component in TURNS else "length"
 
-    drives_of = {
-        joint: name if len(moves) == 1 else f"{name}.{m.joints[joint]}"
-        for name, moves in zip(m.drives, m.drive_moves, strict=True)
-        for joint, _ in moves
-    }
+    # Those that give way, in the order of the deformations; several drives may move one joint.
+    drives_of: dict[int, list[str]] = {}
+    for k, (name, moves) in enumerate(zip(m.drives, m.drive_moves, strict=True)):
+        for (joint, _), gives in zip(moves, m.gives_way(k), strict=True):
+            if gives:
+                drives_of.setdefault(joint, []).append(name if len(moves) == 1 else f"{name}.{m.joints[joint]}")
 
     def gives_way(joint: int, component: str) -> str:
         # What a joint itself lets free gives way in its drive.
         free = component == ("angle" if m.coordinate_kind(joint) == "angle" else "along")
-        return drives_of[joint] if joint in drives_of and free else f"{m.joints[joint]}.{component}"
+        return drives_of[joint].pop(0) if free and drives_of.get(joint) else f"{m.joints[joint]}.{component}"
 
     lengths, _ = split(list(m.components))
     components = tuple("length" if name in lengths else "angle" for name in m.components)
@@ -154,6 +157,7 @@ class ResultBuilder:
         long_name: str,
         unit: str | tuple[str, str] = "",
         power: int = 1,
+        per: str = "",
     ) -> None:
         """Add a variable.
 
@@ -165,9 +169,12 @@ class ResultBuilder:
             In SI and radians.
         unit : str or pair of str
             `length`, `angle`, `force`, `moment`; or a dimension along which the unit differs; or two of them, when the
-            values are products.
+            values are products. `work:drive` is what does work along that dimension: a moment on an angle, a force on a
+            length.
         power : int
             2 for squares of that unit.
+        per : str
+            The same where values are for one such unit: derivatives.
         """
         dims = (dims,) if isinstance(dims, str) else tuple(dims)
         for dim in dims:
@@ -176,14 +183,29 @@ class ResultBuilder:
         if values.dtype.kind == "u":
             values = values.astype(np.int64)  # the difference of two counts may be negative
         along = [unit] if isinstance(unit, str) else list(unit)
-        for key in along:
-            if key in self.axes:
-                factors = np.array([self.factor(kind) for kind in self.axes[key].kinds]) ** power
-                shape = [-1 if dim == key else 1 for dim in dims]
-                values = _divided(values, factors.reshape(shape))
-            elif key:
-                values = _divided(values, self.factor(key) ** power)
-        self.data[name] = Variable(dims, values, self._unit_name(along, power), long_name)
+        if per:
+            values = values * self._factors(per, dims)
+        for key in filter(None, along):
+            values = _divided(values, self._factors(key, dims) ** power)
+        units = self._unit_name(along, power) + (
+            f" per {self._unit_name([per], 1).removeprefix('see ')}" if per else ""
+        )
+        self.data[name] = Variable(dims, values, units, long_name)
+
+    def _factors(self, key: str, dims: tuple[str, ...]) -> float | Array:
+        """SI per unit of a kind of quantity, or of each entry along a dimension."""
+        dim, kinds = self._along(key)
+        if not dim:
+            return self.factor(key)
+        return np.array([self.factor(kind) for kind in kinds]).reshape([-1 if d == dim else 1 for d in dims])
+
+    def _along(self, key: str) -> tuple[str, tuple[str, ...]]:
+        """The dimension along which a unit differs, if it does, and the kinds of quantity there."""
+        work, _, dim = key.rpartition(":")
+        if dim not in self.axes:
+            return "", ()
+        kinds = self.axes[dim].kinds
+        return dim, tuple(WORK[kind] for kind in kinds) if work else kinds
 
     def status(self, codes: Array, long_name: str = "outcome") -> None:
         """Add the status of every configuration from the core's codes."""
@@ -216,11 +238,14 @@ class ResultBuilder:
         if len(along) > 1:
             return "product of the units of both components"
         key = along[0]
-        if key not in self.axes:
+        dim, kinds = self._along(key)
+        if not dim:
             return self.name(key) + suffix if key else ""
-        names = [self.name(kind) + suffix for kind in self.axes[key].kinds]
+        names = [self.name(kind) + suffix for kind in kinds]
         if len(set(names)) == 1:
             return names[0]
+        if key != dim:
+            return ", ".join(dict.fromkeys(names))
         return ", ".join(names) if len(names) <= FEW else f"see {key}_unit"
 
     def _label(self, dim: str) -> None:

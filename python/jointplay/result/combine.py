@@ -14,7 +14,7 @@ from .origin import Origin
 from .structure import Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
-NAMED = ("source", "joint", "parameter", "body", "drive", "member", "elastic")
+NAMED = ("source", "joint", "parameter", "body", "drive", "member", "elastic", "acting_load")
 #: attributes on which verdicts rest, and which may differ between mechanisms or values of a sweep
 JUDGED_BY = ("required_yield", "contact", "sizes")
 #: dimensions of several outputs and load cases

@@ -25,7 +25,7 @@ impl Mechanism {
 
     /// Number of commands: those of the driven rows, then the references of what slides.
     pub(crate) fn n_commands(&self) -> usize {
-        self.n_driven + self.sliding().count()
+        self.commanded.len() + self.sliding().count()
     }
 
     /// How far every coupling that slides has done so, with sine and cosine of its phase.
@@ -69,7 +69,7 @@ impl Mechanism {
             let none = Rate::zero();
             return Coupled { residual: S::from_f64(0.0), rate: none, opening_rate: none, slope: one, gap: one };
         };
-        let reference = self.sliding().position(|(joint, ..)| joint == row.joint).map(|k| self.n_driven + k);
+        let reference = self.sliding().position(|(joint, ..)| joint == row.joint).map(|k| self.commanded.len() + k);
         let reference = reference.and_then(|k| commands.get(k)).map(|c| Reference {
             value: c.value,
             sine: c.sine,

@@ -10,12 +10,15 @@
 //! where dJ and dc are derivatives along du and dx: the equations themselves give them, in numbers that carry derivatives.
 //! One factored Jacobian serves all directions.
 
+use nalgebra::DMatrix;
+
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::sensitivity::Gradient;
 use crate::math::dual::{DIRECTIONS, Dual};
 use crate::math::real::Real;
 use crate::math::space::Pose;
+use crate::mechanism::Mechanism;
 
 /// A direction of the inputs: parameters, each with its part.
 pub(crate) type Along = Vec<(usize, f64)>;
@@ -66,7 +69,7 @@ impl Solver<'_> {
         motions: &[Vec<f64>],
     ) -> Vec<Vec<f64>> {
         let m = self.mechanism;
-        let poses = self.moving_poses(state, motions);
+        let poses = m.moving_poses(state, motions);
         let mut parameters: Vec<Dual> = state.inputs.parameters.iter().map(|&p| Dual::from_f64(p)).collect();
         for (k, along) in directions.iter().enumerate() {
             for &(p, part) in along {
@@ -94,20 +97,60 @@ impl Solver<'_> {
         m.pull_back(&poses, &parameters, &multipliers, &mut of_load);
         (0..directions.len()).map(|k| of_load.parameters.iter().map(|g| g.slopes[k]).collect()).collect()
     }
+}
+
+impl Mechanism {
+    /// How the balance `J^T l - c` of all bodies changes where the multipliers l stay: along the twists of all bodies and
+    /// along the parameters, one direction per column.
+    pub(crate) fn balance_along(&self, state: &State, multipliers: &[f64]) -> [DMatrix<f64>; 2] {
+        let n = self.n_unknowns();
+        let mut along = DMatrix::zeros(n, n + self.n_parameters());
+        let drives: Vec<Dual> = state.inputs.drives.iter().map(|&q| Dual::from_f64(q)).collect();
+        let zero = Dual::from_f64(0.0);
+        let (mut residual, mut derivatives) = (vec![zero; self.n_rows()], vec![zero; 2 * self.size() * self.n_rows()]);
+        for first in (0..along.ncols()).step_by(DIRECTIONS) {
+            let directions = first..along.ncols().min(first + DIRECTIONS);
+            let mut motions = vec![vec![0.0; n]; directions.len()];
+            let mut parameters: Vec<Dual> = state.inputs.parameters.iter().map(|&p| Dual::from_f64(p)).collect();
+            for (k, direction) in directions.clone().enumerate() {
+                match direction.checked_sub(n) {
+                    None => motions[k][direction] = 1.0,
+                    Some(p) => parameters[p].slopes[k] = 1.0,
+                }
+            }
+            let poses = self.moving_poses(state, &motions);
+            self.evaluate(&poses, &self.commands(&drives, parameters.clone()), &mut residual, &mut derivatives);
+            let mut put = |unknown: usize, slopes: &[f64; DIRECTIONS], part: f64| {
+                directions.clone().zip(slopes).for_each(|(d, slope)| along[(unknown, d)] += part * slope);
+            };
+            for (unknown, pull) in self.load_cost(&poses, &parameters).twists.iter().enumerate() {
+                put(unknown, &pull.slopes, -1.0);
+            }
+            for (row, l) in multipliers.iter().enumerate() {
+                for (side, body) in self.row_bodies(row).into_iter().enumerate() {
+                    let Some(b) = body else { continue };
+                    for c in 0..self.size() {
+                        put(b * self.size() + c, &derivatives[(2 * row + side) * self.size() + c].slopes, *l);
+                    }
+                }
+            }
+        }
+        [along.columns(0, n).into_owned(), along.columns(n, self.n_parameters()).into_owned()]
+    }
 
     /// The poses of all bodies as they move along each of some twists.
     fn moving_poses(&self, state: &State, motions: &[Vec<f64>]) -> Vec<Pose<Dual>> {
-        let (m, size) = (self.mechanism, self.mechanism.size());
+        let size = self.size();
         let pose = |(b, coordinates): (usize, &[f64])| {
-            let mut numbers = Vec::with_capacity(m.space.n_pose_numbers());
-            m.space.put_pose_numbers(coordinates, |x| numbers.push(Dual::from_f64(x)));
+            let mut numbers = Vec::with_capacity(self.space.n_pose_numbers());
+            self.space.put_pose_numbers(coordinates, |x| numbers.push(Dual::from_f64(x)));
             let mut twist = vec![Dual::from_f64(0.0); size];
             for (k, motion) in motions.iter().enumerate() {
                 twist.iter_mut().zip(&motion[b * size..]).for_each(|(twist, part)| twist.slopes[k] = *part);
             }
-            m.space.pose_of_numbers(&m.space.move_numbers(&numbers, &twist))
+            self.space.pose_of_numbers(&self.space.move_numbers(&numbers, &twist))
         };
-        state.coordinates.chunks_exact(m.space.n_coordinates()).enumerate().map(pose).collect()
+        state.coordinates.chunks_exact(self.space.n_coordinates()).enumerate().map(pose).collect()
     }
 }
 
@@ -116,7 +159,6 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::mechanism::Mechanism;
     use crate::mechanism::testing::{disc, pin, point};
 
     fn build(spec: Value) -> Mechanism {

@@ -17,7 +17,10 @@ impl Mechanism {
     /// The value of a drive's coordinate, continued from a nearby value over full turns.
     pub(crate) fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
         let row = self.driven_rows[drive];
-        let coefficient = self.rows[row].drive.map_or(1.0, |by| by.coefficient);
+        // A basis leaves out a drive that gives way where others decide its coordinate: it is commanded as it is.
+        let Some(coefficient) = self.rows[row].drive.filter(|by| by.drive == drive).map(|by| by.coefficient) else {
+            return near;
+        };
         let value = self.joint_value(row, &self.poses(coordinates), &vec![0.0; self.n_parameters()]);
         match self.rows[row].component {
             Component::Along(_) => value / coefficient,

@@ -5,6 +5,18 @@ use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;
 
 impl Mechanism {
+    /// What every drive does to the second bodies of its joints, by the multipliers of all rows: a moment or a force along
+    /// its coordinate.
+    pub(crate) fn drive_forces<S: Real>(&self, multipliers: &[S]) -> Vec<S> {
+        let mut forces = vec![S::from_f64(0.0); self.n_drives];
+        for (row, &l) in self.rows.iter().zip(multipliers) {
+            if let Some(by) = row.drive {
+                forces[by.drive] = forces[by.drive] - S::from_f64(by.coefficient) * l;
+            }
+        }
+        forces
+    }
+
     /// The reactions that the multipliers of the closure rows stand for.
     pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], parameters: &[S], multipliers: &[S]) -> Vec<S> {
         let size = self.size();

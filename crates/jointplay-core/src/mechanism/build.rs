@@ -102,6 +102,7 @@ impl Mechanism {
             n_drives: spec.drives.len(),
             driven_rows,
             n_driven: rows.len() - of_joints,
+            commanded: rows[of_joints..].to_vec(),
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
             seen_from: spec.output.relative_to,

@@ -170,6 +170,9 @@ pub struct Mechanism {
     pub(crate) driven_rows: Vec<usize>,
     /// Number of rows that drives command, the last ones.
     pub(crate) n_driven: usize,
+    /// The rows that drives command, in the order of their commands; those of a basis are those of the whole mechanism,
+    /// also where it leaves one out that others decide.
+    pub(crate) commanded: Vec<Row>,
     /// The largest move of the bodies (length-scaled; radians) in which no tooth of a coupling is skipped.
     pub(crate) largest_move: f64,
     pub(crate) output: usize,
@@ -249,7 +252,7 @@ impl Mechanism {
 
     /// The rows that drives command, each with the drive.
     pub(crate) fn driven(&self) -> impl Iterator<Item = (&Row, Driven)> {
-        self.rows[self.rows.len() - self.n_driven..].iter().filter_map(|row| Some((row, row.drive?)))
+        self.commanded.iter().filter_map(|row| Some((row, row.drive?)))
     }
 
     /// The unit by which a component is compared with others: the characteristic length, or a radian.

@@ -80,7 +80,8 @@ impl Mechanism {
 
     fn judged_anew(&self, found: Configuration) -> Configuration {
         let Some(State { coordinates, inputs, negative }) = found.state else { return found };
-        let inputs = Inputs::nominal(self, &inputs.drives);
+        // Those of drives that the basis leaves out, too.
+        let inputs = Inputs::nominal(self, &self.drive_values(&coordinates, &inputs.drives));
         let state = State { coordinates, inputs, negative };
         Configuration { status: self.nominal_status(&state), state: Some(state), mismatch: found.mismatch }
     }

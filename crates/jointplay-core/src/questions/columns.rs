@@ -44,6 +44,26 @@ columns! {
 }
 
 columns! {
+    /// Derivatives of the output's pose where the loads are balanced with every clearance held; NaN where that pose is
+    /// singular or missing. A turn is told by its rotation vector from there.
+    Jacobians in JacobiansTable by JacobiansRows from FreshJacobians:
+    /// Displacement of the output there, by what the loads deform.
+    error: f64 [Component];
+    /// Per parameter.
+    parameter: f64 [Component, Parameter];
+    /// Per drive value.
+    drive: f64 [Component, Drive];
+    /// Per force and moment of every load, in its axes.
+    load: f64 [Component, Load, Wrench];
+    /// Per force and moment at the output.
+    compliance: f64 [Component, Wrench];
+    /// Whether something can give way to the parameter, so that its derivative exists.
+    defined: bool [Parameter];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
     /// The load-determined error.
     Loaded in LoadedTable by LoadedRows from FreshLoaded:
     /// Error on the exact closure.
@@ -58,6 +78,8 @@ columns! {
     decided: bool [Source] if details;
     /// Force and moment on the second body of every joint at its joint point, ground axes.
     reaction: f64 [Joint, Wrench] if details;
+    /// Moment or force of every drive on the second bodies of its joints, along its coordinate.
+    drive_force: f64 [Drive] if details;
     /// The values of all parameters.
     offset: f64 [Parameter] if offset;
     /// Share of every source in the first-order error.
@@ -247,10 +269,11 @@ columns! {
 
 /// The columns that a question can have.
 #[must_use]
-pub fn declared() -> [(&'static str, Vec<Declared>); 8] {
+pub fn declared() -> [(&'static str, Vec<Declared>); 9] {
     [
         ("given", [Given::DECLARED, Forced::DECLARED].concat()),
         ("sensitivity", Sensitivity::DECLARED.to_vec()),
+        ("jacobians", Jacobians::DECLARED.to_vec()),
         ("loaded", [Loaded::DECLARED, Strain::DECLARED].concat()),
         ("loaded_specimens", Specimen::DECLARED.to_vec()),
         ("worst", Worst::DECLARED.to_vec()),

@@ -4,6 +4,7 @@ pub mod certificate;
 pub mod columns;
 mod form;
 pub mod given;
+pub mod jacobians;
 pub mod loaded;
 pub mod random;
 #[cfg(test)]

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Pose;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Mechanism, Row};
+use crate::mechanism::{Elastic, Mechanism, Row};
 
 /// What a row must add to those chosen before it: as much as this at first, less where rows are wanting.
 const INDEPENDENT: [f64; 3] = [0.1, 1e-3, 1e-6];
@@ -103,7 +103,9 @@ impl Mechanism {
     }
 
     fn basis_of(&self, rows: Vec<usize>, coordinates: &[f64]) -> Result<Basis, Status> {
-        if (self.n_rows() - self.n_driven..self.n_rows()).any(|row| !rows.contains(&row)) {
+        // Drives that command what others decide contradict these, unless they give way.
+        let gives_way = self.yielding();
+        if (self.n_rows() - self.n_driven..self.n_rows()).any(|row| !rows.contains(&row) && !gives_way[row]) {
             return Err(Status::Singular);
         }
         let every: Vec<usize> = (0..self.n_rows()).collect();
@@ -133,7 +135,10 @@ impl Mechanism {
         let (rows, unknowns) = (self.n_rows(), self.n_unknowns());
         let joints = rows - self.n_driven;
         let (flanks, others): (Vec<usize>, Vec<usize>) = (0..joints).partition(|&row| self.rows[row].play.is_some());
-        let order: Vec<usize> = (joints..rows).chain(others).chain(flanks).collect();
+        // Of several drives on one motion the first one decides the nominal pose, and all joints are closed there.
+        let gives_way = self.yielding();
+        let (soft, stiff): (Vec<usize>, Vec<usize>) = (joints..rows).partition(|&row| gives_way[row]);
+        let order: Vec<usize> = [stiff, others, flanks, soft].concat();
         // Orthonormal directions of the rows chosen, one per column.
         let mut span = DMatrix::<f64>::zeros(unknowns, unknowns);
         let mut chosen = Vec::with_capacity(unknowns);
@@ -161,6 +166,13 @@ impl Mechanism {
         }
         chosen.sort_unstable();
         (chosen.len() == unknowns).then_some(chosen)
+    }
+
+    /// Which rows give way elastically.
+    fn yielding(&self) -> Vec<bool> {
+        let mut gives_way = vec![false; self.n_rows()];
+        self.elastic.iter().flat_map(Elastic::yielding).for_each(|row| gives_way[row] = true);
+        gives_way
     }
 
     /// Coordinates moved without a pattern.

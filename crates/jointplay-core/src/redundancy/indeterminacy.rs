@@ -121,11 +121,23 @@ impl System<'_> {
         }
     }
 
-    /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
-    /// compliance feels.
+    /// The joints whose reactions nothing decides.
     pub fn unknown_reactions(&self, c: &Ties) -> Vec<bool> {
+        self.joints_of(&self.unknown_rows(c))
+    }
+
+    /// The joints that have one of some rows.
+    pub fn joints_of(&self, rows: &[bool]) -> Vec<bool> {
+        let mut joints = vec![false; self.mechanism.n_joints()];
+        self.mechanism.rows.iter().zip(rows).for_each(|(row, is_one)| joints[row.joint] |= is_one);
+        joints
+    }
+
+    /// The rows whose forces nothing decides: they take part in a self-stress that no clearance and no compliance
+    /// feels.
+    pub fn unknown_rows(&self, c: &Ties) -> Vec<bool> {
         let m = self.mechanism;
-        let mut unknown = vec![false; m.n_joints()];
+        let mut unknown = vec![false; m.n_rows()];
         let s = c.equations.nrows();
         if s == 0 {
             return unknown;
@@ -161,14 +173,14 @@ impl System<'_> {
                 null -= direction * direction.transpose();
             }
         }
-        for (number, row) in m.rows.iter().enumerate() {
+        for (number, unknown) in unknown.iter_mut().enumerate() {
             let stress = (0..s).map(|k| {
                 let along: f64 = (0..s)
                     .map(|e| null[(k, e)] * c.equations[(e, number)] / self.basis.unit(self.basis.redundant[e]))
                     .sum();
                 (along * self.basis.unit(number)).abs()
             });
-            unknown[row.joint] |= stress.fold(0.0, f64::max) > UNDECIDED;
+            *unknown = stress.fold(0.0, f64::max) > UNDECIDED;
         }
         unknown
     }

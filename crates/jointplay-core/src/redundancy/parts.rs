@@ -162,13 +162,28 @@ impl System<'_> {
 
     /// The same where offsets are given: what is elastic gives way, and clearances where nothing is elastic.
     pub fn derivatives_given(&self, c: &Compatibility) -> DMatrix<f64> {
-        let mut sharing = Sharing::new(self, &c.equations, &c.output.parameters);
+        self.given_way(&c.equations, &c.output.parameters).least(self)
+    }
+
+    /// The same of any map, and which displacements something gives way to, or nothing has to.
+    pub fn derivatives_of(&self, equations: &DMatrix<f64>, map: &DMatrix<f64>) -> (DMatrix<f64>, Vec<bool>) {
+        let sharing = self.given_way(equations, map);
+        let asked = sharing.free.tr_mul(equations);
+        let size = |k: usize| asked.column(k).norm() * self.basis.unit(k);
+        let rows = self.mechanism.n_rows();
+        let least = CLEARLY * (0..rows).map(size).fold(0.0, f64::max);
+        let defined = (0..equations.ncols()).map(|k| size(k) <= least).collect();
+        (sharing.least(self), defined)
+    }
+
+    fn given_way<'a>(&self, equations: &'a DMatrix<f64>, map: &DMatrix<f64>) -> Sharing<'a> {
+        let mut sharing = Sharing::new(self, equations, map);
         for columns in [|element: &Element| element.kind.compliance(), |element: &Element| element.kind.play()] {
             let columns =
                 self.elements.iter().flat_map(|element| columns(element).into_iter().map(|l| (&*element.columns, l)));
             sharing.give_way(&columns.collect::<Vec<_>>(), false);
         }
-        sharing.least(self)
+        sharing
     }
 
     /// Forces under which nothing is left open but what no element is sensitive to: there they are least in size.

@@ -254,6 +254,17 @@ class Compiled:
         size = math.isqrt(len(given or ()))
         return None if given is None else np.reshape(given, (size, size))
 
+    def gives_way(self, drive: int) -> tuple[bool, ...]:
+        """Whether a drive winds up towards each of the joints that it moves.
+
+        Parameters
+        ----------
+        drive : int
+        """
+        size = len(self.drive_moves[drive])
+        compliance = self.core_spec["drives"][drive].get("compliance", [0.0] * size**2)
+        return tuple(c > 0.0 for c in compliance[:: size + 1])
+
     @property
     def correlated(self) -> list[list[int]]:
         """Sources that scatter together, by index."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,8 @@ class Commands:
         """
         if self.values is None or any(isinstance(joint, Coupling) for joint in data.joints.values()):
             return {}
-        values = zip(self.moves, map(float, self.values[0]), strict=True)
+        # Of several drives of one joint the first one says where it is.
+        values = [*zip(self.moves, map(float, self.values[0]), strict=True)][::-1]
         return {joint: coefficient * value for moves, value in values for joint, coefficient in moves}
 
 
@@ -82,10 +84,10 @@ def compliance_of(graph: Graph, drive: Drive, moves: Moves) -> tuple[float, ...]
 
 def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
     """Check the drives against the joints and bring them to SI."""
-    driver: dict[int, str] = {}
+    driver: dict[int, list[str]] = {}
     moves: list[Moves] = []
     for name, drive in data.drives.items():
-        indices = [_driven(graph, name, drive, joint, driver) for joint in drive.moves]
+        indices = [_driven(graph, data.drives, name, joint, driver) for joint in drive.moves]
         units = [coordinate_factor(graph, graph.joints[index]) for index in indices]
         ratios = [unit / units[0] for unit in units]
         coefficients = [ratio * c for ratio, c in zip(ratios, drive.moves.values(), strict=True)]
@@ -99,8 +101,9 @@ def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
     return Commands(tuple(data.drives), tuple(joints), tuple(moves), factors, values, targets, asked)
 
 
-def _driven(graph: Graph, name: str, drive: Drive, joint: str, driver: dict[int, str]) -> int:
-    """Index of a joint that a drive moves, which nothing else may."""
+def _driven(graph: Graph, drives: Mapping[str, Drive], name: str, joint: str, driver: dict[int, list[str]]) -> int:
+    """Index of a joint that a drive moves, which another one may only where both give way."""
+    drive = drives[name]
     key = f"drives.{name}.joint" if drive.joint is not None else f"drives.{name}.joints.{joint}"
     index = graph.joint_index(joint, key)
     if not graph.joints[index].can_be_driven:
@@ -108,9 +111,15 @@ def _driven(graph: Graph, name: str, drive: Drive, joint: str, driver: dict[int,
         kind = graph.joints[index].kind
         problem = f"'{joint}' is a {kind} joint and has no coordinate to drive; joints that have one: {free}"
         raise graph.refuse(problem, key)
-    if index in driver:
-        raise graph.refuse(f"'{joint}' is already driven by '{driver[index]}'", key)
-    driver[index] = name
+    others = driver.setdefault(index, [])
+    rigid = [other for other in (*others, name) if joint not in drives[other].stiffnesses]
+    if others and rigid:
+        without = f"{listed(rigid)} {'has' if len(rigid) == 1 else 'have'} none"
+        problem = (
+            f"'{joint}' is already driven by '{others[0]}'; both can drive it where each has a stiffness, and {without}"
+        )
+        raise graph.refuse(problem, key)
+    others.append(name)
     return index
 
 

@@ -81,6 +81,8 @@ class Mobility:
         Joint components that depend on one another, such as ``J4.x``.
     redundant_drives : tuple of str
         Drives that depend on one another or on the joints.
+    shared : bool
+        Whether all of these give way, so that they share what loads their motion.
     motors : tuple of str
         Drives that move several joints.
     special : int
@@ -101,6 +103,7 @@ class Mobility:
     drive_redundancy: int
     redundant_constraints: tuple[str, ...]
     redundant_drives: tuple[str, ...]
+    shared: bool = False
     motors: tuple[str, ...] = ()
     special: int = 0
     misfit: Misfit | None = None
@@ -119,14 +122,14 @@ class Mobility:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the drives determine every pose; the joints may be over-constrained."""
-        return not (self.motions or self.drive_redundancy)
+        """Whether the drives determine every pose; joints, and drives that give way, may be redundant."""
+        return not (self.motions or (self.drive_redundancy and not self.shared))
 
     @property
     def words(self) -> str:
         """One sentence for people."""
         freedom = f"{count(self.degrees_of_freedom, 'degree')} of freedom, {count(self.drives, 'drive')}"
-        return "; ".join([freedom, *self.problems, *_redundancy(self), *self.remarks])
+        return "; ".join([freedom, *self.problems, *_redundancy(self), *_shared(self), *self.remarks])
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -236,6 +239,9 @@ def _as_drawn(probe: Probe, mobility: Mobility, smallest: float) -> Mobility:
     open_ = misfit(m, drives[there], solved[there]) if there.any() else None
     if open_ is None:
         return mobility
+    if mobility.drive_redundancy and mobility.shared:
+        # Commands that differ wind the drives up.
+        return mobility
     if mobility.drive_redundancy:
         # Parts that do not fit lock a mechanism that would move if they did. Then little holds it everywhere.
         shares = [share for share in INEXACT if smallest <= share]
@@ -280,6 +286,8 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         rows = listed(mobility.redundant_constraints)
         advice = "give one of these joints another freedom or take a joint away"
         problems += [f"{part}, among {rows}; {advice}" for part in _redundancy(mobility)]
+    if not over_constrained:
+        problems += [f"{part}, which this question cannot take; drive it by one" for part in _shared(mobility)]
     key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
     raise InputError("; ".join(problems), file=m.file, key=key)
 
@@ -311,6 +319,7 @@ def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
         drive_redundancy=drive_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
+        shared=bool(drives) and all(all(m.gives_way(k)) for k in drives),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
         special=first if first > sample.freedoms(held[:0]) else 0,
         strained=lambda: self_stresses(probe, sample),
@@ -323,23 +332,32 @@ def _redundancy(mobility: Mobility) -> list[str]:
     return [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
 
 
+def _shared(mobility: Mobility) -> list[str]:
+    if not (mobility.drive_redundancy and mobility.shared):
+        return []
+    return [f"{joined([repr(name) for name in mobility.redundant_drives])} share a motion by their stiffness"]
+
+
 def _drive_problems(mobility: Mobility) -> list[str]:
     problems = []
     if mobility.motions:
         number = len(mobility.motions)
         free = "; ".join(_free(motion) for motion in mobility.motions[:3]) + ("; ..." if number > 3 else "")
         problems.append(f"too few drives: {count(number, 'motion')} {'is' if number == 1 else 'are'} free: {free}")
-    if mobility.drive_redundancy:
+    if mobility.drive_redundancy and not mobility.shared:
         names = [repr(name) for name in mobility.redundant_drives]
         if len(names) == 1:
             several = mobility.redundant_drives[0] in mobility.motors
             tied = "joints that others tie to each other already; drive one of them"
             problem = f"{names[0]} commands {tied if several else 'a joint that cannot move; take it away'}"
         else:
-            problem = f"{joined(names)} command the same motion; take away {mobility.drive_redundancy} of them"
+            number = mobility.drive_redundancy
+            problem = f"{joined(names)} command the same motion; take away {number} of them"
         if mobility.open:
             contradict = "they contradict one another" if len(names) > 1 else "it contradicts the joints"
             problem += f" ({contradict}, so that joints stay open where all others are closed: {mobility.open})"
+        if len(names) > 1:
+            problem += "; drives share a motion where each has a stiffness"
         problems.append(f"too many drives: {problem}")
     return problems
 

@@ -110,7 +110,7 @@ impl Layout {
         let (poses, rest) = registers[m.n_parameters()..][..self.n_varying()].split_at_mut(self.pose);
         m.space.load_poses(|lane| given[lane].0, poses);
         let (commands, turns) = rest.split_at_mut(3 * self.drives);
-        let (driven, references) = commands.split_at_mut(3 * m.n_driven);
+        let (driven, references) = commands.split_at_mut(3 * m.commanded.len());
         for ((row, by), command) in m.driven().zip(driven.chunks_exact_mut(3)) {
             let values = std::array::from_fn(|i| by.coefficient * given[i].1[by.drive]);
             let [sines, cosines] = match row.component {
@@ -164,7 +164,7 @@ impl Layout {
             m.space.put_pose_numbers(coordinates, |number| values.push(number));
         }
         let mut commands = Inputs::nominal(m, drives).commands(m).drives;
-        commands.truncate(m.n_driven);
+        commands.truncate(m.commanded.len());
         commands.extend(m.references(&nominal.coordinates));
         for command in commands {
             values.extend([command.value, command.sine, command.cosine]);

@@ -23,6 +23,7 @@ pub(crate) struct Statics<'r> {
     pub gradient: Vec<Symbol<'r>>,
     pub scale: Symbol<'r>,
     pub reactions: Vec<Symbol<'r>>,
+    pub drive_forces: Vec<Symbol<'r>>,
 }
 
 /// Where the outputs of the statics program stand.
@@ -36,12 +37,14 @@ pub(crate) struct StaticsOutputs {
     pub map: usize,
     pub drives: usize,
     pub reactions: usize,
+    pub drive_forces: usize,
 }
 
 impl StaticsOutputs {
     #[inline(always)]
     pub const fn new(m: &Mechanism) -> Self {
         let n_u = m.n_parameters();
+        let reactions = n_u + 4 + m.size() + m.size() * n_u + m.n_drives();
         Self {
             gradient: 0,
             scale: n_u,
@@ -51,7 +54,8 @@ impl StaticsOutputs {
             output: n_u + 4,
             map: n_u + 4 + m.size(),
             drives: n_u + 4 + m.size() + m.size() * n_u,
-            reactions: n_u + 4 + m.size() + m.size() * n_u + m.n_drives(),
+            reactions,
+            drive_forces: reactions + m.n_joints() * m.size(),
         }
     }
 
@@ -106,7 +110,8 @@ pub(crate) fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
     let (gradient, multipliers) = gradient(m, linear, &poses, &symbolic.inputs.parameters, cost);
     let scale = m.largest_force(&multipliers);
-    Statics { gradient, scale, reactions: m.reactions(&poses, &symbolic.inputs.parameters, &multipliers) }
+    let reactions = m.reactions(&poses, &symbolic.inputs.parameters, &multipliers);
+    Statics { gradient, scale, reactions, drive_forces: m.drive_forces(&multipliers) }
 }
 
 /// Leaves of the parameters only the plays, which tell the flanks that carry.
@@ -150,6 +155,7 @@ pub(crate) fn statics_outputs<'r>(
     }
     outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
     outputs.extend(statics.reactions);
+    outputs.extend(statics.drive_forces);
     outputs
 }
 

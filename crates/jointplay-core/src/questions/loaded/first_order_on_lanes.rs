@@ -140,6 +140,7 @@ impl<'m> FirstOrder<'m> {
         rows.error.put_lanes(first, all, |k| &error[k].0);
         rows.error_first_order.put_lanes(first, all, |k| &error[k].0);
         rows.reaction.put_lanes(first, all, |k| &out(at.reactions + k).0);
+        rows.drive_force.put_lanes(first, all, |d| &out(at.drive_forces + d).0);
         rows.equilibria.put_lanes(first, all, |_| &[1; LANES]);
         self.put_openings(&openings, &reaches, cases.len(), rows, first);
         good

@@ -204,6 +204,7 @@ impl<'m> Contact<'m> {
         rows.error.put_lanes(first, found, |k| &error[k].0);
         rows.decided.put_lanes(first, found, |s| &open.decided[s]);
         rows.reaction.put_lanes(first, found, |k| &self.steps.step.output(step, to.reactions + k).0);
+        rows.drive_force.put_lanes(first, found, |d| &self.steps.step.output(step, to.drive_forces + d).0);
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);

@@ -87,7 +87,9 @@ impl Mechanism {
         let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else {
             return apart(Status::NotAssemblable, factor);
         };
-        let unknown = system.unknown_reactions(&c);
+        let unknown_rows = system.unknown_rows(&c);
+        let unknown = system.joints_of(&unknown_rows);
+        let of_drives = |forces: &DVector<f64>| self.known_drive_forces(forces, &unknown_rows);
         let (contribution, contribution_elastic) = if details {
             let map = system.derivatives(&c, &c.output.parameters, &balance, UNDECIDED_TOGETHER);
             system.parts(&map, &self.centre, &balance)
@@ -103,6 +105,7 @@ impl Mechanism {
             error: error_first_order.clone(),
             error_first_order,
             reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
+            drive_force: of_drives(&balance.forces),
             offset: self.offsets(system, &balance),
             contribution,
             equilibria: 1,
@@ -144,6 +147,7 @@ impl Mechanism {
             }
             loaded.error = basis.kept.error(state, nominal);
             loaded.reaction = self.bearable(basis, state, &balance.forces, &unknown);
+            loaded.drive_force = of_drives(&balance.forces);
             loaded.offset = self.offsets(system, balance);
             loaded.iterations = rest.steps as u64;
             strain.force = self.known(&balance.forces, &unknown);
@@ -279,11 +283,8 @@ impl Mechanism {
     /// Reactions of forces on the rows' displacements at a state of the basis, unknown where nothing decides them.
     pub(crate) fn bearable(&self, basis: &Basis, at: &State, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
         let (poses, displacements) = (self.poses(&at.coordinates), &at.inputs.parameters);
-        let mut multipliers = forces.rows(0, self.n_rows()).into_owned();
-        for (l, row) in multipliers.iter_mut().zip(&basis.all.rows).filter(|(_, row)| row.play.is_some()) {
-            *l /= basis.all.slope(row, &poses, displacements);
-        }
-        let mut reactions = basis.all.reactions(&poses, displacements, multipliers.as_slice());
+        let multipliers = basis.all.multipliers_of(forces, &poses, displacements);
+        let mut reactions = basis.all.reactions(&poses, displacements, &multipliers);
         for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
             if *unknown {
                 wrench.fill(f64::NAN);
@@ -296,6 +297,12 @@ impl Mechanism {
     pub(crate) fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
         let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
         self.rows.iter().zip(forces.iter()).map(known).collect()
+    }
+
+    /// What the drives do, unknown where nothing decides the force on one of their rows.
+    fn known_drive_forces(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let known = |(unknown, force): (&bool, &f64)| if *unknown { f64::NAN } else { *force };
+        self.drive_forces(&unknown.iter().zip(forces.iter()).map(known).collect::<Vec<f64>>())
     }
 
     /// The values of all parameters.

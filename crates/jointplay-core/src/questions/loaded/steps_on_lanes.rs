@@ -41,13 +41,16 @@ pub(super) struct StepOutputs {
     pub scale: usize,
     pub gradient: usize,
     pub reactions: usize,
+    pub drive_forces: usize,
 }
 
 impl StepOutputs {
     #[inline(always)]
     pub const fn new(m: &Mechanism, layout: &Layout) -> Self {
         let size = layout.n_state();
-        Self { size, pivots: size + 1, scale: size + 2, gradient: size + 3, reactions: size + 3 + m.n_parameters() }
+        let reactions = size + 3 + m.n_parameters();
+        let drive_forces = reactions + m.n_joints() * m.size();
+        Self { size, pivots: size + 1, scale: size + 2, gradient: size + 3, reactions, drive_forces }
     }
 }
 
@@ -63,6 +66,7 @@ pub(super) fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Optio
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
+    outputs.extend(statics.drive_forces);
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, layout.state(m)))
 }
 
