@@ -19,6 +19,16 @@ class PointSpec(TypedDict):
     at: list[float]
 
 
+class ContactSpec(TypedDict):
+    """How two wheels touch whose axes are not parallel, in axes common to both."""
+
+    axes: list[list[float]]
+    apart: list[float]
+    at: list[float]
+    normal: list[float]
+    opening: list[float]
+
+
 class CouplingSpec(TypedDict, total=False):
     """What a coupling needs beside its points and axes; every kind has its own part of it."""
 
@@ -30,6 +40,7 @@ class CouplingSpec(TypedDict, total=False):
     lead: float
     distance: float | None
     marks: list[float] | None
+    contact: ContactSpec | None
 
 
 class JointSpec(TypedDict):

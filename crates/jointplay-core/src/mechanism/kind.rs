@@ -12,6 +12,7 @@
 //! | target | ground | nothing | nothing | none of its own |
 //! | orientation | first body's | | roll, tilts | none |
 //! | gear, rack, belt | first body's | coupling | coupling | none |
+//! | crossed gear | first body's | | coupling | none |
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
 //! A spherical joint can hold a settled spin besides (see `closure/equations.rs`).
@@ -46,6 +47,8 @@ pub enum JointKind {
     Orientation,
     /// Two toothed wheels that mesh, of parallel axes.
     Gear,
+    /// Two toothed wheels that mesh, of axes that cross or intersect; in space only.
+    CrossedGear,
     /// A rack on the first body, along the joint's axis (in space: its side), and a pinion on the second.
     Rack,
     /// A belt or chain around two pulleys of parallel axes.
@@ -112,11 +115,20 @@ impl JointKind {
             }
             (Space::Spatial, Kind::Orientation) => Form::new(&[About(0), About(1), About(2)], None).loosened(0),
             (_, Kind::Gear | Kind::Rack | Kind::Belt) => Form::new(&[Along(0)], None).coupling(),
+            (Space::Spatial, Kind::CrossedGear) => Form::new(&[Along(0)], None).coupling(),
             // The order of a revolute's, whose pin set fits it.
             (Space::Spatial, Kind::Screw) => {
                 Form::new(&[Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))).coupling()
             }
-            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
+            (
+                Space::Planar,
+                Kind::Cylindrical
+                | Kind::Spherical
+                | Kind::Planar
+                | Kind::Orientation
+                | Kind::CrossedGear
+                | Kind::Screw,
+            )
             | (Space::Spatial, Kind::PinInSlot) => return None,
         })
     }

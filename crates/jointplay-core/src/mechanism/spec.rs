@@ -61,7 +61,7 @@ pub struct PointSpec {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CouplingSpec {
-    /// Pitch radii on the first and the second body; a rack's pinion has the first.
+    /// Pitch radii on the first and the second body; a rack's pinion has the first, of crossed gears the second counts.
     pub radii: [f64; 2],
     /// Tooth counts, or whole numbers in the ratio of the radii.
     pub teeth: [u32; 2],
@@ -75,8 +75,26 @@ pub struct CouplingSpec {
     pub lead: f64,
     /// Distance of the pulleys at which a belt has its slack; that of the guess if left out.
     pub distance: Option<f64>,
-    /// Angles at which the two bodies see the line of centres when the wheels mesh; those of the guess if left out.
+    /// Angles at which the two bodies see the line of centres (of crossed gears the other axis) when the wheels mesh; those
+    /// of the guess if left out.
     pub marks: Option<[f64; 2]>,
+    /// How two wheels touch whose axes are not parallel.
+    pub contact: Option<ContactSpec>,
+}
+
+/// Two wheels of axes that are not parallel where they mesh, in any axes common to both.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ContactSpec {
+    /// Directions of both axes.
+    pub axes: [[f64; 3]; 2],
+    /// From the first centre to the second.
+    pub apart: [f64; 3],
+    /// From the first centre to the pitch point.
+    pub at: [f64; 3],
+    /// What both flanks push along, per unit of force at the pitch circle of the second wheel: the mean.
+    pub normal: [f64; 3],
+    /// What one flank pushes along more, and the other less: outwards from the first wheel.
+    pub opening: [f64; 3],
 }
 
 /// A joint between two points.

@@ -32,7 +32,7 @@ from .clearances import (
     SlotClearance,
 )
 from .costs import Choice, Cost
-from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
+from .couplings import BeltKeys, Coupling, CrossedGear, GearKeys, Mesh, Screw
 from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
@@ -72,6 +72,7 @@ __all__ = [
     "ComponentDeviation",
     "Cost",
     "Coupling",
+    "CrossedGear",
     "Deviating",
     "Dimension",
     "Direction",
