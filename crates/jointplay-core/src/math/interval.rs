@@ -13,6 +13,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math::curve::Curve;
 use crate::math::real::Real;
 
 /// All numbers between two, these included.
@@ -286,6 +287,9 @@ impl Real for Interval {
     }
     fn root(self, _: f64) -> Self {
         Interval::root(self)
+    }
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        (curve.range(self, 0), curve.range(self, 1))
     }
 }
 

@@ -139,7 +139,7 @@ impl<S: Real> Rate<S> {
         Self { linear: zero, first: zero, second: zero }
     }
 
-    fn plus(self, factor: S, other: Self) -> Self {
+    pub(crate) fn plus(self, factor: S, other: Self) -> Self {
         let sum = |a, b| add(a, scale(b, factor));
         Self {
             linear: sum(self.linear, other.linear),
@@ -523,10 +523,7 @@ impl ContactSpec {
         let ([a, b], d) = (self.axes, self.apart);
         let (m, cosine) = (cross(a, b), dot(a, b));
         let square = dot(m, m);
-        let along = [
-            dot(sub(a, scale(b, cosine)), n) / square,
-            dot(sub(b, scale(a, cosine)), n) / square,
-        ];
+        let along = [dot(sub(a, scale(b, cosine)), n) / square, dot(sub(b, scale(a, cosine)), n) / square];
         let across = dot(m, n) / square;
         let moment = cross(sub(self.at, d), n);
         let left = sub(moment, add(scale(cross(b, d), along[1]), scale(cross(b, cross(d, a)), across)));

@@ -13,6 +13,7 @@
 //! | orientation | first body's | | roll, tilts | none |
 //! | gear, rack, belt | first body's | coupling | coupling | none |
 //! | crossed gear | first body's | | coupling | none |
+//! | follower | first body's | the coordinate | the coordinate | none |
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
 //! A spherical joint can hold a settled spin besides (see `closure/equations.rs`).
@@ -55,6 +56,8 @@ pub enum JointKind {
     Belt,
     /// A screw in a nut; in space only.
     Screw,
+    /// A coordinate that follows another joint's.
+    Follower,
 }
 
 /// A kind of joint in the plane or in space.
@@ -100,6 +103,8 @@ impl JointKind {
             (Space::Planar, Kind::PinInSlot) => Form::new(&[Along(1)], Some(Along(0))),
             // The pin of a locked hinge keeps its play, its angle is held.
             (Space::Planar, Kind::Fixed) => Form::new(&[Along(0), Along(1), About(2)], None).loosened(2),
+            // What it holds is the coordinate of another joint.
+            (_, Kind::Follower) => Form::new(&[Along(0)], None),
             (_, Kind::Target) => Form::new(&[], None).in_ground_axes(),
             (Space::Spatial, Kind::Revolute) => {
                 Form::new(&[Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::clearance::Set;
 use crate::clearance::law::{Law, ScalarLaw};
+use crate::math::curve::Curve;
 use crate::math::space::Space;
 use crate::mechanism::kind::JointKind;
 
@@ -123,10 +124,28 @@ pub struct JointSpec {
     /// What a coupling needs more.
     #[serde(default)]
     pub coupling: Option<CouplingSpec>,
+    /// What the coordinate of a follower follows.
+    #[serde(default)]
+    pub follows: Option<FollowerSpec>,
     /// Of a ball joint whose one body, with what hangs on it, can spin about a line without moving anything else:
     /// whether this spin is held. Axis and side are then the line and a direction off it on both bodies.
     #[serde(default)]
     pub settled: bool,
+}
+
+/// A coordinate that follows that of another joint.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FollowerSpec {
+    /// The joint whose coordinate is led.
+    pub of: usize,
+    /// The joint that leads.
+    pub leader: usize,
+    /// The led coordinate over the leading one.
+    pub curve: Curve,
+    /// An angle that leads is taken within half a turn of this.
+    #[serde(default)]
+    pub middle: f64,
 }
 
 /// A driven joint coordinate.

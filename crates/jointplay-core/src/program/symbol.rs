@@ -8,6 +8,7 @@ use std::hash::Hash;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 
+use crate::math::curve::Curve;
 use crate::math::real::Real;
 use crate::program::code::{Code, Frame};
 use crate::program::graph::{Binary, Node};
@@ -352,5 +353,9 @@ impl Real for Symbol<'_> {
 
     fn root(self, near: f64) -> Self {
         self.root_from(near, ROOT_STEPS)
+    }
+
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        curve.of_polynomial(self)
     }
 }
