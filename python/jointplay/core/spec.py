@@ -29,6 +29,22 @@ class ContactSpec(TypedDict):
     opening: list[float]
 
 
+class CurveSpec(TypedDict):
+    """A curve by polynomials between knots."""
+
+    knots: list[float]
+    pieces: list[list[float]]
+
+
+class FollowerSpec(TypedDict):
+    """A joint coordinate over that of another joint."""
+
+    of: int
+    leader: int
+    curve: CurveSpec
+    middle: float
+
+
 class CouplingSpec(TypedDict, total=False):
     """What a coupling needs beside its points and axes; every kind has its own part of it."""
 
@@ -55,6 +71,7 @@ class JointSpec(TypedDict):
     side_second: NotRequired[list[float]]
     compliance: NotRequired[list[float]]
     coupling: NotRequired[CouplingSpec]
+    follows: NotRequired[FollowerSpec]
     settled: NotRequired[bool]
 
 

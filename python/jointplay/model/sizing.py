@@ -29,6 +29,8 @@ from jointplay.file.schema import (
     ComponentDeviation,
     Deviating,
     Direction,
+    Drive,
+    Follower,
     LawTable,
     Mesh,
     SizedClearance,
@@ -187,6 +189,8 @@ def _sizing(m: Mechanism, index: int, name: str) -> Sizing | None:
         case "angle":
             return _deviating(name, f"joints.{joint}.angle", getattr(data.joints[joint], "angle"), "angle")  # noqa: B009
         case "ratio":
+            if joint in data.followers:
+                return _of_follower(m, name)
             key = f"joints.{joint}.ratio_error"
             return _deviating(name, key, getattr(data.joints[joint], "ratio_error"), "length")  # noqa: B009
         case "runout":
@@ -249,24 +253,41 @@ def _deviating(name: str, key: str, entry: Any, kind: str) -> Sizing:
 
 def _drive(m: Mechanism, index: int, name: str) -> Sizing:
     drive = list(m.data.drives)[m.core_spec["sources"][index]["drive"]]
-    entry = m.data.drives[drive]
+    return _off_its_command(name, f"drives.{drive}", m.data.drives[drive], _kind(m, index))
+
+
+def _off_its_command(name: str, key: str, entry: Drive | Follower, kind: str) -> Sizing:
     size = max(map(abs, limits_of(entry.error, entry.law)))
-    key = f"drives.{drive}.error"
 
     def changes(new: float) -> Table:
         told = _toleranced(entry.error, entry.law, size, new)
-        return {key: told["tolerance"]} | ({f"drives.{drive}.law": told["law"]} if "law" in told else {})
+        return {f"{key}.error": told["tolerance"]} | ({f"{key}.law": told["law"]} if "law" in told else {})
 
-    return Sizing(name, (name,), key, "tolerance", _kind(m, index), size, _changes=changes)
+    return Sizing(name, (name,), f"{key}.error", "tolerance", kind, size, _changes=changes)
 
 
 def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
     source = m.core_spec["sources"][index]
+    if "drive" not in source:
+        return _of_follower(m, name)
     key = f"drives.{name}"
     play = m.data.drives[m.drives[source["drive"]]].backlashes[m.joints[source["joint"]]]
     return Sizing(
         name, (name,), key, "backlash", _kind(m, index), play.width, _changes=lambda new: {key: play.resized(new)}
     )
+
+
+def _of_follower(m: Mechanism, name: str) -> Sizing:
+    """Lost motion or error of a follower."""
+    follower, what = name.rsplit(".", 1)
+    entry, key = m.data.followers[follower], f"followers.{follower}"
+    kind = "angle" if m.joint_kinds[m.joints.index(entry.joint)] in ANGULAR else "length"
+    if what == "backlash":
+        play = entry.backlash
+        assert play is not None
+        at = f"{key}.backlash"
+        return Sizing(name, (name,), at, "backlash", kind, play.width, _changes=lambda new: {at: play.resized(new)})
+    return _off_its_command(name, key, entry, kind)
 
 
 def _kind(m: Mechanism, index: int) -> str:

@@ -4,11 +4,11 @@ The pitch point C is common to both pitch circles. Both wheels turn there with t
 
     v1 = z2 a1 x (C - P1),    v2 = s z1 a2 x (C - P2)
 
-in the ratio of their teeth, s = +-1 by how the second wheel turns. What separates them, v1 - v2, lies along the teeth.
-Where the axes intersect it vanishes: C is on the line in which the pitch cones touch, along z2 a1 - s z1 a2, and the
-teeth are at the spiral angle to it. The direction r through C that meets both axes is normal to the plane in which the pitch
-surfaces touch. With t across r and the teeth, and the pressure angle alpha in the section across the teeth, the normals
-of the flanks are
+in the ratio of their teeth, s = +-1 by how the second wheel turns. What separates them, v1 - v2, lies along the
+teeth. Where the axes intersect it vanishes: C is on the line in which the pitch cones touch, along z2 a1 - s z1 a2,
+and the teeth are at the spiral angle to it. The direction r through C that meets both axes is normal to the plane in
+which the pitch surfaces touch. With t across r and the teeth, and the pressure angle alpha in the section across the
+teeth, the normals of the flanks are
 
     n = cos(alpha) t +- sin(alpha) r
 """
@@ -16,7 +16,7 @@ of the flanks are
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,8 +133,8 @@ def _intersecting(wheels: Wheels, normal: Floats, refuse: Callable[..., InputErr
     (first, second), (r1, r2), (z1, z2) = wheels.axes, wheels.radii, wheels.teeth
     if not math.isclose(r1 * z2, r2 * z1, rel_tol=1e-6):
         raise refuse(
-            f"pitch radii are in the ratio of the teeth where axes intersect: with {z1} and {z2} teeth and a first radius of"
-            f" {wheels.length(r1)} the second is {wheels.length(r1 * z2 / z1)}, not {wheels.length(r2)}",
+            f"pitch radii are in the ratio of the teeth where axes intersect: with {z1} and {z2} teeth and a radius"
+            f" of {wheels.length(r1)} the other is {wheels.length(r1 * z2 / z1)}, not {wheels.length(r2)}",
             ".radii",
         )
     apart = wheels.apart - (wheels.apart @ normal) * normal
@@ -161,8 +161,8 @@ def _intersecting(wheels: Wheels, normal: Floats, refuse: Callable[..., InputErr
             for name, s, w in zip(wheels.names, from_apex, wanted, strict=True)
         )
         raise refuse(
-            "the pitch circles do not touch: their centres are placed along the axes as teeth, radii and the point where"
-            f" the axes intersect demand; {where}"
+            "the pitch circles do not touch: teeth, radii and the point where the axes intersect say where their"
+            f" centres are; {where}"
         )
     apex = -from_apex[0] * first
     at = apex + along
@@ -172,7 +172,7 @@ def _intersecting(wheels: Wheels, normal: Floats, refuse: Callable[..., InputErr
     around /= np.linalg.norm(around)
     slope = (wheels.hand or 0) * (wheels.spiral_angle or 0.0) * (-1.0 if line @ first < 0.0 else 1.0)
     trace = math.cos(slope) * line + math.sin(slope) * around
-    return Contact(wheels, apart, at, trace, _out_of_first(wheels, at, apart, outward), sense)
+    return Contact(wheels, apart, at, trace, _out_of_first(at, apart, outward), sense)
 
 
 def _crossing(wheels: Wheels, normal: Floats, refuse: Callable[..., InputError]) -> Contact:
@@ -213,15 +213,13 @@ def _crossing(wheels: Wheels, normal: Floats, refuse: Callable[..., InputError])
             fits.append((slide, sense, trace))
     if not fits:
         hands = {1: "right", -1: "left"}
-        raise refuse(
-            f"{circles} touch with {hands[-wheels.hand]}-hand teeth on '{a}' only, however they turn", ".hand"
-        )
+        raise refuse(f"{circles} touch with {hands[-wheels.hand]}-hand teeth on '{a}' only, however they turn", ".hand")
     # Of two ways to turn the one that slides less, as gears do.
     _, sense, trace = min(fits, key=lambda fit: fit[0])
-    return Contact(wheels, apart, at, trace, _out_of_first(wheels, at, apart, outward / size), sense)
+    return Contact(wheels, apart, at, trace, _out_of_first(at, apart, outward / size), sense)
 
 
-def _out_of_first(wheels: Wheels, at: Floats, apart: Floats, direction: Floats) -> Floats:
+def _out_of_first(at: Floats, apart: Floats, direction: Floats) -> Floats:
     """A direction that meets both axes, out of the first wheel and into the second.
 
     The pitch surface that is curved more is round: inside a ring it is that of the smaller wheel.

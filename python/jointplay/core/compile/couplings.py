@@ -426,7 +426,10 @@ class _Crossed(_Wheels):
                 same = float(mesh_axis @ along)
                 is_off = np.linalg.norm(offset - height * np.array(along)) > ROUNDED * (self.radii[end] + abs(height))
                 if own.body == point.body and abs(same) > 1.0 - ROUNDED and not is_off:
-                    found[other.body] = (np.array(other.at) + height * np.array(axis), math.copysign(1.0, same) * np.array(axis))
+                    found[other.body] = (
+                        np.array(other.at) + height * np.array(axis),
+                        math.copysign(1.0, same) * np.array(axis),
+                    )
         return found
 
     def _seen(self) -> tuple[list[float], bool]:

@@ -37,6 +37,7 @@ from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosi
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
 from .file import MechanismFile, PlanarFile, SpatialFile
+from .followers import Follower
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
@@ -78,6 +79,7 @@ __all__ = [
     "Direction",
     "Drive",
     "FlankClearance",
+    "Follower",
     "GapClearance",
     "GearKeys",
     "GridRange",

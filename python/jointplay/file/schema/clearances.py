@@ -342,7 +342,7 @@ class FlankClearance(Clearance):
 
     backlash: NonNegative | SkipJsonSchema[None] = Field(
         None,
-        description="backlash from flank to flank, an arc at the pitch circle (of crossed gears that of the second wheel)",
+        description="backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)",
     )
     backlash_angle: NonNegative | SkipJsonSchema[None] = Field(
         None, description="instead: angle that the second body turns from flank to flank while the first is held"

@@ -338,8 +338,8 @@ class CrossedGear(SpatialMesh):
     )
     marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(
         None,
-        description="direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in"
-        " the start if left out",
+        description="direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as"
+        " in the start if left out",
     )
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the axes of the first and of the second wheel"
