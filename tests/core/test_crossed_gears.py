@@ -1,5 +1,6 @@
 """Worms, crossed helical, bevel and hypoid gears against textbook forces, Willis and pitch surfaces by hand."""
 
+# ruff: noqa: E501 (one mistake a line)
 from __future__ import annotations
 
 import math
@@ -29,7 +30,7 @@ def pair(
     *,
     torque: float = 0.0,
     bearing: str = "",
-    values: str = "[0, 40, 400]",
+    values: str = "[0, 10, 300]",
     parts: tuple[str, str] = ("", ""),
 ) -> str:
     """Two wheels of fixed axes, the first driven, the second loaded; both drawn where they are."""
@@ -83,7 +84,7 @@ def test_backlash_of_a_worm_is_an_arc_on_its_wheel(hand: str) -> None:
 @pytest.mark.parametrize("teeth", [(1, 40), (3, 40)])
 def test_a_worm_turns_its_wheel_by_its_threads(hand: str, teeth: tuple[int, int]) -> None:
     """The thread of a right-hand worm that turns about +y moves towards -y, and the wheel with it, over many turns."""
-    m = jp.loads(worm(hand, teeth, values="{ from = 0, to = 7200, count = 25 }".join(["", ""]) or "[0]"))
+    m = jp.loads(worm(hand, teeth))
     m = m.with_({"drives": {"q": {"joint": "f", "from": 0, "to": 7200, "count": 41}}})
     sense = -1.0 if hand == "right" else 1.0
     driven = np.linspace(0.0, 40.0 * np.pi, 41)
@@ -117,12 +118,12 @@ def test_play_in_the_bearings_of_a_worm_turns_its_wheel_by_hand() -> None:
     np.testing.assert_allclose(np.abs(along), np.rad2deg(0.05 / 36), rtol=1e-5)
     axis = m.parameters[m.parameters.index("f.side")]
     plain = jp.given(m, {"m.flank": 0.01}).error.sel(component="rz").values
-    opened = [jp.given(m, {"m.flank": 0.01, axis: offset}).error.sel(component="rz").values for offset in (0.03, -0.03)]
-    both = [jp.given(m, {axis: offset}).error.sel(component="rz").values for offset in (0.03, -0.03)]
+    opened = [jp.given(m, {"m.flank": 0.01, axis: offset}).error.sel(component="rz").values for offset in (0.01, -0.01)]
+    both = [jp.given(m, {axis: offset}).error.sel(component="rz").values for offset in (0.01, -0.01)]
     # One of side and normal is along the common perpendicular, the other moves the wheel as an axial play does not.
     opening = np.abs(np.array(opened) - np.array(both) - plain)
     across = np.abs(np.array(both))
-    by_hand = np.rad2deg(0.03 / 36) * np.array([TAN / math.cos(lead), math.tan(lead)])
+    by_hand = np.rad2deg(0.01 / 36) * np.array([TAN / math.cos(lead), math.tan(lead)])
     if across.max() < 1e-3 * by_hand[0]:
         np.testing.assert_allclose(opening, by_hand[0], rtol=2e-3)
     else:
@@ -145,7 +146,7 @@ def crossed(seed: int) -> tuple[str, dict[str, float]]:
     turn = np.linalg.qr(chance.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     # Seen from the first wheel the second one's axis is turned by the sum of the helix angles about the line of centres.
-    axes = np.array([[0.0, 0.0, 1.0], [0.0, -math.sin(b1 + b2), math.cos(b1 + b2)]]) @ turn.T
+    axes = np.array([[0.0, 0.0, 1.0], [0.0, math.sin(b1 + b2), math.cos(b1 + b2)]]) @ turn.T
     at = np.array([[0.0, 0.0, 0.0], [r1 + r2, 0.0, 0.0]]) @ turn.T + chance.normal(size=3) * 30
     hand = "right" if b1 > 0 else "left"
     mesh = f'teeth = {[z1, z2]}\nradii = {table([r1, r2])}\nhand = "{hand}"\nclearance = {{ backlash = {0.02 * module} }}\n'
@@ -172,7 +173,7 @@ def test_crossed_helical_gears_by_their_helix_angles(seed: int) -> None:
         np.testing.assert_allclose(np.abs(force @ axis), parts[1], rtol=1e-7)
     # It presses the second wheel away from the first one.
     np.testing.assert_allclose(force @ out, normal * math.sin(told["alpha"]), rtol=1e-7)
-    ratio = np.diff(turns(m, axes[1]))[0] / math.radians(40)
+    ratio = np.diff(turns(m, axes[1]))[0] / math.radians(10)
     assert abs(ratio) == pytest.approx(told["z1"] / told["z2"], rel=1e-9)
 
 
@@ -201,7 +202,7 @@ def test_the_flanks_of_a_hypoid_touch_in_the_plane_of_its_cones() -> None:
     at = np.array(m.data.joints["m"].at)
     # A force through the origin, which is the pitch point.
     np.testing.assert_allclose(moment, np.cross(-at[1], force), atol=1e-6 * np.linalg.norm(moment))
-    ratio = np.diff(turns(m, axes[1]))[0] / math.radians(40)
+    ratio = np.diff(turns(m, axes[1]))[0] / math.radians(10)
     assert abs(ratio) == pytest.approx(11 / 43, rel=1e-9)
     slide = np.cross(axes[0], -at[0]) - ratio * np.cross(axes[1], -at[1])
     assert abs(force @ slide) < 1e-9 * np.linalg.norm(force) * np.linalg.norm(slide)
@@ -219,13 +220,13 @@ def test_straight_bevel_gears_by_hand(shaft: float) -> None:
     angle = math.radians(shaft)
     second = np.array([math.sin(angle), 0.0, math.cos(angle)])
     np.testing.assert_allclose(jp.worst(m).worst_rotation, np.rad2deg(0.025 / 40), rtol=1e-9)
-    np.testing.assert_allclose(np.diff(turns(m, second)), -np.deg2rad([20, 180]), rtol=1e-9)
+    np.testing.assert_allclose(np.diff(turns(m, second)), -np.deg2rad([5, 145]), rtol=1e-9)
     force = jp.loaded(m).reaction.sel(joint="m").values[0, :3]
     assert abs(force[1]) == pytest.approx(100.0, rel=1e-9)
     cones = [brentq(lambda d: math.sin(d) * 40 - math.sin(angle - d) * 20, 0, angle)]
     cones.append(angle - cones[0])
     # Both wheels are pushed away from the apex.
-    assert -force[2] == pytest.approx(-100 * TAN * math.sin(cones[0]), rel=1e-9)
+    assert -force[2] == pytest.approx(100 * TAN * math.sin(cones[0]), rel=1e-9)
     assert force @ second == pytest.approx(100 * TAN * math.sin(cones[1]), rel=1e-9)
     assert np.linalg.norm(force) == pytest.approx(100 / math.cos(ALPHA), rel=1e-9)
 
@@ -324,7 +325,6 @@ def test_a_bevel_differential_obeys_willis() -> None:
     np.testing.assert_allclose(jp.worst(m).worst_rotation, np.rad2deg(0.01 / 30), rtol=1e-6)
     planet = m.with_({"output": {"body": "planet", "relative_to": "arm"}})
     turned = np.deg2rad(jp.solve(planet).nominal.sel(component="rx").values)
-    np.testing.assert_allclose(np.exp(1j * np.abs(turned)), np.exp(1j * np.abs(turned)), atol=1e-9)
     spin = 0.5 * (sun - other) * 30 / 20
     np.testing.assert_allclose(np.cos(turned), np.cos(spin), atol=1e-9)
 
@@ -339,9 +339,11 @@ def test_a_second_planet_meets_the_teeth_or_is_refused() -> None:
     both = DIFFERENTIAL.replace("[drives.sun]", f"[joints.pin2]{second}[drives.sun]", 1)
     m = jp.loads(both)
     assert set(jp.worst(m).status.values) == {"ok"}
-    quarter = both.replace("[-30, 0, 0]", "[0, 30, 0]").replace("[-1, 0, 0]", "[0, 1, 0]")
-    with pytest.raises(InputError, match="miss each other by 0.5 of a tooth"):
-        jp.loads(quarter)
+    # Planets are apart by multiples of 360 / (30 + 30) degrees.
+    aside = np.array([math.cos(math.radians(87)), math.sin(math.radians(87)), 0.0])
+    between = both.replace("[-30, 0, 0]", table(30 * aside)).replace("[-1, 0, 0]", table(aside))
+    with pytest.raises(InputError, match=r"miss each other by 0\.5 of a tooth"):
+        jp.loads(between)
 
 
 # every question
@@ -364,20 +366,50 @@ def loose(seed: int) -> str:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_lanes_answer_as_one_by_one(seed: int) -> None:
-    """Samples by recorded programs are the closed mechanism at their offsets; no sample is beyond the worst case."""
+    """Load and samples by recorded programs are those of the plain solver; no sample is beyond the worst case."""
+    m = jp.loads(loose(seed)).with_({"drives": {"q": {"joint": "f", "from": 0, "to": 500, "count": 70}}})
+    core, drives = m.core, np.deg2rad(np.linspace(0.0, 500.0, 70))[:, None]
+    poses = core.trace(drives)["poses"]
+    together = core.loaded(drives, poses)
+    assert together["fallbacks"] == 0
+    for k in (0, 33, 69):
+        alone = core.loaded(drives[k : k + 1], poses[k : k + 1])
+        np.testing.assert_allclose(together["error"][k], alone["error"][0], atol=1e-11)
+        np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], rtol=1e-8, atol=1e-8)
+        assert together["status"][k] == alone["status"][0] == 0
+    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), keep=True)
+    assert drawn["fallbacks"][0] == 0
+    u = drawn["kept_parameters"]
+    given = core.given(np.repeat(drives[:1], 640, 0), np.repeat(poses[:1], 640, 0), u)
+    np.testing.assert_allclose(drawn["kept_errors"], given["error"], atol=1e-11)
+    worst, plain = core.worst(drives[:1], poses[:1]), core.worst(drives[:1], poses[:1], lanes=False)
+    for name in ("position", "component"):
+        np.testing.assert_allclose(worst[name], plain[name], atol=1e-10)
+    assert np.linalg.norm(given["error"][:, :3], axis=1).max() <= worst["position"][0] * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_questions_answer(seed: int) -> None:
     m = jp.loads(loose(seed)).with_({"drives": {"q": {"joint": "f", "values": [10]}}})
-    drawn = jp.random(m, samples=400, seed=3, keep=True)
-    errors = drawn.sample_error.values[0]
-    for k in (0, 150, 399):
-        u = dict(zip(m.parameters, drawn.sample_offset.values[0, k].tolist(), strict=True))
-        np.testing.assert_allclose(errors[k], jp.given(m, u).error.values[0], atol=1e-9)
-    worst = jp.worst(m, certificate=True) if seed == 0 else jp.worst(m)
-    place = np.linalg.norm(errors[:, :3], axis=1)
-    assert place.max() <= float(worst.worst_position[0]) * (1 + 1e-6)
-    found = jp.loaded(m)
-    assert set(found.status.values) == {"ok"}
-    compensated = jp.compensate(m)
-    assert set(compensated.status.values) == {"ok"}
+    assert set(jp.compensate(m).status.values) == {"ok"}
+    assert jp.check(m).attrs
+    elastic = m.with_({"joints.m.stiffness": {"flank": 2e4}})
+    found, rigid = (
+        np.abs(jp.loaded(each).error.sel(component=["rx", "ry", "rz"]).values).sum() for each in (elastic, m)
+    )
+    assert found > rigid
+
+
+def test_a_worst_case_with_a_worm_is_certified() -> None:
+    m = jp.loads(worm("left", (2, 41), bearing="clearance = { radial = 0.002, axial = 0.002, length = 15 }"))
+    m = m.with_({"drives": {"q": {"joint": "f", "values": [10]}}})
+    found = jp.worst(m, certify=True)
+    assert found.certified.all()
+    assert (
+        float(found.worst_rotation[0])
+        <= float(found.worst_rotation_certified[0])
+        < 1.01 * float(found.worst_rotation[0])
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -388,7 +420,7 @@ def test_sensitivities_are_differences(seed: int) -> None:
         if name.startswith("m.flank"):
             continue
         step = 1e-4 if name.rpartition(".")[2] not in ("tilt_side", "tilt_normal") else 1e-3
-        ends = [jp.given(m, {name: sign * step}, exact=True).error.values[0] for sign in (1, -1)]
+        ends = [jp.given(m, {name: sign * step}).error.values[0] for sign in (1, -1)]
         first = [jp.given(m, {name: sign * step}).error_first_order.values[0] for sign in (1, -1)]
         np.testing.assert_allclose(ends[0] - ends[1], first[0] - first[1], atol=3e-8)
     assert "m.ratio.length" in m.parameters
@@ -397,7 +429,7 @@ def test_sensitivities_are_differences(seed: int) -> None:
 
 # what does not mesh
 
-CROSSED = '[[0, 1, 0], [0, 0, 1]]'
+CROSSED = "[[0, 1, 0], [0, 0, 1]]"
 MISTAKES = {
     "parallel axes": (worm(), CROSSED, "[[0, 0, 1], [0, 0, 1]]", "are parallel within 0 deg"),
     "no hand": (worm(), 'hand = "right"\n', "", 'pass each other at 40 mm; the teeth of wheels whose axes cross have a hand'),
@@ -405,7 +437,7 @@ MISTAKES = {
     "radii that do not reach": (worm(), "[4, 36]", "[3, 36]", "radii of 3 mm and 36 mm about centres 40 mm apart, do not touch"),
     "one axis": (worm(), f"axes = {CROSSED}", "axis = [0, 1, 0]", "two wheels whose axes cross have two: axes ="),
     "too much backlash": (worm(), "0.02", "0.7", "0.7 mm of backlash is half of 1.257 mm or more"),
-    "another ratio of cones": (bevel(), "[20, 40]\nradii = [20, 40]", "[20, 40]\nradii = [20, 41]", "first radius of 20 mm the second"),
+    "another ratio of cones": (bevel(), "[20, 40]\nradii = [20, 40]", "[20, 40]\nradii = [20, 41]", "a radius of 20 mm the other is 40 mm, not 41 mm"),
     "a cone elsewhere": (bevel(), "radii = [20, 40]", "radii = [10, 20]", "from it and belongs 20 mm from it"),
     "a hand of straight teeth": (bevel(), "radii", 'hand = "left"\nradii', "teeth of a hand have a spiral_angle there"),
     "a spiral without a hand": (bevel(), "radii", "spiral_angle = 20\nradii", "a spiral_angle needs the hand of the first wheel"),

@@ -23,6 +23,7 @@ REFUSED: Mapping[str, str] = MappingProxyType(
         "rack": "a rack, whose flanks are no convex pieces",
         "belt": "a belt, which pulls and winds and is no solid",
         "screw": "a screw, whose thread is no convex piece",
+        "follower": "a coordinate that follows another one",
     }
 )
 
