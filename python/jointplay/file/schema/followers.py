@@ -17,7 +17,7 @@ MOST_TERMS, MOST_POINTS = 20, 2000
 
 
 class Follower(Table):
-    """A joint coordinate that depends on that of another joint, as a cam or a linkage that is not modelled makes it."""
+    """A joint coordinate that depends on that of another joint, as a cam makes it whose shape is not modelled."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -64,8 +64,12 @@ class Follower(Table):
     def _one_form(self) -> Self:
         if self.joint == self.follows:
             raise problem(f"'{self.joint}' cannot follow itself")
+        if (self.csv is None) != (self.columns is None):
+            raise problem('csv goes with columns: csv = "cam.csv", columns = ["angle", "lift"]')
+        if self.csv is not None and (self.polynomial or self.at or self.values):
+            raise problem("give a polynomial, at and values, or csv and columns; not two of them")
         if self.csv is not None:
-            raise problem("csv is read beside a mechanism file; a text gives at and values")
+            raise problem("a table beside the file is read with a mechanism file; a text gives at and values")
         if (self.polynomial is None) == (self.at is None):
             raise problem(
                 "say what it follows along: polynomial = [c0, c1, ...], or a table by at and values"

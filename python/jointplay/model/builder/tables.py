@@ -168,7 +168,7 @@ class Clearance(TypedDict, total=False):
     slack: Number | Numbers
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
     backlash: Number
-    """Backlash from flank to flank, an arc at the pitch circle."""
+    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
     backlash_angle: Number
     """Instead: angle that the second body turns from flank to flank while the first is held."""
     gap: Number
@@ -257,7 +257,7 @@ class FlankClearance(TypedDict, total=False):
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
     backlash: Number
-    """Backlash from flank to flank, an arc at the pitch circle."""
+    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
     backlash_angle: Number
     """Instead: angle that the second body turns from flank to flank while the first is held."""
 
