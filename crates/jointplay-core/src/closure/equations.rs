@@ -65,7 +65,7 @@ pub(crate) struct Command<S> {
 
 impl<S: Real> Command<S> {
     /// A value that may be any angle.
-    pub(crate) fn of(value: S) -> Self {
+    fn of(value: S) -> Self {
         let (sine, cosine) = value.wide_sin_cos();
         Self { value, sine, cosine }
     }
@@ -272,7 +272,7 @@ impl Mechanism {
         inputs: &Inputs<Command<S>, S>,
         led: Option<&Led<S>>,
     ) -> (S, Rate<S>) {
-        let command = row.drive.map(|by| &inputs.drives[by.command]).or_else(|| led.map(|led| &led.command));
+        let driven = row.drive.map(|by| &inputs.drives[by.command]);
         let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
         let none = [S::from_f64(0.0); 3];
         let turning = |angular: Vec3<S>| Rate { linear: none, first: angular.map(|v| -v), second: angular };
@@ -286,7 +286,8 @@ impl Mechanism {
             }
             Component::Along(i) => {
                 let (e, d) = (ends.axes()[i], sub(p2.position, p1.position));
-                let command = command.map_or(S::from_f64(0.0), |command| command.value);
+                let command = driven.map(|command| command.value).or_else(|| led.map(|led| led.value));
+                let command = command.unwrap_or_else(|| S::from_f64(0.0));
                 let mut first = cross(e, p1.lever);
                 if ends.joint.frame == Frame::First {
                     first = add(first, cross(e, d));
@@ -295,8 +296,9 @@ impl Mechanism {
             }
             Component::About(i) if row.component == ends.joint.roll() => {
                 let mut left = ends.carried().roll(i);
-                if let Some(command) = command {
-                    left = turn_back(left, (command.sine, command.cosine));
+                let turned = driven.map(|command| (command.sine, command.cosine));
+                if let Some(turned) = turned.or_else(|| led.map(|led| led.value.wide_sin_cos())) {
+                    left = turn_back(left, turned);
                 }
                 let (sine, cosine) = turn_back(left, parameter.sin_cos());
                 let gradient = ends.carried().rotation_gradient(i);

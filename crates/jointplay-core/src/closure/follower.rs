@@ -5,7 +5,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::closure::equations::Command;
 use crate::math::real::Real;
 use crate::math::rotation::turn_back;
 use crate::math::space::{Component, Pose};
@@ -19,7 +18,7 @@ pub(crate) struct Led<S> {
     /// Its joint.
     pub joint: usize,
     /// What it commands.
-    pub command: Command<S>,
+    pub value: S,
     /// What the row gains while points and axes of the leading joint move.
     pub rate: Rate<S>,
 }
@@ -30,16 +29,9 @@ impl Mechanism {
         let follower = self.joints[row.joint].follows.as_ref()?;
         let x = self.leading(follower, poses, parameters);
         let (value, slope) = x.along(&follower.curve);
-        let command = match row.component {
-            Component::Along(_) => {
-                let [zero, one] = [0.0, 1.0].map(S::from_f64);
-                Command { value, sine: zero, cosine: one }
-            }
-            Component::About(_) => Command::of(value),
-        };
         let gained = self.component_rate(follower.leader, follower.component, poses, parameters);
         let rate = Rate::zero().plus(-slope, gained);
-        Some(Led { joint: follower.leader, command, rate })
+        Some(Led { joint: follower.leader, value, rate })
     }
 
     /// The coordinate of the leading joint, angles within half a turn of the curve's middle.

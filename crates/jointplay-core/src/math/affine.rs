@@ -364,7 +364,7 @@ impl Real for Form<'_> {
         self.mapped(Interval::root, |x| Interval::from_f64(0.5) / Interval::root(x))
     }
     fn along(self, curve: &Curve) -> (Self, Self) {
-        let of = |order| self.mapped(|x| curve.range(x, order), |x| curve.range(x, order + 1));
+        let of = |order| self.mapped(|x| x.of_curve(curve, order), |x| x.of_curve(curve, order + 1));
         (of(0), of(1))
     }
 }

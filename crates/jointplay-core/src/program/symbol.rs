@@ -8,7 +8,7 @@ use std::hash::Hash;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 
-use crate::math::curve::Curve;
+use crate::math::curve::{Curve, polynomial};
 use crate::math::real::Real;
 use crate::program::code::{Code, Frame};
 use crate::program::graph::{Binary, Node};
@@ -356,6 +356,8 @@ impl Real for Symbol<'_> {
     }
 
     fn along(self, curve: &Curve) -> (Self, Self) {
-        curve.of_polynomial(self)
+        let s = self - Self::known(curve.knots()[0]);
+        let at = |order: usize| polynomial(curve.piece(0), s, order, Self::known);
+        (at(0), at(1))
     }
 }
