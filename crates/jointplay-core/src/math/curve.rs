@@ -1,6 +1,6 @@
 //! A curve that is a polynomial, or one between any two neighbouring knots, twice differentiable where these meet.
 //!
-//! Between the knots x_k and x_(k+1) it is `c_0 + c_1 s + c_2 s^2 + ...` with `s = x - x_k`. A single polynomial goes on
+//! Between the knots `x_k` and `x_(k+1)` it is `c_0 + c_1 s + c_2 s^2 + ...` with `s = x - x_k`. A single polynomial goes on
 //! beyond its knots; several go straight on beyond the first and the last knot.
 
 use std::ops::{Add, Mul};

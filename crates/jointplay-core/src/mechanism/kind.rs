@@ -119,8 +119,9 @@ impl JointKind {
                 Form::new(&[Along(0), Along(1), Along(2), About(0), About(1), About(2)], None).loosened(0)
             }
             (Space::Spatial, Kind::Orientation) => Form::new(&[About(0), About(1), About(2)], None).loosened(0),
-            (_, Kind::Gear | Kind::Rack | Kind::Belt) => Form::new(&[Along(0)], None).coupling(),
-            (Space::Spatial, Kind::CrossedGear) => Form::new(&[Along(0)], None).coupling(),
+            (_, Kind::Gear | Kind::Rack | Kind::Belt) | (Space::Spatial, Kind::CrossedGear) => {
+                Form::new(&[Along(0)], None).coupling()
+            }
             // The order of a revolute's, whose pin set fits it.
             (Space::Spatial, Kind::Screw) => {
                 Form::new(&[Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))).coupling()
