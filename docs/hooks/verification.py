@@ -1,6 +1,6 @@
-"""Puts the numbers of `make verify` (``verification.json``) into the page of verification while it is built.
+"""Puts the numbers of `make verify` into pages while they are built: ``verification.json``, ``robots.json``.
 
-Each ``<!-- PART -->`` on the page stands for one of the `PARTS`.
+Each ``<!-- PART -->`` on a page stands for one of its parts.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 
 from mkdocs.structure.pages import Page
 
-PAGE = "verification.md"
-NUMBERS = Path(__file__).resolve().parents[1] / "verification.json"
+DOCS = Path(__file__).resolve().parents[1]
+NUMBERS = DOCS / "verification.json"
 MARK = re.compile(r"^<!-- (?P<part>[a-z]+) -->$", re.MULTILINE)
 
 
@@ -106,9 +106,25 @@ def uncovered() -> str:
     return table(("figure", "examples"), rows)
 
 
+def robots() -> str:
+    """Public robots beside other engines."""
+    found = json.loads((DOCS / "robots.json").read_text(encoding="utf-8"))
+    head = ("robot", "what it has", "engine", "bodies", "degrees of freedom", "largest difference")
+    rows = (
+        (
+            *(f"[{row['robot']}]({row['source']})", row["has"], row["engine"], row["bodies"]),
+            *(row["degrees of freedom"], f"{row['difference']:.0e}"),
+        )
+        for row in found["robots"]
+    )
+    return f"{table(head, rows)}\nMade with {', '.join(found['made'])}.\n"
+
+
 PARTS = {part.__name__: part for part in (made, engines, examples, random, sources, published, differences, uncovered)}
+PAGES = {"verification.md": PARTS, "exchange.md": {"robots": robots}}
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
     """The page with its tables."""
-    return MARK.sub(lambda found: PARTS[found["part"]](), markdown) if page.file.src_uri == PAGE else markdown
+    parts = PAGES.get(page.file.src_uri, {})
+    return MARK.sub(lambda found: parts[found["part"]]() if found["part"] in parts else found[0], markdown)

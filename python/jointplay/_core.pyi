@@ -2,12 +2,11 @@
 
 from typing import final
 
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.core.answers import (
     Assembled,
     Certificate,
     Cones,
-    Flags,
-    Floats,
     Given,
     Loaded,
     LoadedSpecimens,

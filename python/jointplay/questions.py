@@ -16,8 +16,11 @@ from typing import Any
 
 from .errors import InputError, not_known
 
+#: where nobody says it: random specimens, a power of two, of which scrambled Sobol points are best; and parts of the
+#: sets that are expanded at most for each certified bound
+SAMPLES, PARTS = 131_072, 100
 #: by who asks, the options that they give themselves
-Asking = Mapping[str, Mapping[str, Any]]
+Askers = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Question:
     #: by quantity, the most telling one first
     figures: Mapping[str, Figure] = field(default_factory=dict)
     #: who may ask it, with the options that they give themselves
-    asked_by: Asking = field(default_factory=dict)
+    asked_by: Askers = field(default_factory=dict)
     #: whether there is an answer only where something loads the mechanism
     needs_loads: bool = False
     #: nodes of a map that are computed at a time: some seconds of work, some ten megabytes
@@ -71,7 +74,7 @@ class Question:
     sheet: str = ""
 
 
-def _by(*askers: str, **options: Mapping[str, Any]) -> Asking:
+def _by(*askers: str, **options: Mapping[str, Any]) -> Askers:
     """Those who ask a question, some with options of their own."""
     return {**dict.fromkeys(askers, MappingProxyType({})), **options}
 

@@ -14,7 +14,7 @@ from helpers.oracles.platform import placed
 from helpers.oracles.upu import Upu
 from jointplay import examples
 from jointplay.analyses.nominal import Nominal, nominal
-from jointplay.analyses.singular_path import Path as DrivePath
+from jointplay.analyses.singular_path import DrivePath
 from jointplay.analyses.singular_values import Scaled
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples" / "papers"))

@@ -100,14 +100,14 @@ def test_a_singularity_of_a_path_takes_few_states(monkeypatch: pytest.MonkeyPatc
     path = {"path.x": [150.0, 240.0, 330.0], "path.y": [20.0] * 3, "path.z": [400.0] * 3}
     m = jp.loads(jp.examples.text("3-upu")).with_(path)
     states = 0
-    state = singular_path.Path._state
+    state = singular_path.DrivePath._state
 
     def counted(*args: object) -> object:
         nonlocal states
         states += 1
         return state(*args)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(singular_path.Path, "_state", counted)
+    monkeypatch.setattr(singular_path.DrivePath, "_state", counted)
     result = jp.singularities(m)
     assert np.isfinite(result.singularity_distance).all()
     assert 0 < states <= 12

@@ -11,8 +11,7 @@ from jointplay.analyses.displaced import Displaced, at_offsets, shifts, under_lo
 from jointplay.analyses.nominal import nominal
 from jointplay.basics.poses import ground
 from jointplay.result import size
-from jointplay.show.viewer import Displaced as Drawn
-from jointplay.show.viewer import scene
+from jointplay.show.viewer import DisplacedScene, scene
 
 #: pins alone, known deviations, elastic members and legs, flanks that press against each other, over-constrained ones
 NAMES = (
@@ -32,7 +31,7 @@ def check(m: jp.Mechanism, moved: Displaced, wanted: np.ndarray) -> None:
     if "relative_to" in m.core_spec["output"]:
         return
     # The drawing on pages has the same numbers, four digits of the largest.
-    drawn = scene(m, at, displaced=[Drawn("moved", *moved)])
+    drawn = scene(m, at, displaced=[DisplacedScene("moved", *moved)])
     moves = np.array(drawn["states"][0]["moves"], dtype=float)
     np.testing.assert_allclose(
         np.linalg.norm(moves[:, drawn["output"]], axis=1), wanted, atol=2e-4 * float(np.abs(moves).max())

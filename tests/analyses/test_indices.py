@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import jointplay as jp
 from jointplay import examples
 from jointplay.analyses import random as random_module
-from jointplay.analyses.indices import REPLICATES, Indices, _Draws, estimate, groups
+from jointplay.analyses.indices import REPLICATES, Indices, _PartDraws, estimate, groups
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.yields import with_sizes
 from jointplay.cli.commands import program
@@ -112,10 +112,10 @@ def nested(m: jp.Mechanism, group: int, outer: int, inner: int) -> tuple[Floats,
     """First and total index by their definitions: means and variances over the other inputs, one loop in another."""
     at = nominal(m)
     columns = np.isin(m.parameter_source, groups(m)[group])
-    fixed, moved = (_Draws.of(m, count, seed, None, "plain") for count, seed in ((outer, 11), (outer * inner, 12)))
-    held = _Draws(*(np.repeat(part, inner, axis=0) for part in (fixed.drawn, fixed.offsets)))
+    fixed, moved = (_PartDraws.of(m, count, seed, None, "plain") for count, seed in ((outer, 11), (outer * inner, 12)))
+    held = _PartDraws(*(np.repeat(part, inner, axis=0) for part in (fixed.drawn, fixed.offsets)))
 
-    def values(draws: _Draws) -> Floats:
+    def values(draws: _PartDraws) -> Floats:
         errors = with_sizes(m, m.core.errors_of(at.drives[:1], at.poses[:1], draws.parameters(m)))
         return errors.reshape(outer, inner, -1)
 
@@ -152,7 +152,7 @@ def test_against_nested_monte_carlo(example: str, changes: dict[str, object], so
 def test_offsets_lie_in_the_gap_of_the_sizes_they_are_put_beside() -> None:
     """A pin of one specimen in the hole of another one would be outside of its play."""
     m = jp.loads(examples.text("four-bar-fits")).with_(PRESSED)
-    a, b = (_Draws.of(m, 4096, seed, None, "sobol") for seed in (1, 2))
+    a, b = (_PartDraws.of(m, 4096, seed, None, "sobol") for seed in (1, 2))
     drawn = m.core.specimens(4096, 1)
     np.testing.assert_allclose(a.parameters(m), drawn, rtol=0.0, atol=1e-15)
     hole = m.parameter_source == m.sources.index("J1.hole")

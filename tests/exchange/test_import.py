@@ -283,18 +283,22 @@ def test_bodies_and_joints_without_a_name_get_one(tmp_path: Path) -> None:
 
 
 def test_includes_and_meshes_that_are_missing(tmp_path: Path) -> None:
-    arm = '<body name="arm"><joint name="J1"/><geom type="mesh" mesh="m"/></body>'
-    written(tmp_path, f"<mujocoinclude>{arm}</mujocoinclude>", "arm.inc")
-    text = (
-        '<mujoco><asset><mesh name="m" file="no.stl"/></asset><worldbody><include file="arm.inc"/></worldbody></mujoco>'
-    )
-    with pytest.raises(jp.InputError, match=r"MuJoCo cannot compile it: .*no\.stl"):
-        jp.read(written(tmp_path, text, "a.xml"))
-    written(
-        tmp_path, "<mujocoinclude>" + arm.replace("<geom", '<geom size=".1"/><geom') + "</mujocoinclude>", "arm.inc"
-    )
-    found = imported(tmp_path / "a.xml", Options())
-    assert "Files of meshes are missing: masses that follow from them are missing as well." in found.notes
+    """A body of which only the mesh has a mass has none; a sensor of the mesh and materials go with it."""
+    arm = '<body name="arm"><joint name="J1"/><geom name="g" type="mesh" mesh="m"/></body>'
+    text = """<mujoco><asset><mesh name="m" file="no.stl"/><texture name="t" type="2d" file="no.png"/>
+      <material name="c" texture="t"/></asset><worldbody><geom size="1" material="c"/><include file="arm.inc"/>
+      </worldbody>
+      <sensor><distance geom1="g" body2="world" cutoff="1"/></sensor></mujoco>"""
+    path = written(tmp_path, text, "a.xml")
+    for more, masses in (("", False), ('<geom size=".1"/>', True)):
+        inside = arm.replace("<geom", f"{more}<geom")
+        written(tmp_path, f"<mujocoinclude>{inside}</mujocoinclude>", "arm.inc")
+        found = imported(path, Options())
+        assert "Files of meshes are missing: masses that follow from them are missing as well." in found.notes
+        assert ("[bodies.arm]" in found.text) == masses
+    # What stops MuJoCo beside that is said.
+    with pytest.raises(jp.InputError, match=r"MuJoCo cannot compile it: .*'K'"):
+        imported(written(tmp_path, text.replace("<sensor>", '<sensor><jointpos joint="K"/>'), "a.xml"), Options())
 
 
 def test_what_mujoco_warns_of_is_a_remark_and_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -538,7 +542,7 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
     ("a.urdf", chain("0 0 0"), "", [], r"joint 'J1' <axis>: \"0 0 0\" is no direction"),
     ("a.urdf", chain("0 x 0"), "", [], "joint 'J1' <axis>: 3 numbers with blanks between them are needed, not"),
     ("a.urdf", chain("0 1 0"), 'parent link="one"', ['parent link="ome"'], "'ome' is not a link; did you mean 'one'?"),
-    ("a.urdf", chain("0 1 0"), 'child link="tip"', ['child link="one"'], "already the child of joint 'J1'.*--loop"),
+    ("a.urdf", chain("0 1 0"), 'child link="tip"', ['child link="one"'], "several links without a parent: base, tip"),
     ("a.urdf", chain("0 1 0"), '"prismatic"', ['"slider"'], "joint 'J3': 'slider' is not a type of joint"),
     (
         "a.urdf",

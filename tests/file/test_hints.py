@@ -62,11 +62,12 @@ def test_a_range_that_was_written_as_values() -> None:
 
 
 @pytest.mark.parametrize("name", ["arm.urdf", "arm.xacro", "arm.sdf", "arm.dxf"])
-def test_files_of_other_programs_are_read_by_read(name: str, tmp_path: Path) -> None:
+def test_files_of_other_programs_are_read_by_read(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / name).write_text("<robot name='arm'/>")
     with pytest.raises(jp.InputError, match=r"jointplay\.read"):
         jp.load(tmp_path / name)
     if name.endswith(".xacro"):
+        monkeypatch.setenv("PATH", str(tmp_path))
         with pytest.raises(jp.InputError, match=r"`xacro arm\.xacro > arm\.urdf`"):
             jp.read(tmp_path / name)
 

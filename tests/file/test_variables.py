@@ -190,6 +190,7 @@ def test_variables_may_need_each_other_in_any_order() -> None:
         ('radial = "play" } }\nB', 'radial = "play", law = "a" } }\nB', '"a" is not valid here'),
         ('between = ["B", "C"]', 'between = ["a"]', "two values are needed"),
         ("format = 1", 'format = "a / 40"', 'format = 1, not "a / 40"'),
+        ("format = 1", 'format = "a +"', 'format = 1, not "a +"'),
         ("format = 1", 'format = 1\ninclude = ["leg.toml"]', "not in a text or a change"),
     ],
 )

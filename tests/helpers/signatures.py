@@ -47,7 +47,7 @@ BESIDE = {"output": "outputs", "loads": "load_cases"}
 #: where a joint sits: behind what it is
 PLACING = ("on", "bodies", "at", "axis", "side", "axes", "position", "direction")
 
-NUMBER = "Number"
+NUMBER = "NumberLike"
 
 
 class Signatures:
@@ -90,9 +90,9 @@ class Signatures:
                 found.append({"number": NUMBER, "integer": "Count", "string": "str", "boolean": "bool"}[node["type"]])
         if arrays:
             element = self.type_of(arrays)
-            found.append({NUMBER: "Numbers", "Numbers": "Rows"}.get(element, f"Sequence[{element}]"))
-            if element == "Number | Numbers":
-                found[-1] = "Numbers | Rows"
+            found.append({NUMBER: "NumbersLike", "NumbersLike": "RowsLike"}.get(element, f"Sequence[{element}]"))
+            if element == f"{NUMBER} | NumbersLike":
+                found[-1] = "NumbersLike | RowsLike"
         if mappings:
             found.append(f"Mapping[str, {self.type_of(mappings)}]")
         if references:
@@ -103,7 +103,7 @@ class Signatures:
 
     def table(self, names: tuple[str, ...]) -> str:
         """The name of the typed table that has the keys of all these."""
-        name = names[-1].removeprefix("Spatial").removeprefix("Planar").removesuffix("Table")
+        name = names[-1].removeprefix("Spatial").removeprefix("Planar").removesuffix("Table") + "Dict"
         if name not in self.about:
             self.about[name] = self.definitions[names[-1]].get("description", "")
             self.tables[name] = {}
@@ -174,13 +174,13 @@ class Signatures:
         self.table(self.of("temperature"))
         self.table(self.of("grid"))
         self.table(("About", "SpatialAbout"))
-        self.tables["Clearance"] = {
+        self.tables["ClearanceDict"] = {
             key: value
             for name in sorted(self.tables)
-            if name.endswith("Clearance")
+            if name.endswith("ClearanceDict")
             for key, value in self.tables[name].items()
         }
-        self.about["Clearance"] = "Play of a joint of any kind."
+        self.about["ClearanceDict"] = "Play of a joint of any kind."
         return TABLES.format(body="\n\n".join(self._table(name) for name in sorted(self.tables)))
 
     def _table(self, name: str) -> str:
@@ -231,7 +231,7 @@ class Signatures:
             f'self._joint("{kind}", name, {{given}}, places)',
             {key: keys[key] for key in order},
             ("name", "str", "Its name."),
-            (f"Numbers | {place}", "Its place on each body, by the name of the body: as in `on`."),
+            (f"NumbersLike | {place}", "Its place on each body, by the name of the body: as in `on`."),
         )
 
     def _named(self, section: str, method: str) -> str:
@@ -241,7 +241,7 @@ class Signatures:
         places, more = "", None
         if "on" in keys:
             places = ", places"
-            more = ("Numbers | str", "Its place on each body, by the name of the body: as in `on`.")
+            more = ("NumbersLike | str", "Its place on each body, by the name of the body: as in `on`.")
         return self._method(
             method,
             self.definitions[names[0]]["description"].partition("\n")[0],
@@ -337,7 +337,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from .tables import ({tables})
-from .values import Count, Number, Numbers, Rows
+from .values import Count, NumberLike, NumbersLike, RowsLike
 from .writing import Writing
 
 
@@ -358,7 +358,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
-from .values import Count, Number, Numbers, Rows
+from .values import Count, NumberLike, NumbersLike, RowsLike
 
 
 {body}

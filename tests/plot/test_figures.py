@@ -15,7 +15,7 @@ import jointplay as jp
 from helpers.answers import example
 from helpers.longer import in_turn, some
 from jointplay.cli import run
-from jointplay.plot import Choice, Style, style
+from jointplay.plot import Drawn, Style, style
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
 from jointplay.plot.style import THEMES, size_of
@@ -111,7 +111,7 @@ class TestSheets:
     @pytest.mark.parametrize(("kind", "width"), some(in_turn(KINDS, [None, COLUMN]), len(KINDS)))
     def test_nothing_overlaps_or_is_cut_off(self, drawn: Any, kind: str, width: float | None) -> None:
         name, found = drawn[kind]
-        figure = sheet(example(name), found, Choice(style=Style("print", width=width)))
+        figure = sheet(example(name), found, Drawn(style=Style("print", width=width)))
         if width is not None:
             assert figure.get_figwidth() * 25.4 == pytest.approx(width)
         assert overlapping(figure) == []
@@ -121,7 +121,7 @@ class TestSheets:
     def test_every_colour_is_seen_on_its_ground(self, drawn: Any, theme: str) -> None:
         """In the dark theme axes, words and bodies were black on black."""
         name, found = drawn["error"]
-        figure = sheet(example(name), found, Choice(style=Style(theme)))
+        figure = sheet(example(name), found, Drawn(style=Style(theme)))
         paper = np.array(figure.get_facecolor()[:3])
         for axes in figure.axes:
             seen = [axes.xaxis.label.get_color(), axes.title.get_color(), *(line.get_color() for line in axes.lines)]
@@ -132,7 +132,7 @@ class TestSheets:
         name, found = drawn["error"]
         m = example(name)
         for panel in panel_names(m, list(found)):
-            figure = sheet(m, found, Choice(panel=panel, style=Style(width=85, height=60)))
+            figure = sheet(m, found, Drawn(panel=panel, style=Style(width=85, height=60)))
             assert figure.get_size_inches() * 25.4 == pytest.approx([85, 60])
             assert len(figure.axes) == 1
             assert outside(figure) == []
@@ -143,9 +143,9 @@ class TestSheets:
             for panel in panel_names(m, list(found)):
                 if panel.startswith("correction-") or panel == "distance":
                     continue  # of drives of both kinds, and where the path has a singularity
-                sheet(m, found, Choice(panel=panel))
+                sheet(m, found, Drawn(panel=panel))
         with pytest.raises(jp.InputError, match=r"panel: 'histo' is not a panel.*mechanism, position"):
-            Choice(panel="histo").check(example("four-bar"), ["worst"])
+            Drawn(panel="histo").check(example("four-bar"), ["worst"])
 
 
 class TestStyle:

@@ -42,6 +42,21 @@ HEAVY = {
 ON_DEMAND = {"__init__", "cli", "__main__"}
 
 
+#: what reads the specification of the core outside of `core`: all others ask the mechanism for what they need
+READ_THE_SPECIFICATION = {
+    "model/mechanism.py",
+    # These make other mechanisms of it: a part with its own bodies, one with a target.
+    "analyses/assemble/part.py",
+    "analyses/map/reach.py",
+    # Its text says whether a map on disk is of this mechanism.
+    "analyses/map/__init__.py",
+    "analyses/displaced.py",
+    # All of it is drawn or written in another format.
+    *("exchange/contact_model.py", "exchange/contacts.py", "exchange/drafting.py"),
+    *("plot/animation.py", "plot/assembly.py", "plot/clearances.py", "plot/scene.py", "show/viewer/geometry.py"),
+}
+
+
 class Import(NamedTuple):
     """One import statement: dotted name, line, and whether it runs when the module is imported."""
 
@@ -111,6 +126,14 @@ def test_modules_import_only_from_their_own_room_and_those_before() -> None:
         if (to := inner(i.name)) is not None and height.get(to, len(ROOMS)) > height[room(path)]
     ]
     assert not wrong
+
+
+def test_few_read_the_specification_of_the_core() -> None:
+    """A change of it was a change of 44 files."""
+    outside = [path for path in modules() if room(path) != "core"]
+    reads = re.compile(r"\b(?:core_spec|in_core)\b|\.spec\(\)")
+    found = {p.relative_to(PACKAGE).as_posix() for p in outside if reads.search(p.read_text(encoding="utf-8"))}
+    assert found == READ_THE_SPECIFICATION
 
 
 def test_no_module_hides_an_import_of_our_own() -> None:

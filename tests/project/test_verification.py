@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+import verify_robots
 from helpers import pages
 from helpers.hooks import hook
 from helpers.oracles.frames import Frame
@@ -127,3 +128,11 @@ def test_every_table_of_the_checks_is_written_by_a_program_of_make_verify() -> N
     assert names
     assert [name for name in names if f'put_table("{name}"' not in programs] == []
     assert "for program in tests/verify_*.py" in (here.parent / "Makefile").read_text(encoding="utf-8")
+
+
+def test_public_robots_are_where_other_engines_have_them() -> None:
+    """Each one of the list, with as many degrees of freedom."""
+    rows = json.loads(pages.CHECKS.with_name("robots.json").read_text(encoding="utf-8"))["robots"]
+    assert [row["robot"] for row in rows] == [robot.name for robot in verify_robots.ROBOTS]
+    assert len(rows) >= 20
+    assert [row["robot"] for row in rows if not verify_robots.is_right(row)] == []

@@ -21,7 +21,7 @@ from jointplay.cli.help import LINES
 from jointplay.questions import QUESTIONS
 from jointplay.result import from_dataset
 from jointplay.result.conclusions import Sentence, conclude
-from jointplay.result.table import Answer, Column, Console, Table, numbers, show, tables
+from jointplay.result.table import Answer, Column, Console, ResultTable, numbers, show, tables
 from jointplay.result.table.fit import MOST_ROWS, chosen_rows, fitted
 from jointplay.result.verdict import verdict
 
@@ -201,7 +201,7 @@ def column(name: str, cells: str, **more: object) -> Column:
 
 
 def test_what_is_the_same_in_all_rows_is_a_note() -> None:
-    table = Table(
+    table = ResultTable(
         "t", (column("#", "0 1", is_key=True), column("x", "0.00 0.00"), column("y", "3.1 3.1"), column("z", "1 2"))
     )
     fit = fitted(table, 80)
@@ -210,13 +210,13 @@ def test_what_is_the_same_in_all_rows_is_a_note() -> None:
 
 
 def test_a_table_of_which_nothing_would_be_left_stays() -> None:
-    table = Table("t", (column("#", "0 1", is_key=True), column("x", "3 3")))
+    table = ResultTable("t", (column("#", "0 1", is_key=True), column("x", "3 3")))
     assert [c.name for c in fitted(table, 80).blocks[0]] == ["#", "x"]
 
 
 def test_the_least_needed_columns_go_first_and_all_shows_them_in_blocks() -> None:
     wide = [column(f"column_{k}", "11111111111 2", spare=k) for k in range(10)]
-    table = Table("t", (column("#", "0 1", is_key=True), *wide))
+    table = ResultTable("t", (column("#", "0 1", is_key=True), *wide))
     fit = fitted(table, 60)
     assert [c.name for c in fit.blocks[0]][1:] == [f"column_{k}" for k in range(4)]
     assert fit.notes[-1].startswith("Not shown: column_4, column_5")
@@ -228,7 +228,7 @@ def test_the_least_needed_columns_go_first_and_all_shows_them_in_blocks() -> Non
 
 def test_names_that_tell_rows_apart_are_not_cut_to_the_same() -> None:
     names = [f"a_very_long_name_of_a_leg_{k}_of_the_platform" for k in range(3)]
-    table = Table("t", (Column("source", "", tuple(names), left=True, is_key=True), column("size", "1 2 3")))
+    table = ResultTable("t", (Column("source", "", tuple(names), left=True, is_key=True), column("size", "1 2 3")))
     assert len(set(fitted(table, 30).blocks[0][0].cells)) == 3
 
 
@@ -283,7 +283,7 @@ def printed(monkeypatch: pytest.MonkeyPatch, no_color: str | None = None, *, ter
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=terminal, color_system="truecolor" if terminal else None, width=80)
     status = Column("status", "", ("ok", "singular"), left=True, alarms=(1,))
-    table = Table("t", (column("#", "0 1", is_key=True), numbers("x", "mm", [1.0, 2.0]), status))
+    table = ResultTable("t", (column("#", "0 1", is_key=True), numbers("x", "mm", [1.0, 2.0]), status))
     answer = Answer("", (Sentence("Limit missed.", is_alarm=True), Sentence("All else is well.")))
     show("Title", [answer], [table], console)
     return stream.getvalue()

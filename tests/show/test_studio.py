@@ -27,7 +27,7 @@ from jointplay.show.serving.answers import opened as begin
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.knobs import knobs
 from jointplay.show.serving.server import Server, Studio
-from jointplay.show.serving.session import Asked, Cancelled, Session
+from jointplay.show.serving.session import Cancelled, PageQuestion, Session
 
 FOUR_BAR = examples.text("four-bar")
 #: sizes of fits are those of hole and pin when they are set one by one
@@ -36,13 +36,13 @@ WITH_FITS = ("slider-crank-cases", "four-bar-fits", "press")
 
 def ask(session: Session, **told: Any) -> dict[str, Any]:
     """What a page gets while sliders move."""
-    asked = Asked.of(told)
+    asked = PageQuestion.of(told)
     return now(session, asked, session.begin(asked))
 
 
 def rest(session: Session, samples: int = 0, **told: Any) -> dict[str, Any]:
     """What a page gets when they rest."""
-    asked = Asked.of(told)
+    asked = PageQuestion.of(told)
     return settled(session, asked, samples, session.begin(asked))
 
 
@@ -167,15 +167,15 @@ def test_outputs_and_load_cases_are_chosen() -> None:
 
 def test_something_newer_cancels_what_is_asked() -> None:
     session = Session(jp.loads(FOUR_BAR))
-    check = session.begin(Asked(serial=5))
+    check = session.begin(PageQuestion(serial=5))
     check()
-    session.begin(Asked(serial=6))
+    session.begin(PageQuestion(serial=6))
     with pytest.raises(Cancelled):
         check()
     with pytest.raises(Cancelled):
-        session.begin(Asked(serial=5))
+        session.begin(PageQuestion(serial=5))
     # Long work looks after every configuration.
-    asked = Asked(serial=7, drives=(48.98,))
+    asked = PageQuestion(serial=7, drives=(48.98,))
     calls: list[int] = []
 
     def stop(_done: int, _of: int) -> None:

@@ -14,9 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Floats
 
 #: what lies below the quantiles: six standard deviations of a normal law apart
 TAIL, MIDDLE = 0.00135, 0.5

@@ -10,17 +10,15 @@ from typing import cast
 
 import numpy as np
 
+from jointplay.basics.arrays import Array, Floats
 from jointplay.core.answers import Worst
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import Array, ResultBuilder
+from jointplay.result import ResultBuilder
 from jointplay.result.verdict import ROUNDING
-
-from .nominal import Floats
 
 #: in front of the names of its columns beside those of `worst`
 PREFIX = "certificate_"
-#: parts of the sets that are expanded at most for each of the bounds
-PARTS = 100
+#: parts of the sets that can be expanded for each of the bounds
 MOST_PARTS = 1_000_000
 #: why there is no bound, in the order of the core's numbers
 REASONS = (
@@ -74,8 +72,7 @@ def add_bounds(builder: ResultBuilder, worst: Worst) -> None:
     builder.add("certified_reason", "configuration", reasons, "why there are no bounds")
     words = "number of parts of the sets that were expanded"
     builder.add("certified_parts", "configuration", found["parts"], words)
-    sources = zip(builder.m.sources, builder.m.core_spec["sources"], strict=True)
-    if endless := [name for name, source in sources if source["law"] == "gauss"]:
+    if endless := [source.name for source in builder.m.compiled_sources if source.spec["law"] == "gauss"]:
         builder.attrs["bounded_at_three_sigma"] = ", ".join(endless)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS, described
 from jointplay.model.gaps import ROUNDED, clearance_of, scattering
@@ -18,7 +19,6 @@ from jointplay.result.verdict import add_limits, limits_in_words, percent
 
 from .failure import failure
 from .hints import hints
-from .nominal import Floats
 from .recorded import recorded
 
 if TYPE_CHECKING:
@@ -98,13 +98,12 @@ def compute(m: Mechanism) -> Result:
         inner = {member.joint: member.name for member in m.members}
         gaps = [mobility.misfit.gaps.get(inner.get(k, joint), (0.0, 0.0)) for k, joint in enumerate(m.joints)]
         builder.add("gap", "joint", np.array([gap for gap, _ in gaps]), "how far the joint stays open", "length")
-    spec = m.core_spec
     names = ("ground", *m.owners)
-    ends = [[names[spec["points"][joint[end]]["body"] + 1] for joint in spec["joints"]] for end in ("first", "second")]
+    ends = [[names[bodies[end] + 1] for bodies in m.joint_bodies] for end in (0, 1)]
     builder.add("joint_kind", "joint", np.array(m.joint_kinds, dtype=str), "type of the joint")
     builder.add("first_body", "joint", np.array(ends[0], dtype=str), "body that carries the joint")
     builder.add("second_body", "joint", np.array(ends[1], dtype=str), "body that rides on it")
-    guess = poses.components(np.array(spec["guess"]).reshape(len(m.bodies), -1))
+    guess = poses.components(m.guess)
     builder.add("guess", ("body", "component"), guess, "pose of the body at the start", "component")
     driven = np.array([", ".join(m.joints[joint] for joint, _ in moves) for moves in m.drive_moves], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
@@ -149,7 +148,8 @@ def _members(m: Mechanism, builder: ResultBuilder) -> None:
     builder.add("member_joint", "member", np.array(joints, dtype=str), "joint that gives as the member does")
     lengths = np.array([member.length for member in m.members])
     builder.add("member_length", "member", lengths, "length of the member", "length")
-    stretch = np.array([m.core_spec["joints"][member.joint]["compliance"][0] for member in m.members])
+    compliances = (m.compliance(member.joint) for member in m.members)
+    stretch = np.array([own[0, 0] for own in compliances if own is not None])
     stiffness = np.divide(1.0, stretch, out=np.full(len(stretch), np.inf), where=stretch > 0.0)
     builder.add("member_stiffness", "member", stiffness, "stiffness along the member", "stiffness")
 

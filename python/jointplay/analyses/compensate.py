@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Codes, Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Loaded
 from jointplay.core.compile import LENGTHS
@@ -29,7 +30,7 @@ from jointplay.result.verdict import judge
 from . import worst
 from .given import OF_WORST
 from .loaded import require_loads, under_loads
-from .nominal import Codes, Floats, Nominal, nominal, report
+from .nominal import Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
 from .several import of_each

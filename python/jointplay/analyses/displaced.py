@@ -12,11 +12,10 @@ import numpy as np
 from jointplay.analyses import loaded
 from jointplay.analyses.nominal import Nominal, report
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import Spec
 from jointplay.model.gaps import centre, core_with
 from jointplay.model.mechanism import Mechanism
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 class Displaced(NamedTuple):
@@ -87,26 +86,24 @@ def shifts(m: Mechanism, at: Nominal, displaced: Displaced) -> Floats:
 
     Of an output that is seen from another body it is how far the point is off as that body sees it.
     """
-    output = m.core_spec["output"]["point"]
-    nominal = _seen(m, at.poses, np.asarray(m.core_spec["points"][output]["at"]))
-    there = _seen(m, displaced.poses, displaced.points[:, output])
+    nominal = _seen(m, at.poses, np.asarray(m.points[m.output_point].at))
+    there = _seen(m, displaced.poses, displaced.points[:, m.output_point])
     return np.asarray(np.linalg.norm(there - nominal, axis=-1)) / m.units.length
 
 
 def _seen(m: Mechanism, every: Floats, on_body: Floats) -> Floats:
     """Where the output point is, in the axes of the body from which it is seen; shape (configuration, 3)."""
-    output = m.core_spec["output"]
-    own = every[:, m.core_spec["points"][output["point"]]["body"]]
+    own = every[:, m.points[m.output_point].body]
     place: Floats = poses.position(own) + (poses.matrix(own) @ on_body[..., None])[..., 0]
-    other = output.get("relative_to")
-    if other is None:
+    if m.seen_from is None:
         return place
-    return poses.seen_from(every[:, other], place - poses.position(every[:, other]))
+    other = every[:, m.seen_from]
+    return poses.seen_from(other, place - poses.position(other))
 
 
 def on_bodies(m: Mechanism, u: Floats) -> Floats:
     """Where all points are on their bodies, shape (configuration, point, 3), SI, body axes."""
-    return np.stack([on_body(m.core_spec, point, u) for point in range(len(m.core_spec["points"]))], axis=1)
+    return np.stack([on_body(m.core_spec, point, u) for point in range(len(m.points))], axis=1)
 
 
 def on_body(spec: Spec, point: int, u: Floats) -> Floats:

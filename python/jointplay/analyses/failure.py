@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import Attempt, attempt, is_tree, sentences
-
-from .nominal import Floats
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, parts, to_dataset
 from jointplay.result.verdict import judge
 
-from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report, without_singular
+from .nominal import ON_CLOSURE, Nominal, nominal, report, without_singular
 from .offsets import Offsets, admissible, parameters
 from .recorded import recorded
 from .several import of_each, of_outputs

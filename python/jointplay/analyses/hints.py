@@ -79,10 +79,10 @@ def _driven_angles(m: Mechanism) -> list[tuple[str, float]]:
 
 def _spans(m: Mechanism) -> dict[int, list[tuple[int, np.ndarray]]]:
     """Joints on every body with their places, the ground among them."""
-    points, found = m.core_spec["points"], dict[int, list[tuple[int, np.ndarray]]]()
-    for k, joint in enumerate(m.core_spec["joints"]):
-        for point in (joint["first"], joint["second"]):
-            found.setdefault(points[point]["body"], []).append((k, np.array(points[point]["at"])))
+    found: dict[int, list[tuple[int, np.ndarray]]] = {}
+    for k, ends in enumerate(m.joint_points):
+        for point in (m.points[end] for end in ends):
+            found.setdefault(point.body, []).append((k, np.array(point.at)))
     return found
 
 
@@ -122,11 +122,11 @@ def _thousandth(m: Mechanism) -> Iterator[str]:
 
 def _clearances(m: Mechanism) -> Iterator[str]:
     spans = _spans(m)
-    for source in m.core_spec["sources"]:
-        size = source["set"].get("disc") or source["set"].get("ball") or {}
-        if source["kind"] != "clearance" or "radius" not in size or "joint" not in source:
+    for source in m.compiled_sources:
+        size = source.size if source.shape in ("disc", "ball") else {}
+        if source.kind != "clearance" or "radius" not in size or "joint" not in source.spec:
             continue
-        joint, links = source["joint"], []
+        joint, links = source.spec["joint"], []
         for places in spans.values():
             here = [at for k, at in places if k == joint]
             apart = [float(np.linalg.norm(at - here[0])) for _, at in places] if here else []

@@ -24,11 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.gaps import core_at
 from jointplay.model.mechanism import Mechanism
 
-from .nominal import Floats, Nominal
+from .nominal import Nominal
 from .yields import with_sizes
 
 #: specimens of each matrix at most
@@ -110,7 +111,7 @@ def estimate(a: Floats, b: Floats, mixed: Floats, replicates: int, rounding: Flo
 
 def groups(m: Mechanism) -> list[list[int]]:
     """The sources that are drawn together, by index."""
-    together = [sorted(entry["sources"]) for entry in m.core_spec["correlations"]]
+    together = m.correlated
     taken = {s for group in together for s in group}
     return sorted([*together, *([s] for s in range(len(m.sources)) if s not in taken)])
 
@@ -173,14 +174,14 @@ class _Points:
         return min(REPLICATES, min(self.samples, POINTS) // 2)
 
     @cached_property
-    def drawn(self) -> tuple[_Draws, _Draws]:
+    def drawn(self) -> tuple[_PartDraws, _PartDraws]:
         """A and B."""
         count = min(self.samples, POINTS)
         count -= count % self.replicates
         # Otherwise replicates of Sobol points would not be of equal size.
         sampling = self.sampling if count >= 2 * REPLICATES else "plain"
-        a = _Draws.of(self.m, count, self.seed, self.law, sampling)
-        b = _Draws.of(self.m, count, (self.seed + STRIDE) % 2**64, self.law, sampling)
+        a = _PartDraws.of(self.m, count, self.seed, self.law, sampling)
+        b = _PartDraws.of(self.m, count, (self.seed + STRIDE) % 2**64, self.law, sampling)
         # Point k of B has the net of point k of A, differently scrambled: together they would fill the space in
         # stripes.
         return a, b.shuffled(np.random.default_rng(self.seed), self.replicates)
@@ -213,7 +214,7 @@ class _Points:
 
 
 @dataclass(frozen=True)
-class _Draws:
+class _PartDraws:
     """Specimens by their independent parts.
 
     Parameters
@@ -228,7 +229,7 @@ class _Draws:
     offsets: Floats
 
     @classmethod
-    def of(cls, m: Mechanism, count: int, seed: int, law: str | None, sampling: str) -> _Draws:
+    def of(cls, m: Mechanism, count: int, seed: int, law: str | None, sampling: str) -> _PartDraws:
         drawn = m.core.specimens(count, seed, law, sampling)
         sized = _with_play(m)
         if sized is None:
@@ -237,16 +238,16 @@ class _Draws:
         within = core_at(m, sized).specimens(count, seed, law, sampling)
         return cls(drawn, m.core.with_offsets_of(np.tile(sized, (count, 1)), within))
 
-    def shuffled(self, rng: np.random.Generator, replicates: int) -> _Draws:
+    def shuffled(self, rng: np.random.Generator, replicates: int) -> _PartDraws:
         """In another order within every replicate."""
         size = len(self.drawn) // replicates
         order = np.concatenate([k * size + rng.permutation(size) for k in range(replicates)])
-        return _Draws(self.drawn[order], self.offsets[order])
+        return _PartDraws(self.drawn[order], self.offsets[order])
 
-    def mixed(self, other: _Draws, columns: NDArray[np.bool_]) -> _Draws:
+    def mixed(self, other: _PartDraws, columns: NDArray[np.bool_]) -> _PartDraws:
         """With some of the parameters of others."""
         drawn = np.where(columns, other.drawn, self.drawn)
-        return _Draws(drawn, np.where(columns, other.offsets, self.offsets))
+        return _PartDraws(drawn, np.where(columns, other.offsets, self.offsets))
 
     def parameters(self, m: Mechanism) -> Floats:
         """Every offset in the gap of its own sizes."""
@@ -256,7 +257,7 @@ class _Draws:
 def _with_play(m: Mechanism) -> Floats | None:
     """Parameters with which every clearance has play, whatever is drawn; None where no gap scatters."""
     sized = m.centre.copy()
-    for k, source in enumerate(m.core_spec["sources"]):
-        if source["kind"] == "size":
-            sized[m.parameter_source == k] += np.copysign(m.length, source["factor"])
+    for k, source in enumerate(m.compiled_sources):
+        if source.kind == "size":
+            sized[m.parameter_source == k] += np.copysign(m.length, source.spec["factor"])
     return None if np.array_equal(sized, m.centre) else sized

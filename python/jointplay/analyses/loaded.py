@@ -25,7 +25,17 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
 from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 
-from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report, without_singular
+from .nominal import (
+    ON_CLOSURE,
+    TO_FIRST_ORDER,
+    AnyColumns,
+    Nominal,
+    batched,
+    finished,
+    nominal,
+    report,
+    without_singular,
+)
 from .recorded import recorded
 from .several import of_each
 
@@ -163,13 +173,13 @@ def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) ->
     return unfinished
 
 
-def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Columns]) -> tuple[Columns, int]:
+def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], AnyColumns]) -> tuple[AnyColumns, int]:
     """What a question gives for all configurations, each under its own loads; and how many of them are done."""
 
-    def rows(part: slice) -> Columns:
+    def rows(part: slice) -> AnyColumns:
         # Without the totals, which belong to no configuration.
         found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
-        return cast("Columns", found)
+        return cast("AnyColumns", found)
 
     if m.loads.along:
         return batched(count, 1, rows, None)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Codes, Floats, Texts
 from jointplay.basics.units import Units
 from jointplay.core.answers import Reached
 from jointplay.core.compile import LENGTHS
@@ -21,9 +22,6 @@ from jointplay.result import STATUSES, Result, ResultBuilder, counted
 
 from .ranges import leaving
 
-Floats = NDArray[np.float64]
-Codes = NDArray[np.uint8]
-Texts = NDArray[np.str_]
 OK, UNASSEMBLED, SINGULAR, OUTSIDE = map(STATUSES.tolist().index, ("ok", "not_assembled", "singular", "outside_limits"))
 #: outcomes of configurations that have a pose and no error
 WITHOUT_ERRORS = ("singular", "other_branch", "outside_limits")
@@ -263,10 +261,10 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
 
 
 #: arrays by name, the status among them
-Columns = TypeVar("Columns", bound=Mapping[str, Any])
+AnyColumns = TypeVar("AnyColumns", bound=Mapping[str, Any])
 
 
-def without_singular(found: Columns) -> Columns:
+def without_singular(found: AnyColumns) -> AnyColumns:
     """What was found, without the errors of configurations that become singular within their clearances.
 
     How far an error was followed towards a singular pose depends on the axes of the bodies, and on the steps. What is
@@ -283,9 +281,9 @@ def without_singular(found: Columns) -> Columns:
 def batched(
     count: int,
     size: int,
-    run: Callable[[slice], Columns],
+    run: Callable[[slice], AnyColumns],
     progress: Progress | None,
-) -> tuple[Columns, int]:
+) -> tuple[AnyColumns, int]:
     """Run over configurations in batches; after Ctrl-C a batch may give fewer than it was asked for.
 
     Returns
@@ -295,7 +293,7 @@ def batched(
     done : int
         How many configurations they cover: fewer than `count` after Ctrl-C, never none.
     """
-    parts: list[Columns] = []
+    parts: list[AnyColumns] = []
     done = 0
     try:
         while done < count:
@@ -313,7 +311,7 @@ def batched(
             raise
     done = sum(len(part["status"]) for part in parts)
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return cast("Columns", joined), done
+    return cast("AnyColumns", joined), done
 
 
 def finished(builder: ResultBuilder, done: int, count: int, unfinished: str = "") -> Result:

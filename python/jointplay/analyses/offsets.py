@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.schema.values import LARGEST
 from jointplay.model.gaps import centre, clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
-
-from .nominal import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,9 +138,9 @@ def array_of(value: Any, file: str, key: str, *, gaps: bool = False) -> Floats:
 def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
     """Whether every source's offset lies in its set, shape (configuration, source)."""
     inside = np.ones((len(u), len(m.sources)), dtype=bool)
-    for s, source in enumerate(m.core_spec["sources"]):
+    for s in range(len(m.sources)):
         columns = np.flatnonzero(m.parameter_source == s)
-        away = u[:, columns] - np.array(source["centre"])
+        away = u[:, columns] - m.centre[columns]
         shape, size = clearance_of(m, s, u)
         slack = SLACK * m.length
         slack = SLACK if axes_of(m)["parameter"].kinds[columns[0]] == "angle" else slack

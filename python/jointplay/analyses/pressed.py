@@ -23,7 +23,7 @@ from .several import share
 #: what is found of every share, and how where it was searched for
 ENDS = ("", "_low", "_high", "_method")
 #: asks a part of the mechanism at its configurations
-Ask = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
+Asker = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
 #: specimens that are drawn first
 FEW = 16_384
 
@@ -40,7 +40,7 @@ def cases(m: Mechanism) -> list[tuple[str, Mechanism]]:
     return [(name, part) for name, part in every if part.has_loads]
 
 
-def in_cases(m: Mechanism, at: Nominal | None, samples: int, ask: Ask, progress: Progress | None) -> list[Result]:
+def in_cases(m: Mechanism, at: Nominal | None, samples: int, ask: Asker, progress: Progress | None) -> list[Result]:
     """The answers in every load case: of few specimens where they decide, else of all."""
     found = cases(m)
 

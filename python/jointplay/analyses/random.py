@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers, with_workers
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Random
 from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model.mechanism import Mechanism
+from jointplay.questions import SAMPLES
 from jointplay.result import Result, axes_of, to_dataset
 from jointplay.result.verdict import ROUNDING
 
@@ -28,7 +30,7 @@ from .capability import LEVELS
 from .indices import indices as find_indices
 from .indices import require_determinate_scatter
 from .loaded import require_loads
-from .nominal import ON_CLOSURE, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
@@ -43,8 +45,6 @@ PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
 SCATTERED, LOADED = CONTACTS = ("scattered", "loaded")
 SAMPLINGS = ("sobol", "plain")
-#: a power of two, of which scrambled Sobol points are best
-SAMPLES = 131_072
 MOST_SAMPLES = 10**12
 MOST_PROBABILITIES = 1000
 #: more than any machine has cores
@@ -379,7 +379,7 @@ def _is_loaded(m: Mechanism, contact: str) -> bool:
 
 def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
     """Refuse clearances at their boundary where they must be compatible with others."""
-    laws = [law or source["law"] for source in m.core_spec["sources"]]
+    laws = [law or source.spec["law"] for source in m.compiled_sources]
     kinds = zip(laws, m.source_kinds, strict=True)
     if not any(law == "boundary" and kind in LOOSE for law, kind in kinds):
         return

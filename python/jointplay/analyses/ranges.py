@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
-from jointplay.core.compile import ANGULAR, DRIVABLE, coordinate
+from jointplay.basics.arrays import Flags, Floats, Texts
+from jointplay.core.compile import ANGULAR, DRIVABLE
 from jointplay.model.mechanism import Mechanism
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Texts = NDArray[np.str_]
 TURN = 2.0 * np.pi
 
 
@@ -59,7 +56,7 @@ def leaving(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> Text
 
 
 def _raw(m: Mechanism, placed: Floats) -> tuple[Floats, Flags]:
-    values = np.stack([coordinate(m.core_spec, k, placed) for k in range(len(m.joints))], axis=-1)
+    values = np.stack([m.coordinate(k, placed) for k in range(len(m.joints))], axis=-1)
     return values, np.array([kind in ANGULAR or kind not in DRIVABLE for kind in m.joint_kinds])
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Region
 from jointplay.core.compile import LENGTHS
@@ -19,7 +20,7 @@ from jointplay.errors import in_range
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .nominal import Floats, Nominal, Progress, batched, finished, nominal, report, without_singular
+from .nominal import Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
 

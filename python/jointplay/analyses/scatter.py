@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers
 from jointplay.basics import confidence
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Random
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import SIDES, STATUSES, ResultBuilder, Variable
@@ -14,7 +15,7 @@ from jointplay.result.verdict import add_limits
 
 from .capability import capability
 from .indices import Indices, groups
-from .nominal import Floats, Nominal
+from .nominal import Nominal
 from .yields import Yields, repeatability, yields
 
 #: independent sets of Sobol points

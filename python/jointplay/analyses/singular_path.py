@@ -14,17 +14,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.core.compile import ANGULAR
 
 from .bracketing import edge, minimum
 from .nominal import Nominal
 from .singular_values import Scaled, kind
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 #: called with how many more steps of the path have been looked at
 Advance = Callable[[int], None]
 
@@ -100,7 +98,7 @@ class _Track:
     sign: Floats
 
 
-class Path:
+class DrivePath:
     """The path of a mechanism's drives through its configurations.
 
     Parameters
@@ -223,12 +221,11 @@ class Path:
 
     def _output(self, states: Floats) -> Floats:
         """Position of the output point, three coordinates, in the axes in which it is measured."""
-        spec = self.m.core_spec
-        point = spec["points"][spec["output"]["point"]]
-        place = poses.place(states[:, point["body"]], point["at"])
-        if "relative_to" not in spec["output"]:
+        point = self.m.points[self.m.output_point]
+        place = poses.place(states[:, point.body], point.at)
+        if self.m.seen_from is None:
             return place
-        other = states[:, spec["output"]["relative_to"]]
+        other = states[:, self.m.seen_from]
         return poses.seen_from(other, place - poses.position(other))
 
     def _kind(self, pose: Floats) -> str:

@@ -18,13 +18,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Nearness
 from jointplay.core.compile import LENGTHS
 from jointplay.model.mechanism import Mechanism
-
-Floats = NDArray[np.float64]
 
 KINDS = ("constraint", "actuation", "output")
 #: entries of the Jacobians of a chunk, and its configurations, at most, so that progress shows and Ctrl-C loses little

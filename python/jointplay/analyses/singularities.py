@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LARGEST_RATIO
 from jointplay.errors import InputError, not_known, shown
@@ -16,10 +17,10 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import RANK, require_determinate
 from jointplay.result import Result, ResultBuilder, to_dataset
 
-from .nominal import OK, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .nominal import OK, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
 from .several import of_each
-from .singular_path import Nearest, Path
+from .singular_path import DrivePath, Nearest
 from .singular_values import KINDS, Scaled, kind
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def compute(
     require_determinate(m)
     at = nominal(m)
     counted = _components(m, scaled, at, components)
-    limit = float(m.core_spec["singular_value"])
+    limit = m.limits.singular_value
     total = len(at)
 
     def judged(part: slice) -> dict[str, NDArray[Any]]:
@@ -112,7 +113,7 @@ def compute(
     _add_values(builder, found)
     if done < total or not path:
         return finished(builder, done, total)
-    between = Path(scaled, at, found["closure"], limit)
+    between = DrivePath(scaled, at, found["closure"], limit)
     steps = 0
 
     def advance(count: int) -> None:

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 
-from .nominal import Floats
 from .ways import Way
 
 REPLICATES = 16

@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers
 from jointplay.basics import confidence
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 from jointplay.result.verdict import COUNTED
 
-from .nominal import Floats, Nominal
+from .nominal import Nominal
 from .subset import MOVES, PILOT, PLAIN_PILOT, REPLICATES, SECOND, Climb, Specimens, ascend, climb, going_on
 from .ways import NO_POSE, Reach, Way, ways_apart, ways_out
 

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 
-from .nominal import Floats
 from .yields import rows_of, size_of
 
 #: part of a limit, beyond the worst case, from which on the worst case excludes that it is missed
@@ -100,7 +100,7 @@ def ways_out(m: Mechanism, limits: Floats) -> list[Way]:
 
 def ways_apart(m: Mechanism) -> list[Way]:
     """Ways on which specimens without a pose may be found; none where no loop is closed."""
-    if len(m.core_spec["joints"]) <= m.core_spec["n_bodies"]:
+    if len(m.joints) <= len(m.bodies):
         return []
     return [Way(NO_POSE, (), c, sign, np.inf) for c in range(len(m.components)) for sign in (-1, 1)]
 
@@ -109,12 +109,11 @@ class Reach:
     """How far bounded laws let a mechanism come at one configuration."""
 
     def __init__(self, m: Mechanism, drives: Floats, poses: Floats, law: str | None) -> None:
-        specs, count = m.core_spec["sources"], len(m.components)
-        kinds = zip(specs, m.source_kinds, strict=True)
+        count = len(m.components)
         self.endless = [
             s
-            for s, (spec, kind) in enumerate(kinds)
-            if not _is_bounded(law if law is not None and kind in LOOSE else spec["law"])
+            for s, source in enumerate(m.compiled_sources)
+            if not _is_bounded(law if law is not None and source.kind in LOOSE else source.spec["law"])
         ]
         #: whether a component is the same wherever sources without bounds are
         self.bounded = np.ones(count, dtype=bool)

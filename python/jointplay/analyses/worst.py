@@ -17,10 +17,11 @@ from jointplay.core.answers import Worst
 from jointplay.errors import InputError, in_range
 from jointplay.model.gaps import tight
 from jointplay.model.mechanism import Mechanism
+from jointplay.questions import PARTS
 from jointplay.result import Result, to_dataset
 from jointplay.result.verdict import judge
 
-from .certificate import MOST_PARTS, PARTS, add_bounds, certified
+from .certificate import MOST_PARTS, add_bounds, certified
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each

@@ -18,15 +18,13 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.model.mechanism import Mechanism
 
-from .nominal import Floats, Nominal
-
-Flags = NDArray[np.bool_]
+from .nominal import Nominal
 
 #: specimens drawn for a yield over the path, for one wherever the play lies, and offsets for a repeatability
 PATH, SPECIMENS, REPEATS = 100_000, 4_000, 4_000

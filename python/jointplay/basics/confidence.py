@@ -14,9 +14,8 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Floats
 
 #: how sure an interval is
 LEVEL = 0.95

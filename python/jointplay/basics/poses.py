@@ -9,9 +9,9 @@ All functions take arrays of any leading shape; the last axis holds one pose, qu
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Floats
 
 #: numbers of a pose in space
 SPATIAL = 7

@@ -24,7 +24,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-class Kind(NamedTuple):
+class Alternative(NamedTuple):
     """One alternative of an annotation: what it is called in a message, and whether a value is one."""
 
     words: str
@@ -119,7 +119,7 @@ def check(function: Callable[..., Any], name: str, value: object) -> None:
         )
 
 
-def _advice(kinds: Sequence[Kind], value: object) -> str:
+def _advice(kinds: Sequence[Alternative], value: object) -> str:
     """What to do where a file was given in place of its mechanism."""
     if not isinstance(value, str | os.PathLike) or all(kind.words != MECHANISM for kind in kinds):
         return ""
@@ -140,36 +140,36 @@ def _described(value: object) -> str:
 
 
 @functools.cache
-def _kinds(function: Callable[..., Any], annotation: str) -> tuple[Kind, ...]:
+def _kinds(function: Callable[..., Any], annotation: str) -> tuple[Alternative, ...]:
     parts = [ALIASES.get(part, part) for part in _split(annotation, " | ")]
     return tuple(_kind(function, part) for part in _split(" | ".join(parts), " | "))
 
 
-def _kind(function: Callable[..., Any], annotation: str) -> Kind:
+def _kind(function: Callable[..., Any], annotation: str) -> Alternative:
     name, _, inside = annotation.removesuffix("]").partition("[")
     if annotation in SIMPLE:
         return SIMPLE[annotation]
     if name.startswith("xr."):
         # xarray is slow to import; who has no such object need not.
-        return Kind(f"an xarray.{name[3:]}", lambda value: _is_of(value, "xarray", name[3:]))
+        return Alternative(f"an xarray.{name[3:]}", lambda value: _is_of(value, "xarray", name[3:]))
     if name == "NDArray":
-        return Kind("an array of numbers", _is_array)
+        return Alternative("an array of numbers", _is_array)
     if name in ("Sequence", "tuple"):
         elements = _split(inside, ", ")[0]
         each = _kinds(function, elements)
         if elements == "str":
-            return Kind("a word or several", lambda v: isinstance(v, str) or _are(v, each))
-        return Kind("a sequence of numbers", lambda v: _are(v, each) or _is_row(v))
+            return Alternative("a word or several", lambda v: isinstance(v, str) or _are(v, each))
+        return Alternative("a sequence of numbers", lambda v: _are(v, each) or _is_row(v))
     if name == "Iterable":
-        return Kind("a sequence of values", lambda v: isinstance(v, Iterable) and not _is_one(v))
+        return Alternative("a sequence of values", lambda v: isinstance(v, Iterable) and not _is_one(v))
     if name == "Mapping":
         each = _kinds(function, _split(inside, ", ")[1])
         words = " or ".join(kind.words for kind in each)
         values = "" if words == SIMPLE["Any"].words else f", each with {words}"
-        return Kind(f"a mapping with names as keys{values}", lambda value: _is_table(value, each))
+        return Alternative(f"a mapping with names as keys{values}", lambda value: _is_table(value, each))
     found = function.__globals__[name]
     article = "an" if name[0] in "AEIO" else "a"
-    return Kind(f"{article} {name}", lambda value: isinstance(value, found))
+    return Alternative(f"{article} {name}", lambda value: isinstance(value, found))
 
 
 def _split(text: str, by: str) -> list[str]:
@@ -219,29 +219,29 @@ def _is_one(value: object) -> bool:
     return isinstance(value, str | bytes | Mapping)
 
 
-def _are(value: object, each: Sequence[Kind]) -> bool:
+def _are(value: object, each: Sequence[Alternative]) -> bool:
     if _is_one(value) or not isinstance(value, Sequence):
         return False
     return all(any(kind.fits(element) for kind in each) for element in value)
 
 
-def _is_table(value: object, each: Sequence[Kind] = ()) -> bool:
+def _is_table(value: object, each: Sequence[Alternative] = ()) -> bool:
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
         return False
     return not each or all(any(kind.fits(v) for kind in each) for v in value.values())
 
 
 SIMPLE = {
-    "None": Kind("None", lambda value: value is None),
-    "bool": Kind("True or False", _is_flag),
-    "int": Kind("a whole number", _is_count),
-    "float": Kind("a number", _is_number),
-    "str": Kind("text", lambda value: isinstance(value, str)),
-    "object": Kind("anything", lambda _: True),
-    "Any": Kind("anything", lambda _: True),
-    "os.PathLike[str]": Kind("a path", lambda value: isinstance(value, os.PathLike)),
-    "Progress": Kind("a function", callable),
-    "Scheduler": Kind(
+    "None": Alternative("None", lambda value: value is None),
+    "bool": Alternative("True or False", _is_flag),
+    "int": Alternative("a whole number", _is_count),
+    "float": Alternative("a number", _is_number),
+    "str": Alternative("text", lambda value: isinstance(value, str)),
+    "object": Alternative("anything", lambda _: True),
+    "Any": Alternative("anything", lambda _: True),
+    "os.PathLike[str]": Alternative("a path", lambda value: isinstance(value, os.PathLike)),
+    "Progress": Alternative("a function", callable),
+    "Scheduler": Alternative(
         "a Dask client or the address of a scheduler",
         lambda value: isinstance(value, str) or _is_of(value, "distributed", "Client"),
     ),

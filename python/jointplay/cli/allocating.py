@@ -11,9 +11,9 @@ import typer
 from jointplay.basics.files import require_writable
 
 from . import answer, arguments
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, Point, Settings
+from .options import File, PointName, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -54,8 +54,8 @@ def allocate(
     digits: Annotated[
         int, typer.Option("--digits", metavar="N", help="Digits of sizes by formula, which are rounded down.")
     ] = 3,
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     settings: Settings = None,
     output: Annotated[
         Path | None,

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import DONE, NOT_OK, answer
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, Output, Point, Settings
+from .options import File, LoadCase, OutputPath, PointName, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -40,11 +40,11 @@ def allow(
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the sizes.")
     ] = 1e-4,
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find how large every source may be, and the fits to order.

@@ -10,8 +10,8 @@ import typer
 from jointplay.errors import InputError
 
 from . import DONE, answer
-from .drawing import Dots, FigureFile, Size, Theme
-from .options import File, LoadCase, Point, Settings
+from .drawing import Dots, FigureFile, FigureSize, StyleName
+from .options import File, LoadCase, PointName, Settings
 from .progress import bar
 
 
@@ -35,10 +35,10 @@ def animate(
     view: Annotated[
         str | None, typer.Option("--view", metavar="NAME", help="In space: solid, front, top or side. [default: solid]")
     ] = None,
-    size: Size = None,
+    size: FigureSize = None,
     dpi: Dots = None,
-    style: Theme = None,
-    output_point: Point = None,
+    style: StyleName = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:

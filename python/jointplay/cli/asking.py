@@ -11,9 +11,9 @@ import typer
 from jointplay.questions import QUESTIONS, asked_by
 
 from . import answer, arguments
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, Offset, Output, Point, Settings, Target
+from .options import File, LoadCase, Offset, OutputPath, PointName, Settings, Target
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -38,11 +38,11 @@ ALL = "all"
 def error(
     file: File,
     question: Sequence[str] = (),
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Say how far off the output is, and which joint is to blame.
@@ -101,10 +101,10 @@ def compensate(
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
     target: Target = None,
-    output_point: Point = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Correct the drives so that the output returns to its place.

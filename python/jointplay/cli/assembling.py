@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import Best, File, LoadCase, Output, Point, Settings
+from .options import Best, File, LoadCase, OutputPath, PointName, Settings
 from .printing import prints
 from .progress import bar
 
@@ -38,11 +38,11 @@ def assemble(
         Best | None,
         typer.Option("--best", help="Put the steps into the order with the smallest forces or errors on the way."),
     ] = None,
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Follow an assembly: errors, forces, whether parts fit.

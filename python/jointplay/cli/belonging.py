@@ -27,7 +27,7 @@ WRITTEN: dict[str, tuple[str, Callable[[Mechanism, Any], Any]]] = {
 
 
 @dataclass(frozen=True)
-class Options:
+class GivenOptions:
     """Options of questions that a command has, as they were typed or left out."""
 
     asker: str = ""
@@ -65,7 +65,7 @@ class Options:
 
 
 #: what commands are given that are called without any
-NO_OPTIONS = Options()
+NO_OPTIONS = GivenOptions()
 
 
 def _written(name: str) -> str:
@@ -99,7 +99,7 @@ def asks(
     def extended(command: Command) -> Command:
         @functools.wraps(command)
         def run(*, question: Any, **values: Any) -> int:
-            options = Options(asker, {name: values.pop(name) for name in names})
+            options = GivenOptions(asker, {name: values.pop(name) for name in names})
             if several:
                 return command(question=[*map(_plain, question or ())], options=options, **values)
             if question is not None:

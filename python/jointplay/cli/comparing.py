@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import answer, arguments
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import First, LoadCase, Output, Point, Second, Settings
+from .options import First, LoadCase, OutputPath, PointName, Second, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -37,11 +37,11 @@ def compare(
             help="What B follows; if left out, the position, or all components if B has as many drives.",
         ),
     ] = None,
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Compare two mechanisms on one path.

@@ -16,17 +16,17 @@ from .options import Command, exchanged
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
-    from jointplay.plot import Choice, Style
+    from jointplay.plot import Drawn, Style
     from jointplay.result import Result
 
-Size = Annotated[
+FigureSize = Annotated[
     str | None,
     typer.Option("--size", metavar="WxH", help="Figure: its size, such as 85x60mm or 85mm (mm, cm, in, pt)."),
 ]
 Dots = Annotated[int | None, typer.Option("--dpi", metavar="N", help="Figure: dots per inch. [default: 160]")]
-Theme = Annotated[str | None, typer.Option("--style", metavar="NAME", help="Figure: light, dark or print.")]
-Panel = Annotated[str | None, typer.Option("--panel", metavar="NAME", help="Figure: only this panel.")]
-Configuration = Annotated[
+StyleName = Annotated[str | None, typer.Option("--style", metavar="NAME", help="Figure: light, dark or print.")]
+PanelName = Annotated[str | None, typer.Option("--panel", metavar="NAME", help="Figure: only this panel.")]
+ConfigurationNumber = Annotated[
     int | None,
     typer.Option("--configuration", "-c", metavar="N", help="Figure: of this configuration. [default: the worst one]"),
 ]
@@ -36,11 +36,11 @@ Quantity = Annotated[
 ]
 #: every option by the name of its parameter
 OPTIONS: dict[str, Any] = {
-    "size": Size,
+    "size": FigureSize,
     "dpi": Dots,
-    "style": Theme,
-    "panel": Panel,
-    "configuration": Configuration,
+    "style": StyleName,
+    "panel": PanelName,
+    "configuration": ConfigurationNumber,
     "quantity": Quantity,
 }
 #: options that mean something for every figure
@@ -110,12 +110,12 @@ class FigureFile:
             key = {"width": "size", "height": "size"}.get(problem.key, problem.key)
             raise InputError(problem.problem, key=f"--{key}") from None
 
-    def choice(self) -> Choice:
+    def choice(self) -> Drawn:
         """What of the result is drawn, and how."""
-        from jointplay.plot import Choice
+        from jointplay.plot import Drawn
 
         given = self.given
-        return Choice(given.get("panel"), given.get("configuration"), given.get("quantity"), self.style())
+        return Drawn(given.get("panel"), given.get("configuration"), given.get("quantity"), self.style())
 
     def draw(self, m: Mechanism, results: dict[str, Result]) -> None:
         """Draw results, if a figure was asked for."""

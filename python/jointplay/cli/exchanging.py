@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
-from .options import File, LoadCase, Offset, Point, Settings
+from .options import File, LoadCase, Offset, PointName, Settings
 from .streams import hold
 
 #: options by the words that messages of the import begin with
@@ -24,6 +24,7 @@ OPTIONS = {
     "planar": "--planar",
     "loops": "--loop",
     "ground": "--ground",
+    "backlash": "--backlash",
 }
 
 
@@ -32,7 +33,7 @@ def import_(
         str,
         typer.Argument(
             metavar="FOREIGN",
-            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml; DXF (.dxf); pylinkage (.json).",
+            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; DXF (.dxf); pylinkage (.json).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -66,6 +67,15 @@ def import_(
     ground: Annotated[
         str | None, typer.Option("--ground", metavar="LINK", help="The link that is fixed. [default: the root]")
     ] = None,
+    backlash: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--backlash", metavar="KIND|JOINT={...}", help="Lost motion of drives: revolute={angle=0.1}, elbow=0.2"
+        ),
+    ] = None,
+    keep_joints: Annotated[
+        bool, typer.Option("--keep-joints", help="Joints that are lost motion of the joint beside them stay joints.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Write a robot, a drawing or a linkage as a mechanism file.
@@ -90,6 +100,8 @@ def import_(
         planar=planar,
         loops=_tables(loop, "--loop"),
         ground=ground,
+        backlash=_values(backlash, "--backlash"),
+        keep_joints=keep_joints,
     )
     try:
         found = imported(Path(file), options)
@@ -127,14 +139,16 @@ def _drives(given: list[str] | None) -> dict[str, object] | None:
 
 
 def _tables(given: list[str] | None, option: str) -> dict[str, Any]:
-    found = {}
-    for name, text in assignments(given or (), option).items():
-        table = value(text, f"{option} {name}")
+    found = _values(given, option)
+    for name, table in found.items():
         if not isinstance(table, dict):
-            problem = f"a table is needed, such as {{ radial = 0.02 }}, not {shown(text)}"
+            problem = f"a table is needed, such as {{ radial = 0.02 }}, not {shown(table)}"
             raise InputError(problem, key=f"{option} {name}")
-        found[name] = table
     return found
+
+
+def _values(given: list[str] | None, option: str) -> dict[str, Any]:
+    return {name: value(text, f"{option} {name}") for name, text in assignments(given or (), option).items()}
 
 
 def export(
@@ -149,7 +163,7 @@ def export(
         ),
     ] = 0,
     offset: Offset = None,
-    output_point: Point = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:

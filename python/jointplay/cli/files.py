@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from . import DONE, NOT_OK, answer, arguments, completing
-from .options import File, Output, Settings
+from .options import File, OutputPath, Settings
 from .printing import prints
 from .streams import hold
 
@@ -45,7 +45,7 @@ def new(
 
 
 @prints()
-def check(file: File, settings: Settings = None, output: Output = None) -> int:
+def check(file: File, settings: Settings = None, output: OutputPath = None) -> int:
     """Check parts, motion, and whether it can be assembled."""
     from jointplay.analyses.check import compute
 

@@ -13,9 +13,9 @@ import typer
 from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, Point, Scheduler, Settings
+from .options import File, LoadCase, PointName, Scheduler, Settings
 from .printing import prints
 from .progress import bar
 
@@ -73,8 +73,8 @@ def map_(
         ),
     ] = None,
     question: str = "",
-    options: Options = NO_OPTIONS,
-    output_point: Point = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Annotated[

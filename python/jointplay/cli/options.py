@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jointplay.questions import asked_by
+from jointplay.questions import PARTS, SAMPLES, asked_by
 
 from . import completing
 
@@ -89,14 +89,14 @@ Settings = Annotated[
         autocompletion=completing.keys,
     ),
 ]
-Point = Annotated[
+PointName = Annotated[
     str | None,
     typer.Option("--output-point", metavar="NAME", help="Only this one of the outputs. [default: all of them]"),
 ]
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]
-Output = Annotated[
+OutputPath = Annotated[
     Path | None,
     typer.Option(
         "--output",
@@ -140,10 +140,10 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
         None,
         "--parts",
         metavar="N",
-        help="worst: with --certify, parts of the sets looked at for each bound. [default: 100]",
+        help=f"worst: with --certify, parts of the sets looked at for each bound. [default: {PARTS}]",
     ),
     "samples": _option(
-        int, 131_072, "--samples", metavar="N", help="Random specimens per configuration; best a power of two."
+        int, SAMPLES, "--samples", metavar="N", help="Random specimens per configuration; best a power of two."
     ),
     "seed": (Seed, 0),
     "law": _option(

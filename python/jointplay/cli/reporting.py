@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from . import DONE, NOT_OK, answer
-from .options import File, LoadCase, Point, Seed, Settings
+from .options import File, LoadCase, PointName, Seed, Settings
 from .progress import bar
 
 
@@ -24,7 +24,7 @@ def report(
         int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")
     ] = 32_768,
     seed: Seed = 0,
-    output_point: Point = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:

@@ -8,7 +8,7 @@ import typer
 
 from . import answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, Output, Point, Settings
+from .options import File, OutputPath, PointName, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 @with_figure("panel", "configuration")
 def solve(
     file: File,
-    output_point: Point = None,
+    output_point: PointName = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Solve the nominal mechanism along its path.
@@ -49,9 +49,9 @@ def singularities(
     path: Annotated[
         bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
     ] = True,
-    output_point: Point = None,
+    output_point: PointName = None,
     settings: Settings = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find how near to a singularity it is, and what moves there.

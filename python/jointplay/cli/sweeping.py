@@ -9,9 +9,9 @@ import typer
 from jointplay.errors import InputError
 
 from . import answer, arguments, completing
-from .belonging import NO_OPTIONS, Options, asks
+from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, Output, Point, Scheduler
+from .options import File, LoadCase, OutputPath, PointName, Scheduler
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -49,11 +49,11 @@ def sweep(
         ),
     ] = None,
     question: str = "",
-    output_point: Point = None,
+    output_point: PointName = None,
     load_case: LoadCase = None,
-    options: Options = NO_OPTIONS,
+    options: GivenOptions = NO_OPTIONS,
     scheduler: Scheduler = None,
-    output: Output = None,
+    output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Compute the error for every value of something in the file."""

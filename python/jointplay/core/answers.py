@@ -9,10 +9,9 @@ from typing import NotRequired, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Codes, Flags, Floats
+
 Counts = NDArray[np.uint64]
-Flags = NDArray[np.bool_]
-Codes = NDArray[np.uint8]
 
 
 class Assembled(TypedDict):

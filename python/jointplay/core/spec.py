@@ -151,7 +151,7 @@ SetSpec = dict[str, dict[str, float]]
 _Ends = TypedDict("_Ends", {"from": NotRequired[int], "to": NotRequired[int]})
 
 
-class _Moved(_Ends):
+class _Moving(_Ends):
     """What a source moves, by the keys of its kind; where its offset can be, and how it scatters there."""
 
     set: SetSpec
@@ -168,13 +168,13 @@ class _Moved(_Ends):
     moves: NotRequired[list[GrowthSpec]]
 
 
-class SourcePart(_Moved):
+class SourcePart(_Moving):
     """A source without its known deviation, and without its kind where results have the same word for it."""
 
     kind: NotRequired[str]
 
 
-class SourceSpec(_Moved):
+class SourceSpec(_Moving):
     """One thing that can be off."""
 
     kind: str

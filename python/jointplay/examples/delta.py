@@ -8,9 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.file.toml import number, numbers
 
-from .template import Template, Vector, around
+from .template import Template, around
 
 #: where the arms are, in degrees
 ARMS = (0.0, 120.0, 240.0)
@@ -95,7 +96,7 @@ clearance = {{ radial = {self.radial}, axial = {self.axial}, length = {self.shaf
 
 {rods}"""
 
-    def _rod(self, k: int, side: str, elbow: Vector, wrist: Vector, tangent: Vector) -> str:
+    def _rod(self, k: int, side: str, elbow: Floats, wrist: Floats, tangent: Floats) -> str:
         across = np.cross(tangent, wrist - elbow)
         across /= np.linalg.norm(across)
         return f"""\
@@ -113,7 +114,7 @@ at     = {numbers(wrist)}
 clearance = {{ radial = {self.ball_radial} }}
 """
 
-    def _elbow(self, shoulder: Vector, wrist: Vector, outwards: Vector) -> Vector:
+    def _elbow(self, shoulder: Floats, wrist: Floats, outwards: Floats) -> Floats:
         """The outer of the two places where arm and rod meet, in the upright plane of the arm."""
         gap = wrist - shoulder
         distance = float(np.linalg.norm(gap))

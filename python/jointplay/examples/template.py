@@ -8,11 +8,9 @@ from dataclasses import Field, dataclass, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError, not_known, shown
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ class Template:
         raise NotImplementedError
 
 
-def around(angle: float) -> tuple[Vector, Vector]:
+def around(angle: float) -> tuple[Floats, Floats]:
     """Unit vectors away from the z axis and along the circle around it, at an angle in degrees."""
     c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
     return np.array([c, s, 0.0]), np.array([-s, c, 0.0])

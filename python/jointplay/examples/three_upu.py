@@ -8,9 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.file.toml import number, numbers
 
-from .template import Template, Vector, around
+from .template import Template, around
 
 #: where the legs are, in degrees
 LEGS = (0.0, 120.0, 240.0)
@@ -90,7 +91,7 @@ moment = [0, 0, 0]            # N mm: force times length
 position = 6                  # acceptable at the output
 """
 
-    def _leg(self, k: int, angle: float, centre: Vector) -> str:
+    def _leg(self, k: int, angle: float, centre: Floats) -> str:
         outwards, tangent = around(angle)
         bottom = self.base_radius * outwards
         top = self.platform_radius * outwards + centre

@@ -14,13 +14,11 @@ from xml.etree import ElementTree as ET
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ENDS, LoadSpec
 from jointplay.errors import InputError, listed, one_line
 from jointplay.model.mechanism import Mechanism
-
-Floats = NDArray[np.float64]
 
 #: boxes of a ring: the corner that a load finds is at most a degree beside it
 PIECES = 180

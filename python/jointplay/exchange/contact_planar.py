@@ -17,9 +17,10 @@ from xml.etree.ElementTree import SubElement
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ENDS, PointSpec
 
-from .contact_model import Floats, Model, text_of
+from .contact_model import Model, text_of
 
 #: height from one joint to the next, in radii of pins: capsules are four radii high with their round ends
 LAYER = 5.0
@@ -30,7 +31,7 @@ def _turned(angle: float, vector: Floats) -> Floats:
     return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
 
 
-class Planar(Model):
+class PlanarModel(Model):
     """One planar mechanism on its way to a model."""
 
     # A pin touches rings, and nothing else touches anything.

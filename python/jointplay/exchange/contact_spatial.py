@@ -29,11 +29,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.poses import from_axes, matrix
 from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End
 from jointplay.model.mechanism import Mechanism
 
-from .contact_model import LEAST, Floats, Model, text_of
+from .contact_model import LEAST, Model, text_of
 
 #: of a joint's frame: along its axis, along its side, across both
 ALONG, SIDE, NORMAL = range(3)

@@ -12,7 +12,7 @@ from jointplay.errors import InputError, in_range
 from jointplay.model.mechanism import Mechanism
 
 from .contact_model import PIECES, WORLD
-from .contact_planar import Planar
+from .contact_planar import PlanarModel
 from .contact_spatial import Spatial
 
 #: why a joint has no solids
@@ -51,7 +51,7 @@ def to_mjcf(m: Mechanism, configuration: int = 0, pieces: int = PIECES) -> str:
     drives, poses = at.drives[configuration], at.poses[configuration]
     if not np.isfinite(poses).all():
         raise InputError(f"configuration {configuration} cannot be assembled", file=m.file)
-    kind = Planar if m.data.space == "planar" else Spatial
+    kind = PlanarModel if m.data.space == "planar" else Spatial
     return kind(m.under_loads_of(configuration), drives, poses, pieces).text()
 
 

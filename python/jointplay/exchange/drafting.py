@@ -25,7 +25,7 @@ from .drawing import NO_BODY, NOTES, OUTPUT, ezdxf
 from .skeleton import GROUND, Matrix, Vector
 
 #: offsets and deviations by name
-Given = tuple[Mapping[str, Any], Mapping[str, Any]]
+GivenErrors = tuple[Mapping[str, Any], Mapping[str, Any]]
 #: numbers of units in $INSUNITS
 UNITS = {"mm": 4, "cm": 5, "m": 6, "um": 13, "in": 1}
 #: sizes on the drawing, as parts of its extent
@@ -44,7 +44,7 @@ DOWN = -45.0
 SLIDING = ("prismatic", "pin_in_slot")
 
 
-def to_dxf(m: Mechanism, configuration: int = 0, given: Given | None = None) -> str:
+def to_dxf(m: Mechanism, configuration: int = 0, given: GivenErrors | None = None) -> str:
     """The drawing of a mechanism in one of its configurations.
 
     Parameters

@@ -31,8 +31,8 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[],
     ----------
     skeleton : Skeleton
     wanted : iterable of str or None
-        Names that were asked for; None for a choice of ours: joints with a motor first, then those that are nearest
-        to the ground.
+        Names that were asked for; None for a choice of ours: joints with a motor first, then those that a spring
+        holds, then those that are nearest to the ground.
     draft : callable
         The mechanism with drives for joints that others follow only, as far as there are loops.
 
@@ -48,7 +48,10 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[],
         near = {name: min(far.get(body, len(far)) for body in joints[name].bodies) for name in can}
         # What follows a joint does so by its drive.
         leaders = {leader_of(joint) for joint in joints.values()}
-        order = sorted(can, key=lambda name: (not joints[name].is_driven, name not in leaders, near[name]))
+        order = sorted(
+            can,
+            key=lambda name: (not joints[name].is_driven, not joints[name].spring, name not in leaders, near[name]),
+        )
     else:
         order = list(wanted)
         for name in order:

@@ -16,11 +16,11 @@ from jointplay.model.mechanism import Mechanism
 from .contacts import to_mjcf
 from .drafting import to_dxf
 
-Writer = Callable[[Mechanism, int], str]
+ModelWriter = Callable[[Mechanism, int], str]
 
 DRAWING = ".dxf"
 #: by extension, in small letters
-WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, DRAWING: to_dxf})
+WRITERS: Mapping[str, ModelWriter] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, DRAWING: to_dxf})
 
 
 @typed

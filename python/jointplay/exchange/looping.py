@@ -11,10 +11,11 @@ import numpy as np
 from jointplay.errors import InputError, not_known, shown
 from jointplay.file.schema.values import is_finite
 
-from .shaping import legal, link_called
+from .shaping import joint_called, legal, link_called
 from .skeleton import Attachment, Frame, Joint, Skeleton
 from .writing import UNITS
 
+KEYS = ("type", "on", "instead")
 #: kinds that can close a loop, and whether they have an axis
 KINDS = {"revolute": True, "prismatic": True, "cylindrical": True, "spherical": False}
 
@@ -32,15 +33,30 @@ def with_loops(skeleton: Skeleton, loops: Mapping[str, object]) -> Skeleton:
             raise InputError("there is a joint of this name already", key=f"loops {name}")
         if not isinstance(table, Mapping):
             raise InputError(f"a table is needed, not {shown(table)}", key=f"loops {name}")
-        skeleton = replace(skeleton, joints=(*skeleton.joints, _joint(skeleton, name, table)))
+        joint = _joint(skeleton, name, table)
+        freed = _freed(skeleton, f"loops {name}", table.get("instead", ()))
+        skeleton = replace(skeleton, joints=(*freed, joint))
     return skeleton
+
+
+def _freed(skeleton: Skeleton, key: str, names: Any) -> list[Joint]:
+    """The joints, of which some follow no other one any more, because the loop moves them."""
+    followers = [joint.name for joint in skeleton.joints if joint.follows]
+    wanted = [names] if isinstance(names, str) else names
+    if not isinstance(wanted, list | tuple) or not all(isinstance(name, str) for name in wanted):
+        raise InputError(f"needs names of joints, not {shown(names)}", key=f"{key} instead")
+    called = [joint_called(skeleton, name) for name in wanted]
+    for name, wrote in zip(called, wanted, strict=True):
+        if name not in followers:
+            raise InputError(not_known(wrote, "a joint that follows another one", followers), key=f"{key} instead")
+    return [replace(joint, follows=None) if joint.name in called else joint for joint in skeleton.joints]
 
 
 def _joint(skeleton: Skeleton, name: str, table: Mapping[str, Any]) -> Joint:
     key = f"loops {name}"
     for word in table:
-        if word not in ("type", "on"):
-            raise InputError(not_known(word, "a key here", ("type", "on")), key=key)
+        if word not in KEYS:
+            raise InputError(not_known(word, "a key here", KEYS), key=key)
     kind = table.get("type", "revolute")
     if kind not in KINDS:
         raise InputError(not_known(str(kind), "a joint that closes a loop", KINDS), key=key)

@@ -167,6 +167,7 @@ class _Reading:
             coordinate=joint["zero"],
             limits=(low, high) if joint["limited"] and self.found["limits"] else None,
             is_driven=j in self.found["driven"],
+            spring=(joint["stiffness"], joint["rest"]) if joint["stiffness"] > 0 else None,
         )
 
     # --- equality constraints ---------------------------------------------------------------------------------------

@@ -17,6 +17,8 @@ from typing import Any
 MEMORY = 2_000_000_000
 #: parts that are handed on; no robot has as many
 MOST_PARTS = 10_000
+#: kg and kg m^2 of bodies without a mass
+WEIGHTLESS = 1e-12
 #: what is left out: attribute of the model with the number, singular, plural
 LEFT_OUT = (
     *(("ngeom", "shape", "shapes"), ("nmesh", "mesh", "meshes"), ("nu", "actuator", "actuators")),
@@ -87,16 +89,27 @@ def _compiled(mj: Any, path: Path) -> tuple[Any, bool]:
         raise Refused(f"MuJoCo cannot read it: {_sentence(error)}") from None
     try:
         return spec.compile(), False
-    except wrong as error:
-        first = error
-    for geom in [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]:
+    except wrong:
+        pass
+    gone = [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]
+    names = {geom.name for geom in gone if geom.name}
+    # What means a shape goes with it.
+    for part in [*spec.sensors, *spec.pairs]:
+        if {getattr(part, key, "") for key in ("objname", "refname", "geomname1", "geomname2")} & names:
+            spec.delete(part)
+    for geom in gone:
         spec.delete(geom)
+    for shown in (*spec.geoms, *spec.sites):
+        shown.material = ""
     for asset in (*spec.skins, *spec.meshes, *spec.hfields, *spec.materials, *spec.textures):
         spec.delete(asset)
+    if gone:
+        # Bodies of which only a mesh has a mass cannot move without one.
+        spec.compiler.boundmass = spec.compiler.boundinertia = WEIGHTLESS
     try:
-        return spec.compile(), True
-    except wrong:
-        raise Refused(f"MuJoCo cannot compile it: {_sentence(first)}") from None
+        return spec.compile(), bool(gone)
+    except wrong as error:
+        raise Refused(f"MuJoCo cannot compile it: {_sentence(error)}") from None
 
 
 def _sentence(error: Exception) -> str:
@@ -119,6 +132,8 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
             "zero": float(model.qpos0[model.jnt_qposadr[j]]),
             "limited": bool(model.jnt_limited[j]),
             "range": model.jnt_range[j].tolist(),
+            "stiffness": float(model.jnt_stiffness[j]),
+            "rest": float(model.qpos_spring[model.jnt_qposadr[j]]),
         }
         for j in range(model.njnt)
     ]
@@ -133,6 +148,10 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
         }
         for k in range(model.neq)
     ]
+    driven = sorted(set(_driven(mj, model)))
+    for k, law in enumerate(laws):
+        if int(model.eq_type[k]) == int(mj.mjtEq.mjEQ_TENDON):
+            law |= _coupled(mj, model, law, driven)
     held = _held(joints, laws)
     data = mj.MjData(model)
     for j, value in held.items():
@@ -146,7 +165,7 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
             {
                 "name": model.body(k).name if k else "",
                 "parent": int(model.body_parentid[k]),
-                "mass": float(model.body_mass[k]),
+                "mass": float(model.body_mass[k]) if model.body_mass[k] > WEIGHTLESS else 0.0,
                 "centre": model.body_ipos[k].tolist(),
                 "at": data.xpos[k].tolist(),
                 "axes": data.xmat[k].reshape(3, 3).tolist(),
@@ -165,11 +184,35 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
             for k in range(model.nsite)
         ],
         "equalities": laws,
-        "driven": sorted(set(_driven(mj, model))),
+        "driven": driven,
         "gravity": [0.0, 0.0, 0.0] if flags["GRAVITY"] else model.opt.gravity.tolist(),
         "limits": not flags["LIMIT"],
         "left_out": list(_left_out(model, kinds)),
     }
+
+
+def _coupled(mj: Any, model: Any, law: dict[str, Any], driven: list[int]) -> dict[str, Any]:
+    """A law of tendons along joints as that of a joint, where it ties two coordinates or holds one.
+
+    With q from the reference pose, a_i q_i of the first tendon are in sum the offset, and the factor times those of the
+    second one.
+    """
+    offset, factor, *powers = law["data"][:5]
+    weights: dict[int, float] = {}
+    for tendon, part in zip(law["ends"], (1.0, -factor), strict=True):
+        for wrap in (
+            range(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon]) if tendon >= 0 else ()
+        ):
+            if int(model.wrap_type[wrap]) != int(mj.mjtWrap.mjWRAP_JOINT):
+                return {}
+            joint = int(model.wrap_objid[wrap])
+            weights[joint] = weights.get(joint, 0.0) + part * float(model.wrap_prm[wrap])
+    tied = sorted((joint for joint, weight in weights.items() if weight), key=lambda joint: joint in driven)
+    if len(tied) not in (1, 2) or (law["ends"][1] >= 0 and any(powers)):
+        return {}
+    first, second = tied[0], tied[1] if len(tied) == 2 else -1
+    slope = -weights[second] / weights[first] if second >= 0 else 0.0
+    return {"kind": "JOINT", "ends": [first, second], "data": [offset / weights[first], slope, 0.0, 0.0, 0.0]}
 
 
 def _held(joints: list[dict[str, Any]], laws: list[dict[str, Any]]) -> dict[int, float]:
@@ -210,8 +253,11 @@ def _left_out(model: Any, kinds: dict[int, str]) -> list[str]:
     found = [f"{number} {several if number > 1 else one}" for number, one, several in counted if number]
     if (model.dof_damping > 0).any() or (model.dof_frictionloss > 0).any():
         found.append("damping and friction")
-    if (model.jnt_stiffness > 0).any():
-        found.append("springs of joints")
+    if (model.dof_armature > 0).any():
+        found.append("armature")
+    turning = [kinds[int(kind)] in ("BALL", "FREE") for kind in model.jnt_type]
+    if ((model.jnt_stiffness > 0) & turning).any():
+        found.append("springs of ball and free joints")
     ball = [kinds[int(kind)] == "BALL" for kind in model.jnt_type]
     if (model.jnt_limited.astype(bool) & ball).any():
         found.append("limits of ball joints")

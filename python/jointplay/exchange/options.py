@@ -24,6 +24,10 @@ class Options:
         Joint tables of the mechanism file, by name: joints that close loops and that the format cannot hold.
     ground : str or None
         The link that is fixed.
+    backlash : mapping
+        Lost motion of drives by joint or by kind of joint.
+    keep_joints : bool
+        Whether joints that look like lost motion of the joint beside them stay joints.
     """
 
     output: str | None = None
@@ -32,3 +36,5 @@ class Options:
     planar: bool = False
     loops: Mapping[str, object] = field(default_factory=dict)
     ground: str | None = None
+    backlash: Mapping[str, object] = field(default_factory=dict)
+    keep_joints: bool = False

@@ -168,9 +168,7 @@ def _closed(joint: Joint, angles: dict[str, float]) -> Joint:
     if joint.kind != "revolute":
         return joint
     first, second = (angles.get(name, 0.0) for name in joint.bodies)
-    shift = second - first - joint.coordinate
-    limits = joint.limits and (joint.limits[0] + shift, joint.limits[1] + shift)
-    return replace(joint, coordinate=second - first, limits=limits)
+    return replace(joint.shifted(second - first - joint.coordinate), coordinate=second - first)
 
 
 def _body(body: Body, plane: Matrix, angle: float) -> Body:

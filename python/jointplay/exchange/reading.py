@@ -21,6 +21,7 @@ from jointplay.model.mobility import Mobility, examine, misfit_words
 from .bounds import require_bounded
 from .driving import choose, distances, has_loops
 from .looping import with_loops
+from .lost import settled, with_backlash, with_lost_motion
 from .options import Options
 from .planar import projected
 from .registry import reader
@@ -63,6 +64,8 @@ def read(
     planar: bool = False,
     loops: Mapping[str, object] | None = None,
     ground: str | None = None,
+    backlash: Mapping[str, object] | None = None,
+    keep_joints: bool = False,
 ) -> Mechanism:
     """Read a mechanism from a foreign format.
 
@@ -72,7 +75,8 @@ def read(
     Parameters
     ----------
     path : path-like
-        A robot in URDF (`.urdf`), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra `robots`); `.xml` may be any of them.
+        A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
+        `robots`); `.xml` may be any of them.
         A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage of pylinkage (`.json`).
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
@@ -88,9 +92,16 @@ def read(
     loops : mapping, optional
         Joints that close loops, where the format has none (URDF), by name:
         ``{"type": "revolute", "on": {"rod_end": {"at": [0, 0, 0], "axis": [0, 0, 1]}, "rocker": [80, 0, 0]}}`` with
-        points in mm, in the axes of each link.
+        points in mm, in the axes of each link. Joints that it moves in place of a law, such as `mimic`, are named by
+        ``"instead": ["finger"]``.
     ground : str, optional
         The link that is fixed; the root of the file or its world if left out.
+    backlash : mapping, optional
+        Lost motion of drives, from flank to flank or as ``{"plus": 0.2, "minus": 0}``, by the name of a joint or by the
+        kind of joint for all others that drives move: ``{"revolute": {"angle": 0.1}, "prismatic": {"travel": 0.05}}``.
+    keep_joints : bool, optional
+        Whether a second joint on the axis of another one, without a motor and with a small range or a spring, stays a
+        joint. If not, it is lost motion or wind-up of the drive of the other one.
 
     Returns
     -------
@@ -117,7 +128,7 @@ def read(
     (('pin',), [0, 0, 1000])
     """
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
-    options = Options(output, asked or None, clearance or {}, planar, loops or {}, ground)
+    options = Options(output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints)
     return imported(Path(path), options).mechanism
 
 
@@ -141,7 +152,8 @@ def _imported(path: Path, options: Options) -> Imported:
     require_bounded(skeleton)
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
-    skeleton = leading(bounded(merged(with_loops(renamed(skeleton), options.loops))))
+    skeleton = bounded(merged(with_loops(renamed(skeleton), options.loops)))
+    skeleton = leading(skeleton if options.keep_joints else with_lost_motion(skeleton))
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
     drives = _drives(skeleton, options)
@@ -158,6 +170,8 @@ def _imported(path: Path, options: Options) -> Imported:
     if loose:
         skeleton = noted(skeleton, f"These joints follow joints without a drive, which is left out: {listed(loose)}.")
     values = {name: drives[name] if drives else None for name in chosen}
+    moved = [joint.name for joint in skeleton.joints if (joint.follows[0] if joint.follows else joint.name) in chosen]
+    skeleton, values = settled(with_backlash(skeleton, options.backlash, moved), values)
     clearance, options_of = _clearances(skeleton, options.clearance)
     written = text(skeleton, path.name, values, output, clearance)
     try:

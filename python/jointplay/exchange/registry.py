@@ -9,7 +9,7 @@ from types import MappingProxyType
 from jointplay.errors import InputError, listed
 from jointplay.file import toml
 
-from . import dxf, mjcf, pylinkage, sdf, urdf
+from . import dxf, mjcf, pylinkage, sdf, urdf, xacro
 from .options import Options
 from .skeleton import Skeleton
 from .xml import parsed
@@ -24,6 +24,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".mjcf": mjcf.read,
         ".dxf": dxf.read,
         ".json": pylinkage.read,
+        ".xacro": xacro.read,
     }
 )
 #: formats of `.xml` by their root element
@@ -50,7 +51,5 @@ def reader(path: Path) -> Reader:
         raise InputError("is a mechanism already: load it with jp.load, or name it to a question", file=str(path))
     if kind not in READERS:
         what = f"'{kind}' is not the extension of a format that is read" if kind else "has no extension"
-        if kind == ".xacro":
-            what = f"is a macro of a robot: `xacro {path.name} > {path.stem}.urdf` makes a robot file of it"
         raise InputError(f"{what}; known: {listed([*READERS, '.xml'])}", file=str(path))
     return READERS[kind]

@@ -245,14 +245,16 @@ def leading(skeleton: Skeleton) -> Skeleton:
         for one in (joint, joints[leader]):
             if one.kind in NO_COORDINATE:
                 raise InputError(f"'{one.name}' is a {one.kind} joint, which has no coordinate", key=key)
-        limits = joint.limits and (joint.limits[0] - offset, joint.limits[1] - offset)
-        made.append(replace(joint, follows=(leader, factor, 0.0), coordinate=joint.coordinate - offset, limits=limits))
+        made.append(replace(joint.shifted(-offset), follows=(leader, factor, 0.0)))
         if offset:
             shifted.append(joint.name)
     notes = skeleton.notes
     following = [joint.name for joint in made if joint.follows or joint.curve]
     if following:
-        exactly = "A linkage, gears or a belt that this stands for have play, which is in no result."
+        exactly = (
+            "What this stands for has play, which is in no result: --loop NAME={on=..,instead=[JOINT]} closes a "
+            "linkage, --backlash is the lost motion of gears or a belt."
+        )
         notes = (*notes, f"These joints follow others exactly: {listed(following)}. {exactly}")
     if gone:
         notes = (*notes, f"These joints follow joints that are no more, and are free: {listed(gone)}.")

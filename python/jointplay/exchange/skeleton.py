@@ -108,6 +108,14 @@ class Joint:
         ``(joint, coefficients)``: its coordinate is a polynomial of that of the other joint, from the constant on, SI.
     lead : float
         Of a screw: m along the axis for one turn.
+    spring : tuple or None
+        ``(stiffness, coordinate)``: a spring beside its motor, N/m or N m/rad, and where it is free of force.
+    play : tuple or None
+        Lost motion of its drive to the positive and to the negative side of the coordinate: rad or m.
+    windup : float
+        Stiffness of its drive, N/m or N m/rad; 0 where it is rigid.
+    reduction : float
+        Turns of its motor for one of the joint; 0 where the format does not say.
     """
 
     name: str
@@ -121,6 +129,16 @@ class Joint:
     follows: tuple[str, float, float] | None = None
     curve: tuple[str, tuple[float, ...]] | None = None
     lead: float = 0.0
+    spring: tuple[float, float] | None = None
+    play: tuple[float, float] | None = None
+    windup: float = 0.0
+    reduction: float = 0.0
+
+    def shifted(self, shift: float) -> Joint:
+        """With another zero of the coordinate, which is larger everywhere."""
+        limits = self.limits and (self.limits[0] + shift, self.limits[1] + shift)
+        spring = self.spring and (self.spring[0], self.spring[1] + shift)
+        return replace(self, coordinate=self.coordinate + shift, limits=limits, spring=spring)
 
 
 def fixed(one: str, other: str) -> Joint:

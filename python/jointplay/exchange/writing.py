@@ -59,7 +59,7 @@ def text(
     parts = ["\n".join(_head(skeleton, source, drives, clearance)), "\n".join(_top(skeleton))]
     parts += [_joint(skeleton, joint, clearance.get(joint.name)) for joint in skeleton.joints]
     parts += [*_start(skeleton), *_drives(skeleton, drives), *_followers(skeleton), _output(skeleton, *output)]
-    parts += [*_bodies(skeleton), *_limits(skeleton, drives)]
+    parts += [*_bodies(skeleton), *_springs(skeleton), *_limits(skeleton, drives)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -241,7 +241,34 @@ def _drives(skeleton: Skeleton, drives: Mapping[str, Sequence[float] | None]) ->
             ratios = {joint.name: joint.follows[1] * unit / unit_of(joint) for joint in followers if joint.follows}
             moved = f"joints = {value({name: 1.0, **ratios})}"
         given = _proposal(skeleton, joints[name], count) if values is None else [f"values = {numbers(values)}"]
-        yield "\n".join([f"[drives.{key(name)}]", moved, *given, "# error = 0.01"])
+        yielding = _yielding([joints[name], *followers])
+        yield "\n".join([f"[drives.{key(name)}]", moved, *given, _error(joints[name]), *yielding])
+
+
+def _error(joint: Joint) -> str:
+    """Where the error of a drive is written."""
+    return "# error = 0.01" + f" (that of its motor over {joint.reduction:g})" * bool(joint.reduction)
+
+
+def _yielding(joints: Sequence[Joint]) -> Iterator[str]:
+    """Lost motion and stiffness of a drive: one for its joint, or a table where it moves several."""
+    play = {
+        joint.name: joint.play[0] * 2 / unit_of(joint)
+        if joint.play[0] == joint.play[1]
+        else {side: end / unit_of(joint) for side, end in zip(("plus", "minus"), joint.play, strict=True)}
+        for joint in joints
+        if joint.play
+    }
+    stiffness = {joint.name: _stiffness(joint, joint.windup) for joint in joints if joint.windup}
+    for word, given in (("backlash", play), ("stiffness", stiffness)):
+        if given:
+            yield f"{word} = {value(given if len(joints) > 1 else next(iter(given.values())))}"
+
+
+def _stiffness(joint: Joint, stiffness: float) -> float:
+    """A stiffness in file units: moment per angle, or force per length."""
+    arm = UNITS.length if joint.kind in ANGULAR else 1.0
+    return stiffness * unit_of(joint) / (UNITS.force * arm)
 
 
 def _followers(skeleton: Skeleton) -> Iterator[str]:
@@ -289,6 +316,22 @@ def _bodies(skeleton: Skeleton) -> Iterator[str]:
         if body.mass and name != GROUND:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
             yield f"[bodies.{key(name)}]\nmass   = {number(body.mass)}\ncentre = {centre}"
+
+
+def _springs(skeleton: Skeleton) -> Iterator[str]:
+    """Springs beside motors, and of joints without a drive; the others are in their drives."""
+    for joint in skeleton.joints:
+        if joint.spring:
+            stiffness, rest = joint.spring
+            lines = [f"[springs.{key(joint.name)}]", f"joint = {_string(joint.name)}"]
+            lines.append(f"stiffness = {number(_stiffness(joint, stiffness))}")
+            # The file counts within half a turn: a spring that is wound further has its moment in the drawing.
+            free = rest if abs(rest - joint.coordinate) <= np.pi / 2 else joint.coordinate
+            if free:
+                lines.append(f"free_angle = {number(free / UNITS.angle)}")
+            if free != rest:
+                lines.append(f"preload = {number(stiffness * (free - rest) / (UNITS.force * UNITS.length))}")
+            yield "\n".join(lines)
 
 
 def _limits(skeleton: Skeleton, drives: Mapping[str, object]) -> Iterator[str]:

@@ -9,14 +9,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.basics.arrays import Floats
+from jointplay.core.compile import CompiledSource
 from jointplay.core.spec import SourceSpec
 from jointplay.errors import InputError, not_known
-from jointplay.model.mechanism import Mechanism, in_core
-
-Floats = NDArray[np.float64]
+from jointplay.model.mechanism import Mechanism
 
 #: share of the mechanism's length by which rounding may make a play of zero negative
 ROUNDED = 1e-12
@@ -35,9 +34,8 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
     u : ndarray, optional
         All parameters, SI, shape (parameter,) or (configuration, parameter); the known deviations if left out.
     """
-    spec = m.core_spec["sources"][source]
-    ((shape, size),) = spec["set"].items()
-    parts = _parts(m, spec)
+    own = m.compiled_sources[source]
+    shape, size, parts = own.shape, own.size, _parts(m, own)
     if not parts:
         return shape, size
     values = m.centre if u is None else u
@@ -50,26 +48,25 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
     }
 
 
-def _parts(m: Mechanism, clearance: SourceSpec) -> list[tuple[int, float]]:
+def _parts(m: Mechanism, clearance: CompiledSource) -> list[tuple[int, float]]:
     """The sizes that make a clearance: the parameter of each, and its factor; none of other sources."""
-    if clearance["kind"] != "clearance":
+    if clearance.kind != "clearance":
         return []
     return [
         (int(np.flatnonzero(m.parameter_source == k)[0]), float(part["factor"]))
-        for k, source in enumerate(m.core_spec["sources"])
-        if source["kind"] == "size"
-        for part in (source, *source.get("also", ()))
-        if part["joint"] == clearance["joint"]
+        for k, source in enumerate(m.compiled_sources)
+        if source.kind == "size"
+        for part in (source.spec, *source.spec.get("also", ()))
+        if part["joint"] == clearance.spec["joint"]
     ]
 
 
 def travel(m: Mechanism, source: int) -> tuple[float, float] | None:
     """Least and most of the radius or gap of a clearance, SI; None where it does not scatter."""
-    spec = m.core_spec["sources"][source]
-    parts = _parts(m, spec)
+    own = m.compiled_sources[source]
+    size, parts = own.size, _parts(m, own)
     if not parts:
         return None
-    ((_, size),) = spec["set"].items()
     gap = next(size[key] for key in ("radius", "gap", "high") if key in size)
     middle = gap + sum(factor * m.centre[column] for column, factor in parts)
     half = sum(abs(factor) * _half(m, column) for column, factor in parts)
@@ -77,7 +74,7 @@ def travel(m: Mechanism, source: int) -> tuple[float, float] | None:
 
 
 def _half(m: Mechanism, column: int) -> float:
-    return float(m.core_spec["sources"][int(m.parameter_source[column])]["set"]["interval"]["high"])
+    return m.compiled_sources[int(m.parameter_source[column])].size["high"]
 
 
 def centre(m: Mechanism, sizes: str) -> Floats:
@@ -91,10 +88,10 @@ def centre(m: Mechanism, sizes: str) -> Floats:
     if sizes not in SIZES:
         raise InputError(not_known(sizes, "a choice of sizes", SIZES), key="sizes")
     u = m.centre.copy()
-    for k, source in enumerate(m.core_spec["sources"]):
-        if source["kind"] == "size" and sizes != "middle":
-            grows = (source["factor"] > 0.0) == (sizes == "largest")
-            u[m.parameter_source == k] += source["set"]["interval"]["high" if grows else "low"]
+    for k, source in enumerate(m.compiled_sources):
+        if source.kind == "size" and sizes != "middle":
+            grows = (source.spec["factor"] > 0.0) == (sizes == "largest")
+            u[m.parameter_source == k] += source.size["high" if grows else "low"]
     return u
 
 
@@ -109,9 +106,9 @@ def core_at(m: Mechanism, u: Floats) -> _core.Mechanism:
         return m.core
     sources: list[SourceSpec] = [
         {**source, "centre": u[m.parameter_source == k].tolist()} if source["kind"] == "size" else source
-        for k, source in enumerate(m.core_spec["sources"])
+        for k, source in enumerate(own.as_spec for own in m.compiled_sources)
     ]
-    return in_core({**m.core_spec, "sources": sources})
+    return m.varied(sources=sources)
 
 
 def attributes(m: Mechanism, sizes: str = "middle") -> dict[str, str]:

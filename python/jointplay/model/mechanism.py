@@ -12,15 +12,16 @@ from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 
 from jointplay import _core
 from jointplay.basics import files
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import Compiled, Loads, compile_file
-from jointplay.core.spec import Spec
+from jointplay.core.spec import Changes, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml
 from jointplay.file.document import Source
@@ -250,6 +251,27 @@ class Mechanism(Compiled):
         spec = MappingProxyType({**self.core_spec, "loads": loads})
         vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
         return steady
+
+    def varied(self, **changes: Unpack[Changes]) -> _core.Mechanism:
+        """The mechanism in the compiled core with other parts.
+
+        Parameters
+        ----------
+        **changes : Changes
+            What takes the place of parts of the specification.
+        """
+        return in_core(cast("Spec", {**self.core_spec, **changes}))
+
+    def moved(self, places: Mapping[int, Floats]) -> list[PointSpec]:
+        """The points for `varied`, some of them at other places on their bodies.
+
+        Parameters
+        ----------
+        places : mapping
+            Places by the number of the point, SI, body axes.
+        """
+        ats = {k: point.at for k, point in enumerate(self.points)} | {k: at.tolist() for k, at in places.items()}
+        return [{"body": point.body, "at": [*ats[k]]} for k, point in enumerate(self.points)]
 
     def spec(self) -> Spec:
         """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""

@@ -38,7 +38,7 @@ def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
     InputError
         When a file or a column is not there, a value is no number, or a unit is not that of the column.
     """
-    reader = _Reader(raw, path, file)
+    reader = _PathReader(raw, path, file)
     found = dict(raw)
     targets = raw.get("path")
     components = COMPONENTS[space_of(raw, file)]
@@ -52,7 +52,7 @@ def _refers(table: object) -> TypeGuard[Mapping[str, Any]]:
     return isinstance(table, Mapping) and "csv" in table
 
 
-class _Reader:
+class _PathReader:
     def __init__(self, raw: Mapping[str, Any], path: str, file: str) -> None:
         self.tables = Tables(path, file)
         own = raw.get("units")

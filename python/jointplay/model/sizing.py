@@ -20,15 +20,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from jointplay.core.compile import ANGULAR
 from jointplay.core.compile.sizes import MILLIMETRE, Size, sizes_of
 from jointplay.errors import InputError
 from jointplay.file import standards
 from jointplay.file.schema import (
+    AxisDeviation,
     BearingKeys,
     ComponentDeviation,
     Deviating,
-    Direction,
     Drive,
     Follower,
     LawTable,
@@ -48,7 +47,7 @@ GROUPS = ("C2", "CN", "C3", "C4", "C5")
 #: what says by itself how large a clearance is; the first that is given is its size
 MEASURES = ("radial", "diametral", "gap", "axial", "backlash", "backlash_angle", "slack")
 
-Table = dict[str, Any]
+RawTable = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ class Sizing:
         return {"radial": ("diameter",), "diametral": ("diameter",), "gap": ("nominal",)}.get(self.measure, ())
 
     @property
-    def _rest(self) -> Table:
+    def _rest(self) -> RawTable:
         """What a clearance has beside its play."""
         play = {"radial", "diametral", "gap", "tolerance", "size_law", "hole", "pin", "slot", "slider"}
         return {key: value for key, value in self._table.items() if key not in play}
@@ -225,7 +224,7 @@ def _place(m: Mechanism, name: str, joint: str, kind: str) -> Sizing:
         return _deviating(name, f"{key}.{component[0]}", off.by_component[component[0]], unit)
     if isinstance(off, ComponentDeviation):
         return _deviating(name, key, off, "angle")
-    is_angle = isinstance(off, Direction) and off.angle is not None
+    is_angle = isinstance(off, AxisDeviation) and off.angle is not None
     return _zone(name, key, off, "angle" if is_angle else "diameter", "angle" if is_angle else "length")
 
 
@@ -233,7 +232,7 @@ def _zone(name: str, key: str, entry: Any, measure: str, kind: str) -> Sizing:
     """What lies anywhere in a zone of one size."""
     table = _told(entry)
 
-    def changes(size: float) -> Table:
+    def changes(size: float) -> RawTable:
         return {key: {**table, measure: size}}
 
     return Sizing(name, (name,), key, measure, kind, getattr(entry, measure) or 0.0, _changes=changes)
@@ -245,21 +244,22 @@ def _deviating(name: str, key: str, entry: Any, kind: str) -> Sizing:
     size = max(map(abs, limits_of(entry.tolerance, entry.law)))
     table = _told(entry)
 
-    def changes(new: float) -> Table:
+    def changes(new: float) -> RawTable:
         return {key: {**table, **_toleranced(entry.tolerance, entry.law, size, new)}}
 
     return Sizing(name, (name,), key, "tolerance", kind, size, _changes=changes)
 
 
 def _drive(m: Mechanism, index: int, name: str) -> Sizing:
-    drive = list(m.data.drives)[m.core_spec["sources"][index]["drive"]]
-    return _off_its_command(name, f"drives.{drive}", m.data.drives[drive], _kind(m, index))
+    drive = list(m.data.drives)[m.compiled_sources[index].spec["drive"]]
+    kind = m.coordinate_kind(m.driven_joint(index))
+    return _off_its_command(name, f"drives.{drive}", m.data.drives[drive], kind)
 
 
 def _off_its_command(name: str, key: str, entry: Drive | Follower, kind: str) -> Sizing:
     size = max(map(abs, limits_of(entry.error, entry.law)))
 
-    def changes(new: float) -> Table:
+    def changes(new: float) -> RawTable:
         told = _toleranced(entry.error, entry.law, size, new)
         return {f"{key}.error": told["tolerance"]} | ({f"{key}.law": told["law"]} if "law" in told else {})
 
@@ -267,21 +267,20 @@ def _off_its_command(name: str, key: str, entry: Drive | Follower, kind: str) ->
 
 
 def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
-    source = m.core_spec["sources"][index]
+    source = m.compiled_sources[index].spec
     if "drive" not in source:
         return _of_follower(m, name)
+    kind = m.coordinate_kind(m.driven_joint(index))
     key = f"drives.{name}"
     play = m.data.drives[m.drives[source["drive"]]].backlashes[m.joints[source["joint"]]]
-    return Sizing(
-        name, (name,), key, "backlash", _kind(m, index), play.width, _changes=lambda new: {key: play.resized(new)}
-    )
+    return Sizing(name, (name,), key, "backlash", kind, play.width, _changes=lambda new: {key: play.resized(new)})
 
 
 def _of_follower(m: Mechanism, name: str) -> Sizing:
     """Lost motion or error of a follower."""
     follower, what = name.rsplit(".", 1)
     entry, key = m.data.followers[follower], f"followers.{follower}"
-    kind = "angle" if m.joint_kinds[m.joints.index(entry.joint)] in ANGULAR else "length"
+    kind = m.coordinate_kind(m.joints.index(entry.joint))
     if what == "backlash":
         play = entry.backlash
         assert play is not None
@@ -290,26 +289,20 @@ def _of_follower(m: Mechanism, name: str) -> Sizing:
     return _off_its_command(name, key, entry, kind)
 
 
-def _kind(m: Mechanism, index: int) -> str:
-    """Which unit what a source of a drive displaces has."""
-    source = m.core_spec["sources"][index]
-    return "angle" if m.joint_kinds[source.get("joint", m.drive_joints[source["drive"]])] in ANGULAR else "length"
-
-
-def _toleranced(tolerance: ToleranceTable | None, law: object, size: float, new: float) -> Table:
+def _toleranced(tolerance: ToleranceTable | None, law: object, size: float, new: float) -> RawTable:
     """Tolerance and law with another size."""
     if size == 0.0:
         return {"tolerance": new}
     factor = new / size
     if tolerance is not None:
-        told: Table = {"tolerance": _times(_told(tolerance), factor)}
+        told: RawTable = {"tolerance": _times(_told(tolerance), factor)}
     else:
         low, high = limits_of(None, law if isinstance(law, LawTable) else None)
         told = {"tolerance": {"plus": high * factor, "minus": -low * factor}}
     return told | ({"law": _law(law, factor)} if isinstance(law, LawTable) else {})
 
 
-def _law(law: LawTable, factor: float) -> Table:
+def _law(law: LawTable, factor: float) -> RawTable:
     """A law with its numbers times a factor."""
     table = _told(law)
     if law.measured is not None:
@@ -349,7 +342,7 @@ def _clearance(m: Mechanism, name: str, joint: str) -> Sizing:
     if is_bearing and any(source.startswith(f"{joint}.") for group in m.data.correlations for source in group.sources):
         fixed = "its sizes are named in [[correlations]]; only its group can be changed"
 
-    def changes(new: float) -> Table:
+    def changes(new: float) -> RawTable:
         return {key: _scaled(play, parts, measure, size, new, unit)}
 
     return Sizing(
@@ -387,7 +380,7 @@ def _diameter(play: object) -> float | None:
     return None if found is None else float(found)
 
 
-def _scaled(play: Any, parts: list[Size], measure: str, size: float, new: float, unit: float) -> Table:
+def _scaled(play: Any, parts: list[Size], measure: str, size: float, new: float, unit: float) -> RawTable:
     """A clearance with another size, as the file has it."""
     table = _told(play)
     if size == 0.0:
@@ -406,12 +399,12 @@ def _scaled(play: Any, parts: list[Size], measure: str, size: float, new: float,
     return table
 
 
-def _without_play(table: Table) -> Table:
+def _without_play(table: RawTable) -> RawTable:
     gone = {"fit", "diameter", "nominal", "bearing", "bore", "reduction", "hole", "pin", "slot", "slider"}
     return {key: value for key, value in table.items() if key not in gone}
 
 
-def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -> Table:
+def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -> RawTable:
     """Hole and pin, or slot and slider, that have a factor of the play: limits and difference of their nominal sizes.
 
     A ball bearing is the hole, in a bore of its size, and what mounting takes away makes the pin larger.
@@ -420,14 +413,14 @@ def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -
     outer = parts[0]
     is_bearing = isinstance(play, BearingKeys) and play.bearing is not None
     base = play.bore * unit if isinstance(play, BearingKeys) and is_bearing and play.bore else outer.nominal
-    table: Table = {}
+    table: RawTable = {}
     for name, part in zip(play.pair, (*parts, None)[:2], strict=True):
         if part is None:
             table[name] = {measure: base / unit, "law": "uniform"}
             continue
         nominal = base if is_bearing else base - factor * (base - part.nominal)
         own = getattr(play, name, None)
-        told: Table = {measure: nominal / unit}
+        told: RawTable = {measure: nominal / unit}
         if own is not None and own.tolerance is not None:
             told["tolerance"] = _times(_told(own.tolerance), factor)
         else:
@@ -440,7 +433,7 @@ def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -
     return table
 
 
-def _told(entry: Any) -> Table:
+def _told(entry: Any) -> RawTable:
     """A table of the file with the keys that are given, its expressions as numbers."""
     return {
         key: value for key, value in entry.model_dump(exclude_unset=True, by_alias=True).items() if value is not None

@@ -23,13 +23,13 @@ from .map import map
 from .pareto import pareto, reactions
 from .paths import displaced_path
 from .put import check_path
-from .sheet import Choice, draw
+from .sheet import Drawn, draw
 from .singular import distance, nearness
 from .style import Style
 from .sweeps import sweep
 
 __all__ = [
-    "Choice",
+    "Drawn",
     "Style",
     "allocate",
     "allow",
@@ -55,4 +55,4 @@ __all__ = [
 
 def __dir__() -> list[str]:
     # What --plot calls is not for users.
-    return sorted({*__all__} - {"Choice", "check_path", "draw", "draw_map"})
+    return sorted({*__all__} - {"Drawn", "check_path", "draw", "draw_map"})

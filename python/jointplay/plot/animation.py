@@ -23,6 +23,7 @@ from jointplay.analyses import region
 from jointplay.analyses.displaced import Displaced, shifts, under_load
 from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal, report
 from jointplay.basics import files, poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, in_range
@@ -32,11 +33,10 @@ from jointplay.result import Result, commanded
 from .bodies import on_ground, outline, path_of_output
 from .linkage import kind_of
 from .movies import MOVIES, Picture, check_tool
-from .scene import Scene, View, places
+from .scene import Scene, Sight, places
 from .style import Style, as_style, theme, using
 from .words import automatic, check_exaggeration, headline, legend
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: frames of a short path, and the most of any
 FRAMES, MOST_FRAMES = 48, 2000
 #: frames in a second, and the most of them
@@ -261,7 +261,7 @@ def _drives(result: Result, k: int) -> str:
     return ", ".join(f"{name} = {commanded(drive, k):.4g} {drive.units}".rstrip() for name, drive in named)
 
 
-def _region(motion: Motion, k: int, scene: Scene, view: View) -> None:
+def _region(motion: Motion, k: int, scene: Scene, view: Sight) -> None:
     """Where the output can be."""
     m = motion.m
     own = motion.region[k][np.isfinite(motion.region[k]).all(axis=1)]
@@ -270,7 +270,7 @@ def _region(motion: Motion, k: int, scene: Scene, view: View) -> None:
     errors = np.zeros((len(own), 3))
     errors[:, : own.shape[1]] = own
     errors = np.array([on_ground(m, scene.poses, error) for error in errors])
-    middle = places(m, scene.poses)[m.core_spec["output"]["point"]]
+    middle = places(m, scene.poses)[m.output_point]
     corners = outline(view.flat(middle + motion.times * errors), 0.0)
     colours = theme().colours
     look: dict[str, Any] = {
@@ -281,7 +281,7 @@ def _region(motion: Motion, k: int, scene: Scene, view: View) -> None:
     scene.axes.add_patch(Polygon(corners, closed=True, label="where the output can be", zorder=6, **look))
 
 
-def _limits(motion: Motion, view: View) -> tuple[Floats, Floats]:
+def _limits(motion: Motion, view: Sight) -> tuple[Floats, Floats]:
     """The lower left and the upper right corner of all frames."""
     m = motion.m
     ground = poses.ground(m.pose_size)

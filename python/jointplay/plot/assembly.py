@@ -13,6 +13,7 @@ from matplotlib.patches import Polygon
 
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, not_known
@@ -25,7 +26,7 @@ from .layout import columns_of
 from .names import write as write_names
 from .scene import PLAN, places, written
 from .solid import OBLIQUE, Solid
-from .style import INCH, Drawing, Style, current, theme, using
+from .style import INCH, Style, StyledFigure, current, theme, using
 from .words import automatic, check_exaggeration, headline, light, title
 
 if TYPE_CHECKING:
@@ -55,8 +56,6 @@ REACH = {
     which: [f"{name}_{end}" for end in ("shaft", "bearing")]
     for which, name in (("worst", "worst"), ("random", "quantile"))
 }
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 @typed
@@ -163,7 +162,7 @@ class _Drawing:
         names = [f"{name}_{end}" for name in ("error", "undetermined") for end in ("shaft", "bearing")]
         return [self.result.get(name, component=c) for name in names for c in axes]
 
-    def step(self, k: int, axes: Axes, figure: Drawing) -> None:
+    def step(self, k: int, axes: Axes, figure: StyledFigure) -> None:
         """The panel of a step."""
         before = {str(self.result.attrs["base"]), *(name for step in self.members[:k] for name in step)}
         new = set(self.members[k])
@@ -206,9 +205,8 @@ class _Drawing:
         unit = self.m.units.length_name
         axes.set(xlim=(left, right), ylim=(low, high), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
         axes.set_aspect("equal")
-        used = {joint[end] for joint in self.spec["joints"] for end in ENDS}
-        used.add(self.spec["output"]["point"])
-        corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
+        used = {*(point for points in self.m.joint_points for point in points), self.m.output_point}
+        corners = self.places[[k for k in sorted(used) if self.m.points[k].body == body]]
         around = self.view.flat(outline(corners, STRAIGHT * self.extent))
         if body == -1:
             axes.plot(*self.view.flat(corners).T, marker="s", markersize=6, linestyle="none", color=theme().grey)
@@ -221,11 +219,10 @@ class _Drawing:
         """The names of the joints that new members bring, a pin by its own."""
         inner = {member.joint for member in self.m.members}
         found: dict[tuple[float, ...], dict[str, None]] = {}
-        for k, joint in enumerate(self.spec["joints"]):
-            bodies = [self.spec["points"][joint[end]]["body"] for end in ENDS]
+        for k, bodies in enumerate(self.m.joint_bodies):
             owners = {self.m.owners[body] if body >= 0 else "ground" for body in bodies}
             if k not in inner and owners & new:
-                x, y = np.round(self.view.flat(self.places[joint["first"]]) / self.extent, 3) * self.extent
+                x, y = np.round(self.view.flat(self.places[self.m.joint_points[k][0]]) / self.extent, 3) * self.extent
                 found.setdefault((float(x), float(y)), {})[written(self.m, k)] = None
         axes.apply_aspect()
         joined = {place: ", ".join(names) for place, names in found.items()}
@@ -267,22 +264,22 @@ class _Drawing:
         """The two ends of a member, which is a body or the elastic part of one."""
         for part in self.m.members:
             if part.name == member:
-                bodies = [self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ENDS]
+                bodies = [*self.m.joint_bodies[part.joint]]
                 break
         else:
             bodies = [self.m.bodies.index(member)]
         inner = {own.joint for own in self.m.members}
-        used = [joint[end] for k, joint in enumerate(self.spec["joints"]) if k not in inner for end in ENDS]
+        used = [point for k, points in enumerate(self.m.joint_points) if k not in inner for point in points]
         if sum(self.m.owners[part] == self.m.owners[bodies[0]] for part in range(len(self.m.owners))) > len(ENDS):
             # Pieces in between have the output or a load on them.
-            used += [self.spec["output"]["point"], *(load["point"] for load in self.spec["loads"])]
-        used = [point for point in used if self.spec["points"][point]["body"] in bodies]
+            used += [self.m.output_point, *(load["point"] for load in self.spec["loads"])]
+        used = [point for point in used if self.m.points[point].body in bodies]
         places = np.unique(self.places[sorted(set(used))], axis=0)
         return places if len(places) == 2 else None
 
     def _centre(self, axes: Axes, k: int, joint: int) -> None:
         """A joint's centre with its error, or with how far off it can be."""
-        at = self.places[self.spec["joints"][joint]["first"]]
+        at = self.places[self.m.joint_points[joint][0]]
         which = str(self.result.attrs["assemble"])
         if which in REACH:
             # The last of the probabilities is the largest.

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+
+from jointplay.basics.arrays import Floats
 
 from .style import HATCHES, Style, canvas, current, theme
 from .words import labelled, legend
-
-Floats = NDArray[np.float64]
 
 #: heights of a pair of bars and of what is around all of them, inches
 BAR, AROUND = 0.42, 0.8

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 
 from .style import mixed, theme
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
     from jointplay.model.mechanism import Mechanism
 
-Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: what is left of a colour when all colours have been used
 PALER = 0.6
 
@@ -29,22 +29,21 @@ def body_colour(m: Mechanism, body: int) -> str:
     return mixed(colours[colour], theme().paper, PALER**turn)
 
 
-def on_ground(m: Mechanism, at: Points, error: Points) -> Points:
+def on_ground(m: Mechanism, at: Floats, error: Floats) -> Floats:
     """An error of the output's position in ground axes; `at` are the poses of all bodies."""
-    other = m.core_spec["output"].get("relative_to")
-    if other is None:
+    if m.seen_from is None:
         return error
-    turned: Points = poses.matrix(at[other])[: len(error), : len(error)] @ error
+    turned: Floats = poses.matrix(at[m.seen_from])[: len(error), : len(error)] @ error
     return turned
 
 
-def path_of_output(m: Mechanism, at: Nominal) -> Points:
+def path_of_output(m: Mechanism, at: Nominal) -> Floats:
     """The place of the output point in every configuration, ground axes, metres; three coordinates."""
-    point = m.core_spec["points"][m.core_spec["output"]["point"]]
-    return poses.place(at.poses[:, point["body"]], point["at"])
+    point = m.points[m.output_point]
+    return poses.place(at.poses[:, point.body], point.at)
 
 
-def outline(points: Points, near: float) -> Points:
+def outline(points: Floats, near: float) -> Floats:
     """The corners of a body's outline, in turn and closed: the convex hull of its points in the plane they span most.
 
     Points on one line, within the distance `near`, make a line.
@@ -66,6 +65,6 @@ def outline(points: Points, near: float) -> Points:
     return np.asarray(points[[*corners, corners[0]]])
 
 
-def _turn(a: Points, b: Points, c: Points) -> float:
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
     """Twice the area of a triangle, positive counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

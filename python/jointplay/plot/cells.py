@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
+from jointplay.basics.arrays import Floats
+
 Line = list[tuple[float, float]]
 
 

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import AXIS_ON, SIDE_ON
 from jointplay.model.gaps import clearance_of
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
 
-Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: corners of a circle, and circles of latitude of a sphere
 AROUND, ACROSS = 48, 9
 #: how much thicker than nothing a line is drawn, as a share of its length
@@ -30,7 +30,7 @@ THIN = 0.04
 
 
 @dataclass(frozen=True)
-class Shape:
+class DrawnClearance:
     """A clearance.
 
     Attributes
@@ -44,11 +44,11 @@ class Shape:
     """
 
     source: int
-    middle: Points
-    points: Points
+    middle: Floats
+    points: Floats
 
 
-def shapes(m: Mechanism, at: Points, places: Points) -> Iterator[Shape]:
+def shapes(m: Mechanism, at: Floats, places: Floats) -> Iterator[DrawnClearance]:
     """The clearances of all joints that have some; poses and places as a `Scene` has them."""
     spec = m.core_spec
     for k, source in enumerate(spec["sources"]):
@@ -64,10 +64,10 @@ def shapes(m: Mechanism, at: Points, places: Points) -> Iterator[Shape]:
         name, sizes = clearance_of(m, k)
         points = boundary(name, sizes, np.array([axis, side, np.cross(axis, side)]))
         if len(points) and np.abs(points).max() > 0.0:
-            yield Shape(k, places[joint["first"]], points)
+            yield DrawnClearance(k, places[joint["first"]], points)
 
 
-def boundary(name: str, size: dict[str, float], frame: Points) -> Points:
+def boundary(name: str, size: dict[str, float], frame: Floats) -> Floats:
     """Points of the boundary of a set of offsets; none of one that moves no point.
 
     Parameters

@@ -21,7 +21,7 @@ from .style import theme
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: axis and side of a joint
-Frame = tuple[Points, Points]
+Basis = tuple[Points, Points]
 
 #: no more marks than this on a wheel: they would run together
 TEETH = 90
@@ -131,7 +131,7 @@ def draw(axes: Axes, joint: JointSpec, ends: tuple[Points, Points], turns: tuple
             axes.plot(*strand.T, color=theme().grey, linewidth=1.6, zorder=2)
 
 
-def draw_in_space(line: Callable[..., None], joint: JointSpec, ends: tuple[Points, Points], frames: tuple[Frame, Frame],
+def draw_in_space(line: Callable[..., None], joint: JointSpec, ends: tuple[Points, Points], frames: tuple[Basis, Basis],
                   colours: tuple[str, str], unit: float) -> None:  # fmt: skip
     """A coupling in space: circles about the axes of its wheels, a rack as its pitch line, the strands of a belt.
 

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, parts, size, split, typical, unit_of
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Results = Mapping[str, "Result | xr.Dataset"]
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 SIZES = ("position", "rotation")
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7

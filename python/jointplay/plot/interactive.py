@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.basics import pages
+from jointplay.basics.arrays import Flags, Floats, Texts
 from jointplay.errors import JointplayError, one_line
 
 from .cells import boundaries, cell_edges, crossings
@@ -27,9 +28,6 @@ from .words import is_plan
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Texts = np.ndarray[Any, np.dtype[np.str_]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
 COLOUR_SCALE = "Cividis"
 #: nodes without a trusted number: how much of the grey their colour has, the rest is paper
 UNTRUSTED = {

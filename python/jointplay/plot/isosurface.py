@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
+from jointplay.basics.arrays import Floats
+
 GridIndices = np.ndarray[Any, np.dtype[np.int64]]
 
 #: corners of a cell as steps along the axes

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from matplotlib.axes import Axes
 
-from .style import INCH, NARROW, Drawing, Style, current
+from .style import INCH, NARROW, Style, StyledFigure, current
 
 #: width of a panel, the least it has beside others, and what titles, legends and labels take of its height, inches
 WIDTH, LEAST, AROUND = 6.2, 3.2, 1.0
@@ -48,7 +48,7 @@ def columns_of(style: Style, width: float) -> int:
     return 1 if style.width < NARROW else max(1, int(style.width / INCH / width))
 
 
-def lay_out(panels: Sequence[Panel], columns: int = 2) -> Drawing:
+def lay_out(panels: Sequence[Panel], columns: int = 2) -> StyledFigure:
     """Draw panels on one sheet, row by row."""
     style = current()
     columns = min(columns, len(panels), columns_of(style, LEAST))

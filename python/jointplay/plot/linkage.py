@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from jointplay.analyses.nominal import Nominal, nominal, report
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, shown
 from jointplay.model.mechanism import Mechanism
@@ -19,18 +20,17 @@ from jointplay.model.mobility import Attempt, attempt
 from jointplay.result import Result
 
 from .plan import DrawingPlan
-from .scene import PLAN, Scene, View
+from .scene import PLAN, Scene, Sight
 from .sketch import FRONT, SIDE, TOP, Sketch
 from .solid import OBLIQUE, Solid
-from .style import Drawing, Style, canvas
+from .style import Style, StyledFigure, canvas
 from .words import check_exaggeration, legend, single, title, which
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: the drawings of a mechanism in space by the name of their view; the first one is drawn if none is named
-VIEWS: dict[str, tuple[View, type[Scene]]] = {
+VIEWS: dict[str, tuple[Sight, type[Scene]]] = {
     "solid": (OBLIQUE, Solid),
     "front": (FRONT, Sketch),
     "top": (TOP, Sketch),
@@ -108,7 +108,7 @@ def mechanism(
         said = [which(report(m, "", at).result(), configuration)] if one else []
         title(axes, ": ".join(filter(None, [m.title, *said])))
         legend(axes)
-        if names and isinstance(figure, Drawing):
+        if names and isinstance(figure, StyledFigure):
             # Names keep clear of what is around them when that has its place.
             figure.late.append(scene.names)
         elif names:
@@ -116,7 +116,7 @@ def mechanism(
     return figure
 
 
-def kind_of(m: Mechanism, view: str | None) -> tuple[View, type[Scene]]:
+def kind_of(m: Mechanism, view: str | None) -> tuple[Sight, type[Scene]]:
     """How a mechanism is drawn.
 
     Raises
@@ -162,6 +162,6 @@ def _attempted(m: Mechanism, at: Nominal, configuration: int) -> tuple[Nominal, 
     found = attempt(m, at.drives[chosen], at.poses[chosen])
     if found is None:
         raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
-    placed: Points = at.poses.copy()
+    placed: Floats = at.poses.copy()
     placed[configuration] = found.poses
     return replace(at, poses=placed), found

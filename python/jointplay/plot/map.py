@@ -32,7 +32,6 @@ from .words import beside, headline, is_plan, labelled, legend, title
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 #: even steps of lightness: it survives colour blindness and a black-and-white printer
 COLOUR_MAP = "cividis"
 #: how nodes are hatched that have no trusted number

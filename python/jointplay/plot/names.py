@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from matplotlib.transforms import ScaledTranslation
 
+from jointplay.basics.arrays import Floats
+
 from .style import current, theme
 from .words import HIGH, width_of
 
@@ -22,7 +24,6 @@ AWAY, MARK = (6.0, 16.0, 28.0), 4.0
 ACROSS = {-1: "right", 0: "center", 1: "left"}
 UP = {-1: "top", 0: "center", 1: "bottom"}
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: a direction (-1, 0 or 1 to the right and upwards) and a distance
 Corner = tuple[int, int, float]
 NOTHING: Floats = np.zeros((0, 2))

@@ -33,7 +33,7 @@ from .sweeps import sweep
 from .words import automatic
 
 if TYPE_CHECKING:
-    from .sheet import Choice
+    from .sheet import Drawn
 
 #: how large, as a share of the mechanism, an exaggerated error is drawn
 VISIBLE = 0.1
@@ -50,7 +50,7 @@ class Sheet:
     m: Mechanism
     asked: list[str]
     results: Mapping[str, Result]
-    choice: Choice
+    choice: Drawn
 
     @cached_property
     def first(self) -> Result:
@@ -284,7 +284,7 @@ SHEETS: Mapping[str, Kind] = {
 def exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
     kinds = ("disc", "ball", "journal", "sleeve", "guide", "diamond")
-    found = [clearance_of(m, k) for k, s in enumerate(m.core_spec["sources"]) if s["kind"] == "clearance"]
+    found = [clearance_of(m, k) for k, kind in enumerate(m.source_kinds) if kind == "clearance"]
     radii = [size.get("radius", size.get("gap", 0.0)) for name, size in found if name in kinds]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:

@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib.patches import Circle, Polygon
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import JointSpec
 from jointplay.result import Result
 
 from . import couplings
 from .bodies import body_colour
-from .scene import Points, Scene
+from .scene import Scene
 from .style import scaled, series, theme
 
 #: sizes on the drawing, as shares of its extent
@@ -23,7 +24,7 @@ PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
 class DrawingPlan(Scene):
     """One configuration of a mechanism in the plane."""
 
-    def place(self, point: int) -> Points:
+    def place(self, point: int) -> Floats:
         """A point of the specification on the drawing."""
         return self.view.flat(self.places[point])
 
@@ -70,11 +71,11 @@ class DrawingPlan(Scene):
         """Whether a joint is drawn on a support."""
         return joint["kind"] in ("revolute", "fixed") and self.body_of(joint["first"]) == -1
 
-    def _support_at(self, place: Points) -> Points:
+    def _support_at(self, place: Floats) -> Floats:
         """Corners of the triangle of a support."""
         return place + SUPPORT * self.extent * np.array([[0.0, 0.0], [-0.8, -1.3], [0.8, -1.3]])
 
-    def _support(self, place: Points) -> None:
+    def _support(self, place: Floats) -> None:
         s = SUPPORT * self.extent
         triangle = Polygon(self._support_at(place), closed=True, zorder=2)
         triangle.set(facecolor=theme().paper, edgecolor=theme().grey)
@@ -82,7 +83,7 @@ class DrawingPlan(Scene):
         ground = np.array([place[0] - 1.2 * s, place[1] - 1.3 * s])
         self.axes.plot([ground[0], ground[0] + 2.4 * s], [ground[1]] * 2, color=theme().grey, linewidth=2.0, zorder=2)
 
-    def _guide(self, joint: JointSpec, first: Points, second: Points, kind: str) -> None:
+    def _guide(self, joint: JointSpec, first: Floats, second: Floats, kind: str) -> None:
         along = couplings.direction(joint, self._turn(joint["first"]))
         across = np.array([-along[1], along[0]])
         reach = max(abs(float((second - first) @ along)), 1e-9) + 1.5 * SLIDER * self.extent
@@ -97,7 +98,7 @@ class DrawingPlan(Scene):
             box.set(facecolor=theme().paper, edgecolor=self.colour_of(joint["second"]))
             self.axes.add_patch(box)
 
-    def named_at(self, joint: JointSpec) -> Points:
+    def named_at(self, joint: JointSpec) -> Floats:
         """Where the name of a joint is written: a coupling's where it acts."""
         if "coupling" not in joint:
             return super().named_at(joint)
@@ -105,7 +106,7 @@ class DrawingPlan(Scene):
         along = couplings.direction(joint, self._turn(joint["first"]))
         return np.append(couplings.contact(joint, ends, along, self.m.units.length), 0.0)
 
-    def obstacles(self) -> Points:
+    def obstacles(self) -> Floats:
         """The output and the supports."""
         supports = [
             self._support_at(self.place(joint["first"])) for _, joint in self.joints_drawn if self._grounded(joint)
@@ -124,7 +125,7 @@ class DrawingPlan(Scene):
             look = {"marker": "o", "markersize": scaled(4.0), "color": series(3)["color"], "linestyle": ""}
             self.axes.plot(*at, label="pin in its clearance", zorder=8, **look)
 
-    def _offset(self, index: int, result: Result) -> Points:
+    def _offset(self, index: int, result: Result) -> Floats:
         """Where a pin lies in its disc, ground axes; that of a locked one is given in the axes of its joint."""
         name, joint = self.m.joints[index], self.spec["joints"][index]
         along = ("x", "y") if joint["kind"] == "revolute" else ("along", "normal")
@@ -132,5 +133,5 @@ class DrawingPlan(Scene):
         if joint["kind"] == "revolute":
             return offset
         c, s, _ = poses.matrix(self.poses[self.body_of(joint["first"])]) @ joint["axis_first"]
-        turned: Points = np.array([[c, -s], [s, c]]) @ offset
+        turned: Floats = np.array([[c, -s], [s, c]]) @ offset
         return turned

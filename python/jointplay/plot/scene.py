@@ -14,13 +14,14 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from jointplay.basics import poses
-from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
+from jointplay.basics.arrays import Floats
+from jointplay.core.spec import AXIS_ON, SIDE_ON, End, JointSpec
 from jointplay.model.mobility import Attempt
 from jointplay.result import Result
 
 from . import springs
 from .bodies import body_colour, on_ground, outline, path_of_output
-from .clearances import Shape, shapes
+from .clearances import DrawnClearance, shapes
 from .names import write as write_names
 from .style import alarm, scaled, theme
 
@@ -28,33 +29,32 @@ if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
     from jointplay.model.mechanism import Mechanism
 
-Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: lower left and upper right corner of a drawing
-Corners = tuple[Points, Points]
+Corners = tuple[Floats, Floats]
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
 #: what is left of the colour of a pose that stands behind
 BEHIND = 0.3
 
 
-class View(NamedTuple):
+class Sight(NamedTuple):
     """A direction of sight."""
 
     name: str
     right: tuple[float, float, float]
     up: tuple[float, float, float]
 
-    def flat(self, points: Points) -> Points:
+    def flat(self, points: Floats) -> Floats:
         """Places on the drawing; the last axis holds three coordinates."""
         return np.asarray(points @ np.array([self.right, self.up]).T)
 
     @property
-    def towards(self) -> Points:
+    def towards(self) -> Floats:
         """Unit vector to the viewer."""
         return np.cross(self.right, self.up)
 
 
-PLAN = View("plan", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+PLAN = Sight("plan", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
 class Scene(ABC):
@@ -66,7 +66,7 @@ class Scene(ABC):
     at : Nominal
     configuration : int
     axes : matplotlib axes
-    view : View
+    view : Sight
     moved : pair of ndarray, optional
         Poses of the bodies, and places of the points on them, to draw in place of the nominal ones, with `times` their
         difference from these.
@@ -79,8 +79,8 @@ class Scene(ABC):
         at: Nominal,
         configuration: int,
         axes: Axes,
-        view: View,
-        moved: tuple[Points, Points] | None = None,
+        view: Sight,
+        moved: tuple[Floats, Floats] | None = None,
         times: float = 1.0,
     ) -> None:
         self.m, self.axes, self.configuration, self.view = m, axes, configuration, view
@@ -112,13 +112,13 @@ class Scene(ABC):
     def pins(self, times: float, result: Result) -> None:
         """Where each pin lies in its clearance."""
 
-    def line(self, points: Points, **look: Any) -> None:
+    def line(self, points: Floats, **look: Any) -> None:
         """A line through points of three coordinates."""
         self.axes.plot(*self.view.flat(np.asarray(points)).T, **look)
 
     def body_of(self, point: int) -> int:
         """The body that carries a point, by its index."""
-        return self.spec["points"][point]["body"]
+        return self.m.points[point].body
 
     def tint(self, body: int) -> str:
         """The colour of a body."""
@@ -128,9 +128,9 @@ class Scene(ABC):
         """The colour of the body that carries a point."""
         return self.tint(self.body_of(point))
 
-    def outline(self, body: int) -> Points:
+    def outline(self, body: int) -> Floats:
         """The corners of a body, in turn and closed; two points of one that is a line, one of a mere point."""
-        used = {joint[end] for joint in self.spec["joints"] for end in ENDS} | {self.spec["output"]["point"]}
+        used = {point for points in self.m.joint_points for point in points} | {self.m.output_point}
         points = self.places[[k for k in sorted(used) if self.body_of(k) == body]]
         if not len(points):
             return np.zeros((0, 3))
@@ -144,7 +144,7 @@ class Scene(ABC):
         name = self.m.bodies[body]
         return name if name == self.m.owners[body] else None
 
-    def frame_of(self, joint: JointSpec, end: End = "first") -> tuple[Points, Points]:
+    def frame_of(self, joint: JointSpec, end: End = "first") -> tuple[Floats, Floats]:
         """Axis and side of a joint as one of its bodies carries them, ground axes."""
         turn = poses.matrix(self.poses[self.body_of(joint[end])])
         side = joint.get(SIDE_ON[end])
@@ -164,7 +164,7 @@ class Scene(ABC):
 
     def output(self) -> None:
         """The output point."""
-        place = self.places[self.spec["output"]["point"]][None]
+        place = self.places[self.m.output_point][None]
         look = {"marker": "*", "color": theme().ink, "markersize": scaled(9.0), "linestyle": ""}
         self.line(place, label="output", zorder=7, **look)
 
@@ -192,7 +192,7 @@ class Scene(ABC):
         for shape in shapes(self.m, self.poses, self.places):
             self._clearance(shape, times)
 
-    def _clearance(self, shape: Shape, times: float) -> None:
+    def _clearance(self, shape: DrawnClearance, times: float) -> None:
         corners = self.view.flat(shape.middle + times * (shape.points / self.m.units.length))
         corners = outline(corners, 0.0)
         colours = theme().colours
@@ -204,12 +204,12 @@ class Scene(ABC):
         if "error" not in result.data:
             return
         axes = ("x", "y", "z")[: 3 if self.m.pose_size == poses.SPATIAL else 2]
-        found: Points = np.zeros(3)
+        found: Floats = np.zeros(3)
         found[: len(axes)] = [result.get("error", component=c)[self.configuration] for c in axes]
         found = on_ground(self.m, self.poses, found)
         if not np.isfinite(found).all():
             return
-        tail = self.places[self.spec["output"]["point"]]
+        tail = self.places[self.m.output_point]
         head, tail = self.view.flat(tail + times * found), self.view.flat(tail)
         colour = theme().colours[3 % len(theme().colours)]
         look = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
@@ -236,14 +236,14 @@ class Scene(ABC):
         across, up = ("xyz"[int(np.argmax(axis))] for axis in (self.view.right, self.view.up))
         self.axes.set(xlabel=f"{across} [{unit}]", ylabel=f"{up} [{unit}]")
 
-    def named_at(self, joint: JointSpec) -> Points:
+    def named_at(self, joint: JointSpec) -> Floats:
         """Where the name of a joint is written."""
-        place: Points = self.places[joint["second"]]
+        place: Floats = self.places[joint["second"]]
         return place
 
-    def obstacles(self) -> Points:
+    def obstacles(self) -> Floats:
         """Places beside those of the joints that names should not hide."""
-        return self.view.flat(self.places[self.spec["output"]["point"]][None])
+        return self.view.flat(self.places[self.m.output_point][None])
 
     def names(self) -> None:
         """Names of the joints; those at one place in a row, riders of one pin under its name."""
@@ -264,12 +264,11 @@ def written(m: Mechanism, joint: int) -> str:
     return whole if part in ("first", "second") and whole and m.joint_kinds[joint] == "revolute" else name
 
 
-def places(m: Mechanism, at: Points, on_bodies: Points | None = None) -> Points:
+def places(m: Mechanism, at: Floats, on_bodies: Floats | None = None) -> Floats:
     """All points of the specification, ground axes, file units; the poses end with that of the ground.
 
     They may be elsewhere on their bodies, shape (point, 3), SI.
     """
-    points = m.core_spec["points"]
-    own = on_bodies if on_bodies is not None else [point["at"] for point in points]
-    found = [poses.place(at[point["body"]], here) for point, here in zip(points, own, strict=True)]
+    own = on_bodies if on_bodies is not None else [point.at for point in m.points]
+    found = [poses.place(at[point.body], here) for point, here in zip(m.points, own, strict=True)]
     return np.asarray(found).reshape(-1, 3) / m.units.length

@@ -23,7 +23,7 @@ from .words import headline
 
 
 @dataclass(frozen=True)
-class Choice:
+class Drawn:
     """What of a result is drawn.
 
     Parameters
@@ -66,12 +66,12 @@ class Choice:
 
 def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
     """The panels of a sheet; none where they have the names of what is found, such as steps."""
-    names = [entry.of(Sheet(m, asked, {}, Choice())) for entry in kind_of(asked).entries]
+    names = [entry.of(Sheet(m, asked, {}, Drawn())) for entry in kind_of(asked).entries]
     return tuple(name for some in names for name in some or ()) if None not in names else ()
 
 
 @typed
-def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Choice | None = None) -> None:
+def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Drawn | None = None) -> None:
     """Draw results of one mechanism on a sheet and write it.
 
     Parameters
@@ -81,17 +81,17 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Choice
         By the name of what was asked.
     path : Path
         Ending in `.png`, `.svg` or `.pdf`.
-    choice : Choice, optional
+    choice : Drawn, optional
     """
     check_path(path)
-    choice = choice or Choice()
+    choice = choice or Drawn()
     with using(choice.style):
         put(sheet(m, results, choice), path, next(iter(results.values())))
 
 
-def sheet(m: Mechanism, results: Mapping[str, Result], choice: Choice | None = None) -> Figure:
+def sheet(m: Mechanism, results: Mapping[str, Result], choice: Drawn | None = None) -> Figure:
     """The figure of `draw`."""
-    choice = choice or Choice()
+    choice = choice or Drawn()
     with using(choice.style):
         several = [parts(result) for result in results.values()]
         if any(heading for part in several for heading, _ in part):
@@ -114,7 +114,7 @@ def sheet(m: Mechanism, results: Mapping[str, Result], choice: Choice | None = N
 
 
 def _first_of_several(
-    m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]], choice: Choice
+    m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]], choice: Drawn
 ) -> Figure:
     """The sheet of the first output and load case, with a line that says what else there is."""
     own = {name: parts(result)[0][1] for name, result in results.items()}

@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.patches import Polygon
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ENDS, End, JointSpec
 from jointplay.result import Result
 
 from . import couplings
 from .bodies import body_colour
-from .scene import Points, Scene, View
+from .scene import Scene, Sight
 from .style import scaled, theme
 
 #: along which the three views look: at the front from -y, at the top from +z, at the side from +x
-FRONT = View("front", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-TOP = View("top", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-SIDE = View("side", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+FRONT = Sight("front", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+TOP = Sight("top", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+SIDE = Sight("side", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 #: half the length of an axis on the drawing, as a share of its extent
 AXIS = 0.04
 #: an axis that looks nearly at the viewer, with a shorter share of its length, is a circle
@@ -53,7 +54,7 @@ class Sketch(Scene):
             else:
                 self._axis(joint)
 
-    def _mark(self, place: Points, marker: str) -> None:
+    def _mark(self, place: Floats, marker: str) -> None:
         look = {"marker": marker, "markersize": scaled(5.0), "markerfacecolor": theme().paper, "linestyle": ""}
         self.line(place[None], color=theme().ink, zorder=6, **look)
 
@@ -94,7 +95,7 @@ class Sketch(Scene):
             self.axes.plot([], [], color=colour, label=None if body == -1 else self.m.owners[body])
         couplings.draw_in_space(self.line, joint, ends, frames, colours, self.m.units.length)
 
-    def named_at(self, joint: JointSpec) -> Points:
+    def named_at(self, joint: JointSpec) -> Floats:
         """Where the name of a joint is written: a coupling's where it acts."""
         if joint["kind"] not in WHEELS:
             return super().named_at(joint)

@@ -12,16 +12,17 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ENDS, End, JointSpec
 
 from .couplings import strands
-from .scene import Corners, Points, View
+from .scene import Corners, Sight
 from .sketch import SLIDING, WHEELS, Sketch
 from .style import theme
 from .words import round_factor
 
 #: from obliquely above
-OBLIQUE = View(
+OBLIQUE = Sight(
     "solid",
     (float(np.cos(np.radians(32.0))), float(np.sin(np.radians(32.0))), 0.0),
     (-0.42 * float(np.sin(np.radians(32.0))), 0.42 * float(np.cos(np.radians(32.0))), float(np.sqrt(1.0 - 0.42**2))),
@@ -36,7 +37,7 @@ ROUND, PIECES, POLES, WHEEL = 14, 10, 8, 48
 TRIAD, SCALE = 0.09, 0.25
 
 #: flat pieces with four corners each, (piece, corner, axis), and their normals
-Surface = tuple[Points, Points]
+Surface = tuple[Floats, Floats]
 
 
 class Solid(Sketch):
@@ -44,8 +45,8 @@ class Solid(Sketch):
 
     def bodies(self) -> None:
         """Links as tubes between their joints, and the plates that they span; the ground as dashes."""
-        self.pieces: list[Points] = []
-        self.colours: list[Points] = []
+        self.pieces: list[Floats] = []
+        self.colours: list[Floats] = []
         for body in range(-1, len(self.m.bodies)):
             corners = self.outline(body)
             if len(corners) < 2 or not self.is_there(body):
@@ -92,7 +93,7 @@ class Solid(Sketch):
         """A rod that comes out of a tube: the second body out of the first."""
         start, end = self.places[joint["first"]], self.places[joint["second"]]
         middle = 0.5 * (start + end)
-        parts: tuple[tuple[End, Points, Points, float], ...] = (
+        parts: tuple[tuple[End, Floats, Floats, float], ...] = (
             ("first", start, middle, 1.0),
             ("second", middle, end, 0.6),
         )
@@ -167,7 +168,7 @@ class Solid(Sketch):
         self.axes.text(start[0] + 0.5 * length, start[1] + 0.25 * size, words, ha="center", va="bottom")
 
 
-def across(axis: Points) -> Points:
+def across(axis: Floats) -> Floats:
     """Two unit vectors at right angles to a direction and to each other, in rows."""
     axis = axis / np.linalg.norm(axis)
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -175,7 +176,7 @@ def across(axis: Points) -> Points:
     return np.stack([first, np.cross(axis, first)])
 
 
-def tube(start: Points, end: Points, radius: float, pieces: int = PIECES) -> Surface:
+def tube(start: Floats, end: Floats, radius: float, pieces: int = PIECES) -> Surface:
     """A closed cylinder.
 
     Examples
@@ -201,7 +202,7 @@ def tube(start: Points, end: Points, radius: float, pieces: int = PIECES) -> Sur
     return np.concatenate([walls, *caps]), np.concatenate(normals)
 
 
-def ball(middle: Points, radius: float) -> Surface:
+def ball(middle: Floats, radius: float) -> Surface:
     """A sphere."""
     heights, turns = np.linspace(-np.pi / 2, np.pi / 2, POLES + 1), np.linspace(0, 2 * np.pi, ROUND + 1)
     out = np.stack(
@@ -213,7 +214,7 @@ def ball(middle: Points, radius: float) -> Surface:
     return middle + radius * pieces, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def box(middle: Points, axis: Points, side: Points, half: Points) -> Surface:
+def box(middle: Floats, axis: Floats, side: Floats, half: Floats) -> Surface:
     """A box with half its lengths along axis, side and normal."""
     frame = np.stack([axis, side, np.cross(axis, side)])
     pieces, normals = [], []
@@ -226,7 +227,7 @@ def box(middle: Points, axis: Points, side: Points, half: Points) -> Surface:
     return np.stack(pieces), np.stack(normals)
 
 
-def ring(middle: Points, axis: Points, side: Points, radius: float, thick: float) -> Surface:
+def ring(middle: Floats, axis: Floats, side: Floats, radius: float, thick: float) -> Surface:
     """The rim of a wheel."""
     turns = np.linspace(0.0, 2.0 * np.pi, WHEEL + 1)
     rim = middle + radius * (np.outer(np.cos(turns), side) + np.outer(np.sin(turns), np.cross(axis, side)))
@@ -234,7 +235,7 @@ def ring(middle: Points, axis: Points, side: Points, radius: float, thick: float
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
 
-def plate(corners: Points, towards: Points) -> Surface:
+def plate(corners: Floats, towards: Floats) -> Surface:
     """The area within a closed outline, which looks at the viewer from both sides, in triangles."""
     middle = corners[:-1].mean(axis=0)
     pieces = np.stack([corners[:-1], corners[1:], middle + 0 * corners[1:], middle + 0 * corners[1:]], axis=1)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
+
 #: width of a zigzag and radius of a spiral, as shares of the drawing's extent
 WIDTH, RADIUS = 0.025, 0.03
 #: bends of a zigzag, the part of it that is straight at each end, turns of a spiral
@@ -16,10 +18,8 @@ POINTS = BENDS + 4
 SHORTEST = 1e-9
 STYLE: Any = {"linewidth": 1.0, "solid_joinstyle": "round"}
 
-Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-
-def zigzag(first: Points, second: Points, extent: float) -> Points:
+def zigzag(first: Floats, second: Floats, extent: float) -> Floats:
     """The line of a spring from one place to another, in the plane or in space; shape (point, axis).
 
     It has the same number of points in every configuration. A spring without length is a ring, as wide as a zigzag.
@@ -46,14 +46,14 @@ def zigzag(first: Points, second: Points, extent: float) -> Points:
     return np.asarray(np.vstack([first, bends, second]))
 
 
-def _ring(centre: Points, extent: float) -> Points:
+def _ring(centre: Floats, extent: float) -> Floats:
     """A circle around a place; in space oblique to all axes, so that no view has it as a line."""
     turns = np.linspace(0.0, 2.0 * np.pi, POINTS)[:, None]
     x, y = np.eye(2) if len(centre) == 2 else np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
     return np.asarray(centre + WIDTH * extent / 2.0 * (np.cos(turns) * x + np.sin(turns) * y))
 
 
-def spiral(centre: Points, x: Points, y: Points, extent: float) -> Points:
+def spiral(centre: Floats, x: Floats, y: Floats, extent: float) -> Floats:
     """The line of a torsion spring around a place, in the plane of two directions; shape (point, axis)."""
     angles = np.linspace(0.0, 2.0 * np.pi * TURNS, 80)
     radii = RADIUS * extent * (0.4 + 0.6 * angles / angles[-1])

@@ -129,7 +129,7 @@ class Style:
         width = float("inf") if self.width is None else self.width
         return self.font_size or next((size for limit, size in SMALLER if width < limit), USUAL)
 
-    def figure(self, width: float, height: float) -> Drawing:
+    def figure(self, width: float, height: float) -> StyledFigure:
         """A figure of this style.
 
         Parameters
@@ -139,7 +139,7 @@ class Style:
         """
         wide = width if self.width is None else self.width / INCH
         high = height * min(1.0, wide / width) if self.height is None else self.height / INCH
-        return Drawing(self, (wide, high))
+        return StyledFigure(self, (wide, high))
 
     @property
     def rc(self) -> Any:
@@ -194,7 +194,7 @@ def as_far_as_it_goes() -> Iterator[None]:
         yield
 
 
-class Drawing(Figure):
+class StyledFigure(Figure):
     """A figure that is written and shown as its style says, whatever matplotlib is set to."""
 
     def __init__(self, style: Style, size: tuple[float, float]) -> None:
@@ -266,7 +266,7 @@ def canvas(
 ) -> Iterator[tuple[Figure, Axes]]:
     """The figure and axes to draw in: those given, or new ones; inches where the style leaves the size open."""
     figure = None if axes is None else axes.get_figure()
-    if style is None and isinstance(figure, Drawing):
+    if style is None and isinstance(figure, StyledFigure):
         style = figure.style
     with using(style) as chosen:
         if axes is not None:

@@ -1,5 +1,7 @@
 """Labelled results: units on the way out, and the way to `xarray.Dataset`."""
 
+from jointplay.basics.arrays import Array
+
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
 from .build import SIDES, STATUSES, ResultBuilder, axes_of, version
 from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
@@ -21,7 +23,7 @@ from .quantity import (
     typical,
     unit_of,
 )
-from .structure import Array, Attribute, Result, Variable
+from .structure import Attribute, Result, Variable
 from .tidy import TidyColumn, TidyRows, rows, unit_at
 
 __all__ = [

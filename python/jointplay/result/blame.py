@@ -17,8 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
+
 from .quantity import split
-from .structure import Array, Result
+from .structure import Result
 
 #: the name of the load among the causes
 LOAD = "load"

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from jointplay import _core
+from jointplay.basics.arrays import Array
 from jointplay.basics.units import Units
-from jointplay.core.compile import ANGULAR, TURNS
+from jointplay.core.compile import TURNS
 from jointplay.model.mechanism import Mechanism
 
 from .names import coordinate_names
 from .quantity import split
-from .structure import Array, Attribute, Result, Variable
+from .structure import Attribute, Result, Variable
 
 SIDES = ("low", "high")
 #: components of a reaction, and how many of them are forces
@@ -39,27 +40,24 @@ def version() -> str:
 
 
 @dataclass(frozen=True)
-class Axis:
+class Labels:
     """Labels along a dimension, and what kind of quantity each of them is."""
 
     labels: tuple[str, ...]
     kinds: tuple[str, ...] = ()
 
 
-def axes_of(m: Mechanism) -> dict[str, Axis]:
+def axes_of(m: Mechanism) -> dict[str, Labels]:
     """The dimensions that results of a mechanism can have, `configuration` apart."""
 
-    def coordinate_kind(joint: int) -> str:
-        return "angle" if m.joint_kinds[joint] in ANGULAR else "length"
-
-    drives = tuple(map(coordinate_kind, m.drive_joints))
+    drives = tuple(map(m.coordinate_kind, m.drive_joints))
 
     def parameter_kind(index: int) -> str:
         component = m.parameters[index].rpartition(".")[2]
-        source = m.core_spec["sources"][int(m.parameter_source[index])]
-        if "drive" in source:
-            return coordinate_kind(source.get("joint", m.drive_joints[source["drive"]]))
-        if m.source_kinds[int(m.parameter_source[index])] == "thermal":
+        source = int(m.parameter_source[index])
+        if m.source_kinds[source] in ("drive", "backlash"):
+            return m.coordinate_kind(m.driven_joint(source))
+        if m.source_kinds[source] == "thermal":
             return "temperature"
         return "angle" if component in TURNS else "length"
 
@@ -71,7 +69,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
 
     def gives_way(joint: int, component: str) -> str:
         # What a joint itself lets free gives way in its drive.
-        free = component == ("angle" if coordinate_kind(joint) == "angle" else "along")
+        free = component == ("angle" if m.coordinate_kind(joint) == "angle" else "along")
         return drives_of[joint] if joint in drives_of and free else f"{m.joints[joint]}.{component}"
 
     lengths, _ = split(list(m.components))
@@ -81,24 +79,24 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     wrench, forces = WRENCH[m.data.space]
     deformations = m.core.deformations
     return {
-        "component": Axis(m.components, components),
-        "component_other": Axis(m.components, components),
-        "quantity": Axis(m.quantities, (*components, *both)),
-        "extreme": Axis((*sizes, *(name for name, _ in sides)), (*both, *(kind for _, kind in sides))),
-        "wrench": Axis(wrench, tuple("force" if k < forces else "moment" for k in range(len(wrench)))),
-        "parameter": Axis(m.parameters, tuple(parameter_kind(k) for k in range(len(m.parameters)))),
-        "drive": Axis(m.drives, drives),
-        "source": Axis(m.sources),
-        "joint": Axis(m.joints),
-        "body": Axis(m.bodies),
-        "elastic": Axis(
+        "component": Labels(m.components, components),
+        "component_other": Labels(m.components, components),
+        "quantity": Labels(m.quantities, (*components, *both)),
+        "extreme": Labels((*sizes, *(name for name, _ in sides)), (*both, *(kind for _, kind in sides))),
+        "wrench": Labels(wrench, tuple("force" if k < forces else "moment" for k in range(len(wrench)))),
+        "parameter": Labels(m.parameters, tuple(parameter_kind(k) for k in range(len(m.parameters)))),
+        "drive": Labels(m.drives, drives),
+        "source": Labels(m.sources),
+        "joint": Labels(m.joints),
+        "body": Labels(m.bodies),
+        "elastic": Labels(
             tuple(gives_way(joint, component) for joint, component in deformations),
             tuple("angle" if component in TURNS else "length" for _, component in deformations),
         ),
-        "member": Axis(tuple(member.name for member in m.members)),
-        "side": Axis(SIDES),
-        "axis": Axis(tuple(lengths)),
-        "outcome": Axis(tuple(_core.STATUSES)),
+        "member": Labels(tuple(member.name for member in m.members)),
+        "side": Labels(SIDES),
+        "axis": Labels(tuple(lengths)),
+        "outcome": Labels(tuple(_core.STATUSES)),
     }
 
 

@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
+
 from .names import coordinate_names
 from .origin import Origin
-from .structure import Array, Result, Variable
+from .structure import Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
 NAMED = ("source", "joint", "parameter", "body", "drive", "member", "elastic")

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
+
 from .origin import attributes
-from .structure import Array, Result, Variable
+from .structure import Result, Variable
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, not_known
 from jointplay.questions import QUESTIONS, Figure
 
 from .dataset import from_dataset
-from .structure import Array, Result, Variable
+from .structure import Result, Variable
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from jointplay.basics.arrays import Array
 
 if TYPE_CHECKING:
     from .origin import Origin
 
-Array = NDArray[Any]
 Attribute = str | int | float
 
 

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .structure import Array, Result, Variable
+from jointplay.basics.arrays import Array
+
+from .structure import Result, Variable
 
 #: columns that every table has
 OWN = ("variable", "value", "text", "unit")

@@ -10,7 +10,7 @@ from typing import Any
 import jointplay as jp
 from jointplay.errors import JointplayError
 from jointplay.show.serving.answers import now, opened, settled
-from jointplay.show.serving.session import Asked, Session
+from jointplay.show.serving.session import PageQuestion, Session
 
 FEW = ["--samples", "20"]
 #: commands of a mechanism `m.toml`, by how often they are asked: those that are slow less often
@@ -99,7 +99,7 @@ def studio(random: Random, folder: Path) -> str:
     try:
         session = Session(jp.load(folder / "m.toml"))
         told = opened(session)
-        asked = Asked.of(_moved(random, told))
+        asked = PageQuestion.of(_moved(random, told))
         for answer in (now(session, asked, session.begin(asked)), settled(session, asked, 0, session.begin(asked))):
             json.dumps(answer, allow_nan=False)
         json.dumps(told, allow_nan=False)

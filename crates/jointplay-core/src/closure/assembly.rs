@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::closure::equations::{Command, Inputs};
-use crate::closure::newton::{Solver, State, scaled_size};
+use crate::closure::newton::{Solver, State};
 use crate::interrupt;
 use crate::math::decomposition::singular_values;
 use crate::math::space::Component;
@@ -27,6 +27,8 @@ const FAR_FROM_ASSEMBLED: f64 = 1e3 * ASSEMBLED;
 const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
 const LARGE: usize = 240;
+/// An inverse iteration that changes it by less than this part has it.
+const CONVERGED: f64 = 1e-10;
 
 /// How a search for an assembled pose steps, and when it is given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,7 +232,7 @@ impl Mechanism {
                 break;
             }
             let Some(step) = solver.newton_step(&coordinates, &inputs) else { break };
-            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / scaled_size(self, &step)).min(1.0);
+            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / self.scaled_size(&step)).min(1.0);
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();
@@ -259,7 +261,9 @@ impl Mechanism {
         interrupt::check();
         if self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             let solver = Solver::new(self, &state.coordinates);
-            return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
+            let linearised = solver.linearise(state);
+            let found = linearised.map(|linearised| self.inverse_iteration(&linearised.factors, CONVERGED));
+            return found.unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
         }
         let matrix = self.scaled(&state.coordinates, &state.inputs.drives);
         let Some(svd) = singular_values(matrix, false, true) else { return (0.0, vec![0.0; self.n_unknowns()]) };

@@ -3,7 +3,7 @@
 use crate::closure::equations::Command;
 use crate::math::real::Real;
 use crate::math::space::Pose;
-use crate::math::vector::sub;
+use crate::math::vector::{add, cross, dot, sub};
 use crate::mechanism::coupling::{Coupled, Coupling, Measure, Pair, Rate, Reference};
 use crate::mechanism::{Mechanism, Row};
 
@@ -109,6 +109,26 @@ impl Mechanism {
     }
 }
 
+impl Mechanism {
+    /// What twists of all bodies change in what the terms of all coupled rows measure, to first order.
+    fn through_along(&self, coordinates: &[f64], parameters: &[f64], twists: &[f64]) -> Vec<f64> {
+        let poses = self.poses(coordinates);
+        let twist_at = |point: usize| {
+            let Some(b) = self.points[point].body else { return [[0.0; 3]; 2] };
+            let [velocity, rotation] = self.space.screw(&twists[b * self.size()..(b + 1) * self.size()]);
+            [add(velocity, cross(rotation, self.place(point, &poses, parameters).lever)), rotation]
+        };
+        let of_row = |(row, coupling): (usize, &Coupling)| {
+            let joint = self.rows[row].joint;
+            let pair = self.pair(joint, &poses, parameters);
+            let [[v1, w1], [v2, w2]] = [self.joints[joint].first, self.joints[joint].second].map(twist_at);
+            let change = |rate: Rate<f64>| dot(rate.linear, sub(v2, v1)) + dot(rate.first, w1) + dot(rate.second, w2);
+            coupling.terms.iter().map(|term| change(pair.rate(term.0))).collect::<Vec<_>>()
+        };
+        self.coupled_rows().flat_map(of_row).collect()
+    }
+}
+
 /// Counts what couplings move through on a way, to see whether the same teeth mesh at its end.
 pub(crate) struct Mesh<'m> {
     mechanism: &'m Mechanism,
@@ -126,12 +146,24 @@ impl<'m> Mesh<'m> {
 
     /// After a move in which no angle changes by as much as half a turn.
     pub fn moves(&mut self, coordinates: &[f64], parameters: &[f64]) {
+        self.moves_about(coordinates, parameters, &vec![0.0; self.measures.len()]);
+    }
+
+    /// After the first move, by twists of all bodies from coordinates at which the rows have this residual; no angle changes
+    /// by as much as half a turn more or less than they say.
+    pub fn moves_by(&mut self, [from, to]: [&[f64]; 2], parameters: &[f64], twists: &[f64], residual: Vec<f64>) {
+        let ways = self.mechanism.through_along(from, parameters, twists);
+        self.moves_about(to, parameters, &ways);
+        self.from = residual;
+    }
+
+    fn moves_about(&mut self, coordinates: &[f64], parameters: &[f64], expected: &[f64]) {
         let measures = self.mechanism.through(coordinates, parameters);
         let ways = measures.iter().zip(&self.measures).map(|(to, from)| to - from);
         let terms = self.mechanism.coupled_rows().flat_map(|(_, coupling)| &coupling.terms);
-        for ((moved, way), (measure, _)) in self.moved.iter_mut().zip(ways).zip(terms) {
+        for (((moved, way), expected), (measure, _)) in self.moved.iter_mut().zip(ways).zip(expected).zip(terms) {
             let turn = std::f64::consts::TAU;
-            *moved += if measure.turns() { way - turn * (way / turn).round() } else { way };
+            *moved += if measure.turns() { way - turn * ((way - expected) / turn).round() } else { way };
         }
         self.measures = measures;
     }

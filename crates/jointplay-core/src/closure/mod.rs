@@ -16,6 +16,7 @@ mod springs;
 mod state;
 mod statics;
 mod tolerance;
+mod train;
 pub(crate) mod tree;
 
 pub use newton::{Solver, State};

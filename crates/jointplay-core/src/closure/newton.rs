@@ -4,13 +4,14 @@ use std::f64::consts::TAU;
 
 use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
+use crate::closure::train::Train;
 use crate::interrupt;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factored};
 use crate::math::vector::norm;
-use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Row};
 
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
 pub(crate) const CLEAR: f64 = 4.0;
@@ -103,6 +104,20 @@ pub(crate) enum Step {
     End,
 }
 
+/// Where Newton's method begins.
+struct Begun<'m> {
+    coordinates: Vec<f64>,
+    mesh: Mesh<'m>,
+    /// The size of its first step, if that has been taken.
+    moved: Option<f64>,
+}
+
+impl<'m> Begun<'m> {
+    fn at(m: &'m Mechanism, coordinates: Vec<f64>, inputs: &Inputs<f64>) -> Self {
+        Self { mesh: Mesh::new(m, &coordinates, &inputs.parameters), coordinates, moved: None }
+    }
+}
+
 /// What a converged Newton solve did.
 struct Converged {
     first_move: f64,
@@ -141,6 +156,8 @@ pub struct Solver<'m> {
     pub(crate) plan: Option<Elimination>,
     /// The coordinates near which it was planned.
     pub(crate) planned_at: Vec<f64>,
+    /// What turns in bearings of its own, where anything does.
+    train: Option<Train>,
 }
 
 impl<'m> Solver<'m> {
@@ -163,7 +180,14 @@ impl<'m> Solver<'m> {
                 }
             }
         }
-        let mut solver = Self { mechanism, pattern, picks, plan: None, planned_at: coordinates.to_vec() };
+        let mut solver = Self {
+            mechanism,
+            pattern,
+            picks,
+            plan: None,
+            planned_at: coordinates.to_vec(),
+            train: Train::new(mechanism),
+        };
         let inputs = Inputs::nominal(mechanism, &vec![0.0; mechanism.n_drives()]);
         let (_, derivatives) = solver.evaluate(&mechanism.poses(coordinates), &inputs);
         let entries: Vec<_> =
@@ -209,53 +233,26 @@ impl<'m> Solver<'m> {
         Some(step)
     }
 
-    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
-    /// iteration.
-    pub(crate) fn inverse_iteration(&self, state: &State) -> Option<(f64, Vec<f64>)> {
-        let m = self.mechanism;
-        let n = m.n_unknowns();
-        let factors = self.linearise(state)?.factors;
-        let row_unit = |k: usize| m.unit(m.rows[k].component);
-        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
-        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
-        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
-        for _ in 0..INVERSE_ITERATIONS {
-            let size = norm(&motion);
-            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
-            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
-            factors.solve_transposed(&mut right, &mut x);
-            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
-            factors.solve(&mut right, &mut x);
-            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
-            let next = 1.0 / norm(&motion).sqrt();
-            let still = (value - next).abs() <= 1e-10 * next;
-            value = next;
-            if still {
-                break;
-            }
-        }
-        Some((value, motion))
-    }
-
     /// Steps until they vanish; given up as soon as `is_in_vain`, told the first move and the sum of the later ones.
     fn newton(
         &self,
-        coordinates: &mut [f64],
+        begun: Begun<'_>,
         inputs: &Inputs<f64>,
         mut budget: Option<&mut Budget>,
         is_in_vain: impl Fn(f64, f64) -> bool,
-    ) -> Option<Converged> {
+    ) -> Option<(Vec<f64>, Converged)> {
         let m = self.mechanism;
         interrupt::check();
         let commands = inputs.commands(m);
-        let (mut first_move, mut later_moves, mut slowest, mut last) = (0.0, 0.0, 0.0_f64, f64::INFINITY);
+        let Begun { mut coordinates, mut mesh, moved } = begun;
+        let (mut first_move, mut later_moves, mut slowest) = (moved.unwrap_or(0.0), 0.0, 0.0_f64);
+        let mut last = moved.unwrap_or(f64::INFINITY);
         let mut step = vec![0.0; m.n_unknowns()];
-        let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
-        for k in 0..NEWTON_STEPS {
+        for k in usize::from(moved.is_some())..NEWTON_STEPS {
             if let Some(budget) = &mut budget {
                 budget.take()?;
             }
-            let (mut residual, derivatives) = m.evaluated(&m.poses(coordinates), &commands);
+            let (mut residual, derivatives) = m.evaluated(&m.poses(&coordinates), &commands);
             if !mesh.is_kept(&residual) {
                 return None;
             }
@@ -264,7 +261,7 @@ impl<'m> Solver<'m> {
                 *r = -*r;
             }
             factors.solve(&mut residual, &mut step);
-            let size = scaled_size(m, &step);
+            let size = m.scaled_size(&step);
             // Written so that NaN fails, too.
             if !(size <= LARGEST_MOVE) {
                 return None;
@@ -279,17 +276,44 @@ impl<'m> Solver<'m> {
             if is_in_vain(first_move, later_moves) {
                 return None;
             }
-            m.retract(coordinates, &step);
-            mesh.moves(coordinates, &inputs.parameters);
+            m.retract(&mut coordinates, &step);
+            mesh.moves(&coordinates, &inputs.parameters);
             last = size;
             if size < LAST_STEP {
-                if m.jams(coordinates, &inputs.parameters) {
+                if m.jams(&coordinates, &inputs.parameters) {
                     return None;
                 }
-                return Some(Converged { first_move, later_moves, slowest, negative: factors.negative() });
+                let converged = Converged { first_move, later_moves, slowest, negative: factors.negative() };
+                return Some((coordinates, converged));
             }
         }
         None
+    }
+
+    /// A way to other inputs, with its first step where wheels may turn fast in it; `None` where it is too long.
+    fn begin(&self, from: &State, inputs: &Inputs<f64>, budget: Option<&mut Budget>) -> Option<Begun<'m>> {
+        let m = self.mechanism;
+        let Some(train) = &self.train else { return Some(Begun::at(m, from.coordinates.clone(), inputs)) };
+        if let Some(budget) = budget {
+            budget.take()?;
+        }
+        // The rows know angles up to full turns: drives enter by how far they go.
+        let held = Inputs { drives: from.inputs.drives.clone(), parameters: inputs.parameters.clone() };
+        let (residual, derivatives) = self.evaluate(&m.poses(&from.coordinates), &held);
+        let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
+        for (right, (_, by)) in right[m.n_rows() - m.n_driven..].iter_mut().zip(m.driven()) {
+            *right += by.coefficient * (inputs.drives[by.drive] - from.inputs.drives[by.drive]);
+        }
+        let mut twists = vec![0.0; m.n_unknowns()];
+        self.factor(&derivatives)?.solve(&mut right, &mut twists);
+        // Written so that NaN fails, too.
+        if !(train.size(m, &twists) <= LARGEST_MOVE && m.scaled_size(&twists) < f64::INFINITY) {
+            return None;
+        }
+        let coordinates = train.moved(m, &from.coordinates, &twists);
+        let mut mesh = Mesh::new(m, &from.coordinates, &inputs.parameters);
+        mesh.moves_by([&from.coordinates, &coordinates], &inputs.parameters, &twists, residual);
+        Some(Begun { coordinates, mesh, moved: Some(m.scaled_size(&twists).min(LARGEST_MOVE)) })
     }
 
     /// Closes the mechanism from a nearby state in one go; the branch is kept when the sign of the
@@ -304,15 +328,20 @@ impl<'m> Solver<'m> {
     }
 
     /// The same with the first move.
-    fn stride_within(&self, from: &State, inputs: &Inputs<f64>, budget: Option<&mut Budget>) -> Option<(State, f64)> {
-        let mut coordinates = from.coordinates.clone();
+    fn stride_within(
+        &self,
+        from: &State,
+        inputs: &Inputs<f64>,
+        mut budget: Option<&mut Budget>,
+    ) -> Option<(State, f64)> {
         let is_calm = |first_move: f64, later_moves: f64| later_moves <= 0.5 * first_move + LAST_STEP;
         // The sum of the moves only grows: what is not calm on the way is not at the end, and nothing is lost by giving
         // it up. A limited search goes on all the same: its work is counted in steps, and with fewer of them on what
         // is in vain it would get farther, that is, find something else.
         let is_limited = budget.is_some();
         let is_in_vain = |first_move, later_moves| !is_limited && !is_calm(first_move, later_moves);
-        let converged = self.newton(&mut coordinates, inputs, budget, is_in_vain)?;
+        let begun = self.begin(from, inputs, budget.as_deref_mut())?;
+        let (coordinates, converged) = self.newton(begun, inputs, budget, is_in_vain)?;
         let calm = is_calm(converged.first_move, converged.later_moves) && converged.is_clear();
         let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
         let is_kept = calm && (state.negative == from.negative || self.goes_straight_on(from, &converged, inputs));
@@ -327,8 +356,7 @@ impl<'m> Solver<'m> {
     /// corrections, too, but a short one does not.
     fn goes_straight_on(&self, from: &State, converged: &Converged, to: &Inputs<f64>) -> bool {
         let step = |from: &State, inputs: &Inputs<f64>| {
-            let mut coordinates = from.coordinates.clone();
-            let converged = self.newton(&mut coordinates, inputs, None, |_, _| false)?;
+            let (coordinates, converged) = self.newton(self.begin(from, inputs, None)?, inputs, None, |_, _| false)?;
             let straight = converged.later_moves <= STRAIGHT * converged.first_move + LAST_STEP;
             let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
             (straight && converged.is_clear()).then_some((state, converged.first_move))
@@ -353,8 +381,8 @@ impl<'m> Solver<'m> {
     /// Polishes a state that already closes up to rounding.
     #[must_use]
     pub fn polish(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<State> {
-        let mut coordinates = coordinates.to_vec();
-        let converged = self.newton(&mut coordinates, inputs, None, |_, _| false)?;
+        let begun = Begun::at(self.mechanism, coordinates.to_vec(), inputs);
+        let (coordinates, converged) = self.newton(begun, inputs, None, |_, _| false)?;
         Some(State { coordinates, inputs: inputs.clone(), negative: converged.negative })
     }
 
@@ -403,9 +431,9 @@ impl<'m> Solver<'m> {
         if from.inputs == *to {
             return Ok(from.clone());
         }
-        let most = self.mechanism.largest_part(&from.inputs, to);
+        let most = self.largest_part(&from.inputs, to);
         let (mut done, mut part) = (0.0_f64, most);
-        let enough = self.mechanism.most_steps(&from.inputs, to);
+        let enough = self.most_steps(&from.inputs, to);
         let (mut steps, mut strides) = (0_usize, 0);
         while steps < enough && strides < STRIDES * enough {
             steps += 1;
@@ -440,9 +468,58 @@ impl<'m> Solver<'m> {
         let status = if self.linearise(&state).is_some() { Status::NotAssembled } else { Status::Singular };
         Err((state, status))
     }
+
+    /// Whether a row is in the bearing of a wheel.
+    fn spins(&self, row: &Row) -> bool {
+        self.train.as_ref().is_some_and(|train| train.is_bearing(self.mechanism, row))
+    }
+
+    /// The part of a change of the inputs in which no driven angle turns by more than a radian, but those of wheels
+    /// in their bearings: beyond half a turn a joint's angle would be taken for its remainder.
+    fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+        let turns = self.mechanism.driven().map(|(row, by)| match row.component {
+            Component::Along(_) => 0.0,
+            Component::About(_) if self.spins(row) => 0.0,
+            Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
+        });
+        1.0 / turns.fold(1.0, f64::max)
+    }
+
+    /// Steps after which a continuation between inputs gives up.
+    fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
+        let turns = (self.largest_part(from, to) * TAU).recip().clamp(1.0, MOST_TURNS);
+        MOST_STEPS * turns.ceil() as usize
+    }
 }
 
 impl Mechanism {
+    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
+    /// iteration until it changes by no more than a part of it; never too small.
+    pub(crate) fn inverse_iteration(&self, factors: &Factored<'_>, still: f64) -> (f64, Vec<f64>) {
+        let m = self;
+        let n = m.n_unknowns();
+        let row_unit = |k: usize| m.unit(m.rows[k].component);
+        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
+        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
+        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
+        for _ in 0..INVERSE_ITERATIONS {
+            let size = norm(&motion);
+            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
+            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
+            factors.solve_transposed(&mut right, &mut x);
+            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
+            factors.solve(&mut right, &mut x);
+            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
+            let next = 1.0 / norm(&motion).sqrt();
+            let is_still = (value - next).abs() <= still * next;
+            value = next;
+            if is_still {
+                break;
+            }
+        }
+        (value, motion)
+    }
+
     /// An estimate of the smallest singular value of the length-scaled Jacobian J, never too small: with x the motion `J^-1 b`
     /// for a vector b without a pattern, `|x| / |J^-T x|`. Near a singular pose x is mostly its motion, so that the estimate
     /// is too large by a few per cent only.
@@ -487,30 +564,6 @@ impl Mechanism {
             self.space.retract(c, t);
         }
     }
-
-    /// The unit by which a component is compared with others: the characteristic length, or a radian.
-    pub(crate) const fn unit(&self, component: Component) -> f64 {
-        match component {
-            Component::Along(_) => self.length,
-            Component::About(_) => 1.0,
-        }
-    }
-
-    /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
-    /// half a turn a joint's angle would be taken for its remainder.
-    fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
-        let turns = self.driven().map(|(row, by)| match row.component {
-            Component::Along(_) => 0.0,
-            Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
-        });
-        1.0 / turns.fold(1.0, f64::max)
-    }
-
-    /// Steps after which a continuation between inputs gives up.
-    fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
-        let turns = (self.largest_part(from, to) * TAU).recip().clamp(1.0, MOST_TURNS);
-        MOST_STEPS * turns.ceil() as usize
-    }
 }
 
 /// Which row derivatives are not zero by structure: evaluated at generic poses, so that no accidental
@@ -540,18 +593,6 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
         }
     }
     found
-}
-
-/// Size of a twist of all bodies: translations in characteristic lengths, rotations in radians.
-pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
-    let components = mechanism.space.components();
-    twists.chunks_exact(components.len()).fold(0.0, |largest, twist| {
-        components.iter().zip(twist).fold(largest, |largest: f64, (component, v)| {
-            let size = v.abs() / mechanism.unit(*component);
-            // `max` would lose a NaN.
-            if size > largest || size.is_nan() { size } else { largest }
-        })
-    })
 }
 
 /// Inputs a part of the way from some to others.

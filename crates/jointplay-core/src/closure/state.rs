@@ -8,6 +8,11 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 
+/// An inverse iteration that changes the smallest singular value by less than this part nearly has it: ...
+const NEARLY: f64 = 1e-2;
+/// ... with a factor of this above the limit nothing more has to be known.
+const LARGE: f64 = 1.5;
+
 impl Mechanism {
     /// The value of a drive's coordinate, continued from a nearby value over full turns.
     pub(crate) fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
@@ -59,18 +64,25 @@ impl Mechanism {
         self.pose_components(sub(place(state), place(nominal)), &turned)
     }
 
-    /// The same where the Jacobian is factored already: an estimate spares the singular value where it is
-    /// plainly large.
+    /// [`Self::nominal_status`] where the Jacobian is factored already: an estimate spares the singular value where it is
+    /// plainly large, a better one where it is large.
     pub(crate) fn status_of(&self, linearised: &Linearised<'_>, state: &State) -> Status {
-        if self.singular_estimate(linearised) >= CLEAR * self.singular_value {
-            return Status::Ok;
-        }
-        self.nominal_status(state)
+        let is_large = self.singular_estimate(linearised) >= CLEAR * self.singular_value
+            || self.inverse_iteration(&linearised.factors, NEARLY).0 >= LARGE * self.singular_value;
+        if is_large { Status::Ok } else { self.nominal_status(state) }
     }
 
     /// Whether the nominal state is too near a singular one.
     pub(crate) fn nominal_status(&self, state: &State) -> Status {
         let (value, _) = self.singular_value_at(state);
         if value < self.singular_value { Status::Singular } else { Status::Ok }
+    }
+}
+
+impl Solver<'_> {
+    /// [`Mechanism::nominal_status`] of a state.
+    pub(crate) fn status_at(&self, state: &State) -> Status {
+        let m = self.mechanism;
+        self.linearise(state).map_or_else(|| m.nominal_status(state), |linearised| m.status_of(&linearised, state))
     }
 }

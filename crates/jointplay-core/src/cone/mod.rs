@@ -31,6 +31,8 @@ pub(crate) mod scheduler;
 mod sets;
 pub(crate) mod springs;
 mod standard;
+#[cfg(test)]
+mod tests;
 pub(crate) mod way;
 
 pub use answer::{Answer, Outcome};

@@ -72,7 +72,7 @@ impl Mechanism {
     }
 
     /// What the force on every source does not push at a contact.
-    fn quiets(&self, at: &Contact, unforced: &[Unforced]) -> Vec<Unforced> {
+    pub(crate) fn quiets(&self, at: &Contact, unforced: &[Unforced]) -> Vec<Unforced> {
         let quiet = |(source, unforced): (&Source, &Unforced)| {
             let force = source.set.masked_force(&at.gradient.inputs.parameters[source.range()], *unforced);
             source.set.unforced(&force[..source.set.size()], self.tolerance(source, at))

@@ -1,15 +1,26 @@
 //! The equations that tie what is open: how forces change along the directions in which faces are open.
+//!
+//! What the load presses to a round bound turns there with its force, and changes the other forces as much as the open
+//! directions do themselves: its offset by `r df / f`, times what `f` changes by along the play `r`. An arm on an upright
+//! axis with play stands as firmly at every angle: its axis tilts with the arm.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::face::{Direction, Face};
-use crate::clearance::offset::inner;
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::Solver;
 use crate::closure::second_order::Along;
 use crate::contact::state::Contact;
 use crate::math::decomposition::{largest_eigenvalue, singular_values};
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
+
+/// A step along a force that leads to the support point, as a part of the set.
+const FAR: f64 = 1e9;
+/// Rounds in which forces and what they turn come to agree: each leaves the part that the play is of the mechanism.
+const ROUNDS: usize = 8;
+/// They agree where forces change by no more than this part of the largest one.
+const AGREED: f64 = 1e-2 * UNDECIDED;
 
 /// How the forces along open directions change along them.
 pub(crate) struct Bend {
@@ -37,6 +48,28 @@ impl Mechanism {
         };
         faces.iter().flat_map(of).collect()
     }
+
+    /// What turns on the round bounds to which a contact presses it while forces change; `quiet` is what nothing pushes.
+    fn turned_by(&self, at: &Contact, quiet: &[Unforced], change: &[f64]) -> Along {
+        let clearances = self.sources.iter().enumerate().filter(|(_, source)| source.is_clearance);
+        let of = |(s, source): (usize, &Source)| {
+            let (set, size) = (&source.set, source.set.size());
+            let own = |force: &[f64]| set.unit_gradient(&set.masked_force(&force[source.range()], quiet[s])[..size]);
+            let force = own(&at.gradient.inputs.parameters);
+            let largest = force.iter().fold(0.0_f64, |largest, f| largest.max(f.abs()));
+            let mut turn = [0.0; MAX_SIZE];
+            if largest > 0.0 && set.flat_sided() < size {
+                let unit = set.to_unit(&self.offset(source, &at.state.inputs));
+                let to: [f64; MAX_SIZE] = std::array::from_fn(|k| unit[k] + FAR / largest * force[k]);
+                turn = own(change).map(|c| FAR / largest * c);
+                turn[..set.flat_sided()].fill(0.0);
+                set.project_unit_along(&to[..size], &mut turn[..size]);
+            }
+            let [turned, middle] = [turn, [0.0; MAX_SIZE]].map(|unit| set.of_unit(&unit[..size]));
+            source.range().enumerate().map(move |(k, p)| (p, turned[k] - middle[k])).collect::<Along>()
+        };
+        clearances.filter(|(_, source)| !source.set.is_zero()).flat_map(of).filter(|(_, part)| *part != 0.0).collect()
+    }
 }
 
 impl Solver<'_> {
@@ -57,10 +90,32 @@ impl Solver<'_> {
             ways.iter().map(of).collect()
         };
         let along = |(s, way): &(usize, Direction)| m.sources[*s].range().zip(way.along).collect();
-        let along: Vec<Along> = ways.iter().map(along).collect();
-        let mut matrix = DMatrix::zeros(n, n);
-        for (j, change) in self.gradient_along(&linearised, &at.state, &at.gradient, &along).iter().enumerate() {
-            matrix.set_column(j, &DVector::from_vec(forces(change)));
+        let open: Vec<Along> = ways.iter().map(along).collect();
+        let quiet = m.quiets(at, unforced);
+        let changes = |along: &[Along]| {
+            let changes = self.gradient_along(&linearised, &at.state, &at.gradient, along);
+            let columns: Vec<f64> = changes.iter().flat_map(|change| forces(change)).collect();
+            let matrix = DMatrix::from_vec(n, n, columns);
+            (changes, matrix)
+        };
+        let (mut change, held) = changes(&open);
+        let mut matrix = held.clone();
+        for round in 0..=ROUNDS {
+            let turned = change.iter().map(|change| m.turned_by(at, &quiet, change));
+            let along: Vec<Along> =
+                open.iter().zip(turned).map(|(open, turned)| [open.clone(), turned].concat()).collect();
+            if along.iter().zip(&open).all(|(along, open)| along.len() == open.len()) {
+                break;
+            }
+            let before = std::mem::replace(&mut matrix, held.clone());
+            if round == ROUNDS {
+                // A force that is hardly there turns too fast to be followed.
+                break;
+            }
+            (change, matrix) = changes(&along);
+            if (&matrix - before).amax() <= AGREED {
+                break;
+            }
         }
         let force = DVector::from_vec(forces(&at.gradient.inputs.parameters));
         Some(Bend { ways, matrix, force })

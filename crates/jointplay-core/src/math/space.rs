@@ -213,6 +213,15 @@ impl Space {
         }
     }
 
+    /// Velocity and rotation of a twist of one body.
+    #[must_use]
+    pub fn screw(self, twist: &[f64]) -> [Vec3<f64>; 2] {
+        match self {
+            Self::Planar => [[twist[0], twist[1], 0.0], [0.0, 0.0, twist[2]]],
+            Self::Spatial => [[twist[0], twist[1], twist[2]], [twist[3], twist[4], twist[5]]],
+        }
+    }
+
     /// Moves one body's coordinates by a small twist taken at the body's origin, in ground axes.
     pub fn retract(self, coordinates: &mut [f64], twist: &[f64]) {
         match self {

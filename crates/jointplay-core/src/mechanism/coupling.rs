@@ -449,7 +449,8 @@ impl<S: Real> Pair<S> {
         }
     }
 
-    fn rate(&self, measure: Measure) -> Rate<S> {
+    /// The rate of what a term measures.
+    pub(crate) fn rate(&self, measure: Measure) -> Rate<S> {
         let one = S::from_f64(1.0);
         match measure {
             Measure::Bearing { second } => {

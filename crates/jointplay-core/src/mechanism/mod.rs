@@ -255,6 +255,26 @@ impl Mechanism {
         self.rows[self.rows.len() - self.n_driven..].iter().filter_map(|row| Some((row, row.drive?)))
     }
 
+    /// The unit by which a component is compared with others: the characteristic length, or a radian.
+    pub(crate) const fn unit(&self, component: Component) -> f64 {
+        match component {
+            Component::Along(_) => self.length,
+            Component::About(_) => 1.0,
+        }
+    }
+
+    /// Size of a twist of all bodies: translations in characteristic lengths, rotations in radians.
+    pub(crate) fn scaled_size(&self, twists: &[f64]) -> f64 {
+        let components = self.space.components();
+        twists.chunks_exact(components.len()).fold(0.0, |largest, twist| {
+            components.iter().zip(twist).fold(largest, |largest: f64, (component, v)| {
+                let size = v.abs() / self.unit(*component);
+                // `max` would lose a NaN.
+                if size > largest || size.is_nan() { size } else { largest }
+            })
+        })
+    }
+
     /// Number of drives.
     #[must_use]
     pub const fn n_drives(&self) -> usize {

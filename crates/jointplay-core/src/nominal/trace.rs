@@ -220,7 +220,8 @@ impl Rows<'_, '_> {
             };
             other.ok_or(status)
         });
-        let (trace, status) = (&mut done.trace, followed.as_ref().map_or_else(|s| *s, |next| m.nominal_status(next)));
+        let (trace, status) =
+            (&mut done.trace, followed.as_ref().map_or_else(|s| *s, |next| self.solver.status_at(next)));
         let own = row * m.n_coordinates()..(row + 1) * m.n_coordinates();
         match &followed {
             Ok(next) => trace.coordinates[own].copy_from_slice(&next.coordinates),

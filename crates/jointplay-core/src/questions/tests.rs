@@ -1,5 +1,7 @@
 //! Determinate mechanisms by the forms for over-constrained ones, against the forms for themselves.
 
+mod over_constrained;
+
 use serde_json::{Value, json};
 
 use crate::mechanism::dim::Keep;
@@ -7,7 +9,7 @@ use crate::mechanism::testing::{disc, pin, point};
 use crate::mechanism::{Case, Mechanism, Spec};
 use crate::questions::columns::Worst;
 
-fn build(spec: &Value) -> Mechanism {
+pub(super) fn build(spec: &Value) -> Mechanism {
     let spec: Spec = serde_json::from_value(spec.clone()).expect("a specification");
     Mechanism::new(&spec).expect("a mechanism")
 }

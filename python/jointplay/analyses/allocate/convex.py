@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Floats
 
 #: values of mu, and the one at which the iteration ends, per row as a share of the cost
 MOST_ROUNDS, SETTLED, CENTRING = 60, 1e-9, 0.1

@@ -14,16 +14,11 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Choice, Cost
 from jointplay.model.gaps import travel
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings
-
-Floats = NDArray[np.float64]
 
 #: share of its largest size that stands for a choice of size zero where directions are looked for
 TINY = 1e-6
@@ -307,7 +302,8 @@ def _play(m: Mechanism, sizing: Sizing, changes: Mapping[str, object], key: str)
     now = next(one for one in sizings(changed)[1] if one.key == sizing.key)
     size = now.size * (2.0 if (sizing.measure, now.measure) == ("diametral", "radial") else 1.0)
     index = changed.sources.index(sizing.sources[0])
-    ((shape, numbers),) = changed.core_spec["sources"][index]["set"].items()
+    source = changed.compiled_sources[index]
+    shape, numbers = source.shape, source.size
     limits = travel(changed, index)
     if limits is not None:
         scale = limits[1]

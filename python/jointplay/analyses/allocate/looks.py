@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
@@ -21,7 +22,6 @@ from jointplay.result.verdict import READABLE
 
 from .items import Item
 
-Floats = NDArray[np.float64]
 #: share of the mechanism's size, or radians, that stands for a limit of zero
 NOTHING = 1e-12
 

@@ -10,14 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.arrays import Floats
 
 from .items import Item
 from .looks import Look, Looking
 
-Floats = NDArray[np.float64]
 Values = tuple[float, ...]
 #: looks that a search usually takes, for the bar
 EXPECTED = 20

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex import least
+from jointplay.basics.arrays import Floats
 
-Floats = NDArray[np.float64]
+from .convex import least
 
 #: tangents of a formula from the beginning, and choices that are tried with it
 FIRST_TANGENTS, MOST_ROUNDS = 8, 60

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.scatter import REPLICATES
 from jointplay.basics import confidence
+from jointplay.basics.arrays import Floats
 
-Floats = NDArray[np.float64]
 #: specimens of a replicate that the core draws one after the other
 CHUNK = 8192
 

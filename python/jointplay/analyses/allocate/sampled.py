@@ -21,14 +21,14 @@ from itertools import combinations, count, product
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.random import SAMPLES
+from jointplay.basics.arrays import Floats
+from jointplay.questions import SAMPLES
 
 from .plans import Outcome, Plans, Values
 from .scatter import Scatter, YieldLook
 from .sizes import Sizes
-from .specimens import Specimens
+from .specimens import OutsideSpecimens
 
-Floats = NDArray[np.float64]
 Choices = tuple[int, ...]
 
 #: plans by choice up to which all are asked, and plans that are asked at most
@@ -66,7 +66,7 @@ class SampledSearch(Plans):
     """
 
     least: float = 1.0
-    _specimens: Specimens | None = None
+    _specimens: OutsideSpecimens | None = None
     _ratios: dict[Values, Floats] = field(default_factory=dict)
     _most: Floats = field(default_factory=lambda: np.ones(0))
 
@@ -153,11 +153,11 @@ class SampledSearch(Plans):
         return look
 
     @property
-    def specimens(self) -> Specimens:
+    def specimens(self) -> OutsideSpecimens:
         """The specimens to first order, drawn when they are first needed."""
         if self._specimens is None:
             assert isinstance(self.looking, Scatter)
-            self._specimens = Specimens(self.looking, self.look(self.cheapest).quantile, self.least)
+            self._specimens = OutsideSpecimens(self.looking, self.look(self.cheapest).quantile, self.least)
             self._most = np.ones(len(self._specimens.tails))
             self._ratio(self.cheapest)
         return self._specimens

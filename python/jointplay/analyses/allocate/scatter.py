@@ -14,20 +14,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.contacts import Assumed, assumptions
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.several import places_of
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import split
 
 from .items import Item
 from .looks import Limit, Look, merged
 from .required import Required
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

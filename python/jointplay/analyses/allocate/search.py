@@ -20,13 +20,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
+
 from .items import Item
 from .looks import ROUNDING
 from .plans import Outcome, Plans, Values
 from .program import Formula, Plan, Prices, Program
 from .worst_case import WorstLook
-
-Floats = NDArray[np.float64]
 
 #: plans that are looked at to first order, on the exact closure, and among the choices that could be cheaper
 MOST_FIRST, MOST_EXACT, MOST_CHEAPER = 60, 40, 200

@@ -13,15 +13,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
+
+from jointplay.basics.arrays import Floats
 
 from .convex import least
 from .items import Item
 from .plans import Values
 from .program import Formula
-from .specimens import Specimens
-
-Floats = NDArray[np.float64]
+from .specimens import OutsideSpecimens
 
 #: linearisations, and the share of the cost that they have to save
 MOST_ROUNDS, SETTLED = 12, 1e-4
@@ -38,14 +37,14 @@ class Sizes:
 
     Parameters
     ----------
-    specimens : Specimens
+    specimens : OutsideSpecimens
     choices : tuple of int
         Of the items that are not formulas, in their order.
     factors : ndarray
         On the limits.
     """
 
-    def __init__(self, specimens: Specimens, choices: tuple[int, ...], factors: Floats) -> None:
+    def __init__(self, specimens: OutsideSpecimens, choices: tuple[int, ...], factors: Floats) -> None:
         self.specimens, self.factors = specimens, factors
         chosen = iter(choices)
         self.fixed = [None if item.is_formula else float(next(chosen)) for item in specimens.items]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Nominal
+from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import split
 
@@ -26,8 +27,7 @@ from .looks import Limit, sources_of
 from .required import Required
 from .scatter import Scatter
 
-Floats = NDArray[np.float64]
-Values = Sequence[float]
+SizeValues = Sequence[float]
 
 #: share of a limit that a specimen may reach with some plan from where on it is kept
 NEAR = 0.6
@@ -38,7 +38,7 @@ WINDOW, FEWEST = 0.3, 15
 
 
 @dataclass
-class Tail:
+class CaseTail:
     """The specimens under one assumption at one configuration.
 
     Attributes
@@ -63,7 +63,7 @@ class Tail:
     rest: Floats
     parts: list[Floats]
 
-    def errors(self, items: Sequence[Item], values: Values) -> Floats:
+    def errors(self, items: Sequence[Item], values: SizeValues) -> Floats:
         """The errors with a plan, shape (component, specimen)."""
         errors = self.rest.copy()
         for item, part, value in zip(items, self.parts, values, strict=True):
@@ -85,7 +85,7 @@ class Tail:
         return self.required.last(shares, self.labels)
 
 
-class Specimens:
+class OutsideSpecimens:
     """All specimens that may be outside.
 
     Parameters
@@ -109,11 +109,11 @@ class Specimens:
         self.order = list(range(len(self.tails)))
         self.ones = np.ones(len(scatter.limits))
 
-    def quantiles(self, values: Values, factors: Floats) -> Floats:
+    def quantiles(self, values: SizeValues, factors: Floats) -> Floats:
         """The share that as many specimens exceed as may, of every tail."""
         return np.array([tail.last(tail.shares(tail.errors(self.items, values), factors)) for tail in self.tails])
 
-    def holds(self, values: Values, ratio: Floats, factors: Floats, *, sure: bool = True) -> bool:
+    def holds(self, values: SizeValues, ratio: Floats, factors: Floats, *, sure: bool = True) -> bool:
         """Whether no tail has more specimens outside than may be, with shares times a ratio.
 
         If it need not be `sure`, their share itself counts, and not how well it is known, which differs by chance.
@@ -129,7 +129,7 @@ class Specimens:
                 return False
         return True
 
-    def slopes(self, values: Values, factors: Floats) -> tuple[Floats, Floats]:
+    def slopes(self, values: SizeValues, factors: Floats) -> tuple[Floats, Floats]:
         """The quantiles and how they grow with the sizes by formula, shape (tail, formula): the mean of how the
         specimens there do."""
         formulas = [k for k, item in enumerate(self.items) if item.is_formula]
@@ -149,7 +149,7 @@ class Specimens:
                 slopes[row, column] = _growth(tail, here, (part[1] - part[0]) / span, factors)
         return quantiles, slopes
 
-    def _tail(self, a: int, c: int, least: float, stride: int) -> Tail:
+    def _tail(self, a: int, c: int, least: float, stride: int) -> CaseTail:
         """The specimens under an assumption at a configuration."""
         scatter, at = self.scatter, self.scatter.places[a]
         parts: list[list[Floats]] = [[] for _ in self.items]
@@ -173,7 +173,7 @@ class Specimens:
         reach = np.abs(rest) + sum(np.abs(part).max(axis=0) for part in stacked)
         labels = scatter.labels[::stride]
         required = replace(scatter.required, samples=len(labels))
-        tail = Tail((a, c), required, labels, rows, reach, stacked)
+        tail = CaseTail((a, c), required, labels, rows, reach, stacked)
         tail.rows = [(k, which, abs(scale)) for k, which, scale in rows]
         kept = tail.shares(reach, np.full(len(scatter.limits), least)) > NEAR
         tail.rows = rows
@@ -223,9 +223,7 @@ def _rows(m: Mechanism, limits: Sequence[tuple[int, Limit]]) -> tuple[list[tuple
 
 def _columns(m: Mechanism, item: Item) -> NDArray[np.intp]:
     """The parameters of an item."""
-    widths = [len(source["centre"]) for source in m.core_spec["sources"]]
-    ends = np.cumsum([0, *widths])
-    return np.concatenate([np.arange(ends[s], ends[s + 1]) for s in sources_of(m, item)])
+    return np.concatenate([np.flatnonzero(m.parameter_source == s) for s in sources_of(m, item)])
 
 
 def _first_order(one: Assumed, at: Nominal, c: int) -> tuple[Floats, Floats]:
@@ -236,7 +234,7 @@ def _first_order(one: Assumed, at: Nominal, c: int) -> tuple[Floats, Floats]:
     return slopes, known - slopes @ one.part.centre
 
 
-def _growth(tail: Tail, errors: Floats, change: Floats, factors: Floats) -> float:
+def _growth(tail: CaseTail, errors: Floats, change: Floats, factors: Floats) -> float:
     """By how much the shares of some specimens grow where their errors change, on average."""
     best = np.full(errors.shape[1], -np.inf)
     rate = np.zeros(errors.shape[1])

@@ -14,16 +14,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal
+from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import axes_of
 
 from .items import TINY, Item, Play
 from .looks import Limit, Look, merged, sources_of
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

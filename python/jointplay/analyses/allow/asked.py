@@ -23,14 +23,14 @@ from jointplay.analyses.contacts import Assumed, assumptions, contacts
 from jointplay.analyses.nominal import Nominal, within_another
 from jointplay.analyses.questions import computation
 from jointplay.analyses.several import places_of
+from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
-from jointplay.result import STATUSES, Array, Result
+from jointplay.result import STATUSES, Result
 from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
 
-Floats = NDArray[np.float64]
 #: configurations of each part of the mechanism
 PlacesByPart = list[NDArray[np.intp]]
 

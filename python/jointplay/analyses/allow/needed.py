@@ -11,17 +11,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.assemble.specimens import FITS
 from jointplay.analyses.assemble.worst import corners_of
 from jointplay.analyses.nominal import Nominal
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.gaps import centre
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing
 
-Floats = NDArray[np.float64]
 #: halvings, more than any tolerance needs
 MOST_STEPS = 60
 #: share of the largest size below which a size is none

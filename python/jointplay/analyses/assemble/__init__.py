@@ -103,7 +103,7 @@ def assemble(
 
 def _check_output(m: Mechanism) -> None:
     """Refuse an output that another body measures."""
-    if "relative_to" in m.core_spec["output"]:
+    if m.seen_from is not None:
         key = f"outputs.{m.of[0]}.relative_to" if m.of[0] else "output.relative_to"
         others = (
             "choose another output (--output-point, Mechanism.only), or leave it out" if m.of[0] else "leave it out"

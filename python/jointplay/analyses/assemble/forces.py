@@ -14,11 +14,12 @@ import numpy as np
 
 from jointplay import _core
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Loaded
 from jointplay.core.spec import ENDS, End, SpringSpec
 from jointplay.model.mechanism import Mechanism
 
-from .part import Floats, Part
+from .part import Part
 
 #: two ends nearer than this share of the characteristic length have no direction between them
 COINCIDENT = 1e-9
@@ -33,16 +34,15 @@ class Members:
     """
 
     def __init__(self, m: Mechanism) -> None:
-        spec = m.core_spec
         elastic = {member.body for member in m.members}
         #: of every rigid body with two ends: joints by point, each with the sign of its reaction on the body
         self.ends: dict[int, dict[int, list[tuple[int, float]]]] = {}
         for body, owner in enumerate(m.owners):
             ends: dict[int, list[tuple[int, float]]] = {}
-            for k, joint in enumerate(spec["joints"]):
-                for end, sign in zip(ENDS, (-1.0, 1.0), strict=True):
-                    if spec["points"][joint[end]]["body"] == body:
-                        ends.setdefault(joint[end], []).append((k, sign))
+            for k, points in enumerate(m.joint_points):
+                for point, sign in zip(points, (-1.0, 1.0), strict=True):
+                    if m.points[point].body == body:
+                        ends.setdefault(point, []).append((k, sign))
             is_link = len(ends) == 2 and body not in m.crosses and owner not in elastic
             if is_link and self._span(m, *ends) > COINCIDENT * m.length:
                 self.ends[body] = ends
@@ -51,8 +51,7 @@ class Members:
 
     @staticmethod
     def _span(m: Mechanism, a: int, b: int) -> float:
-        first, second = (np.array(m.core_spec["points"][point]["at"]) for point in (a, b))
-        return float(np.linalg.norm(second - first))
+        return float(np.linalg.norm(np.subtract(m.points[b].at, m.points[a].at)))
 
     def forces(self, part: Part, core: _core.Mechanism, reaction: Floats, force: Floats | None) -> Floats:
         """Force along every member, N; nan where a member is not there or hangs on one end."""
@@ -80,7 +79,7 @@ class Members:
         there = {point: [on for on in joints if on[0] in part.joints] for point, joints in ends.items()}
         if not all(there.values()):
             return np.nan
-        places = [poses.place(part.nominal[body], part.m.core_spec["points"][point]["at"]) for point in there]
+        places = [poses.place(part.nominal[body], part.m.points[point].at) for point in there]
         pulls = [sum(sign * reaction[part.joints.index(k)] for k, sign in joints) for joints in there.values()]
         pulls = [pull[: part.lengths] + self._load(part, body, at) for pull, at in zip(pulls, places, strict=True)]
         along = (places[1] - places[0])[: part.lengths]
@@ -88,19 +87,18 @@ class Members:
 
     def _load(self, part: Part, body: int, place: Floats) -> Floats:
         """The force of the loads and springs on a body at one of its ends."""
-        spec = part.m.core_spec
         total = np.zeros(part.lengths)
 
         def is_here(point: int) -> bool:
-            away = poses.place(part.nominal[body], spec["points"][point]["at"]) - place
-            on_body = spec["points"][point]["body"] == body
+            away = poses.place(part.nominal[body], part.m.points[point].at) - place
+            on_body = part.m.points[point].body == body
             return bool(on_body and body != part.base and np.linalg.norm(away) <= COINCIDENT * part.m.length)
 
-        for load in spec["loads"]:
+        for load in part.m.loads.first:
             if is_here(load["point"]):
                 turn = poses.matrix(part.nominal[load["axes"]]) if "axes" in load else np.eye(3)
                 total += (turn @ load["force"])[: part.lengths]
-        for spring in spec["springs"]:
+        for spring in part.m.springs:
             if {spring["first"], spring["second"]} <= {*part.points}:
                 for end, other in (ENDS, ENDS[::-1]):
                     if is_here(spring[end]):
@@ -110,8 +108,8 @@ class Members:
     @staticmethod
     def _pull(part: Part, spring: SpringSpec, end: End, other: End) -> Floats:
         """The force of a spring on one of its ends, at the nominal pose."""
-        points = [part.m.core_spec["points"][spring[on]] for on in (end, other)]
-        here, there = (poses.place(part.nominal[point["body"]], point["at"]) for point in points)
+        points = [part.m.points[spring[on]] for on in (end, other)]
+        here, there = (poses.place(part.nominal[point.body], point.at) for point in points)
         length = float(np.linalg.norm(there - here))
         tension = spring["preload"] + spring["stiffness"] * (length - spring["free_length"])
         return np.asarray(tension * (there - here) / length) if length else np.zeros(3)

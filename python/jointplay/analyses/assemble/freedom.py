@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import DRIVABLE, LENGTHS, TURNS
 from jointplay.core.spec import Changes, DriveSpec, JointSpec, PointSpec
 
-from .part import GROUND, Floats, Part
+from .part import GROUND, Part
 
 #: singular values and what is left of rows below this share of the largest count as zero
 RANK = 1e-7

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.core.spec import (
     AXIS_ON,
@@ -36,8 +37,6 @@ from jointplay.core.spec import (
 from jointplay.model.mechanism import Mechanism, in_core
 
 GROUND = -1
-
-Floats = NDArray[np.float64]
 
 
 def rigid(joint: JointSpec) -> JointSpec:

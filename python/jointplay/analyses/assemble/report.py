@@ -9,11 +9,11 @@ from typing import TypeVar
 import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress, nominal
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder
 
-from .part import Floats
 from .spans import spans
 from .steps import Step, index, name, order
 

@@ -13,12 +13,12 @@ import numpy as np
 from jointplay import _core
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import checked, points
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result
 
 from .forces import Members
-from .part import Floats
 from .report import Configuration, each, finished, report
 from .specimens import solve
 from .state import Held

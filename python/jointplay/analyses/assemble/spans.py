@@ -13,11 +13,12 @@ from itertools import combinations
 import numpy as np
 
 from jointplay.basics import poses
-from jointplay.core.spec import ENDS, Changes, DriveSpec
+from jointplay.basics.arrays import Floats
+from jointplay.core.spec import Changes, DriveSpec
 from jointplay.model.mechanism import Mechanism
 
 from .freedom import TARGET
-from .part import GROUND, Floats, Part, cut, rigid
+from .part import GROUND, Part, cut, rigid
 from .steps import body_of
 
 #: two ends nearer than this share of the characteristic length have no direction between them
@@ -65,15 +66,14 @@ def spans(m: Mechanism, nominal: Floats, members: Sequence[int]) -> Iterator[Spa
 
 def _outer(part: Part) -> list[tuple[int, int]]:
     """Joints with bodies outside, each with its point on the part."""
-    spec, own = part.m.core_spec, {*part.bodies}
-    there = [k for k, point in enumerate(spec["points"]) if point["body"] in (*part.bodies, part.base)]
+    m, own = part.m, {*part.bodies}
+    there = [k for k, point in enumerate(m.points) if point.body in (*part.bodies, part.base)]
     found: dict[int, tuple[int, int]] = {}
-    for k, joint in enumerate(spec["joints"]):
-        bodies = {end: spec["points"][joint[end]]["body"] for end in ENDS}
-        inside = [end for end, body in bodies.items() if body in own]
+    for k, points in enumerate(m.joint_points):
+        inside = [point for point in points if m.points[point].body in own]
         if len(inside) == 1:
             # Several riders on one pin are one end.
-            found.setdefault(joint[inside[0]], (k, there.index(joint[inside[0]])))
+            found.setdefault(inside[0], (k, there.index(inside[0])))
     return list(found.values())
 
 

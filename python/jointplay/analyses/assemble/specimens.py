@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.displaced import on_body
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS
 from jointplay.result import STATUSES
 
 from .forces import Members
-from .part import GROUND, Floats, Part
+from .part import GROUND, Part
 from .state import Held
 
 #: rounding of the factor on the clearances

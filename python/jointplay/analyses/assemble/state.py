@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
+from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Given, Loaded
 from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS, Changes, End, JointSpec
@@ -22,7 +23,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
 from .forces import Members
-from .part import Floats, rigid
+from .part import rigid
 from .steps import Step
 
 #: outcomes from the least to the most serious
@@ -114,8 +115,8 @@ class Held:
         m, there = self.part.m, {point: k for k, point in enumerate(self.part.points)}
         inner = {member.joint for member in m.members}
         ends = {
-            k: {end: there[joint[end]] for end in ENDS if joint[end] in there}
-            for k, joint in enumerate(m.core_spec["joints"])
+            k: {end: there[point] for end, point in zip(ENDS, points, strict=True) if point in there}
+            for k, points in enumerate(m.joint_points)
             if k not in inner
         }
         return {k: found for k, found in ends.items() if found}
@@ -128,8 +129,8 @@ class Held:
     @property
     def output(self) -> int | None:
         """The output point, where its body is there and is not the base."""
-        spec = self.part.m.core_spec
-        there = int(spec["points"][spec["output"]["point"]]["body"]) in self.part.bodies
+        m = self.part.m
+        there = m.points[m.output_point].body in self.part.bodies
         return int(self.part.spec["output"]["point"]) if there else None
 
 

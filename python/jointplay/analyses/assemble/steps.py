@@ -17,11 +17,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
 from .freedom import Freedom, examine
-from .part import GROUND, Floats, Part, cut
+from .part import GROUND, Part, cut
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, axes_of
 
 from .forces import Members
-from .part import Floats
 from .report import Configuration, each, finished, report
 from .specimens import solve
 from .state import Held, contact, state

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.core.spec import ENDS
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result
 
 from .forces import Members
-from .part import Floats
 from .report import Configuration, each, finished, report
 from .specimens import FITS, bent_at_most, solve
 from .state import SERIOUS, Held
@@ -104,7 +104,7 @@ def corners_of(m: Mechanism, u0: Floats, sources: Iterable[int], factor: Callabl
     """Corners of the box of the tolerances of some sources, about u0; among many those with the largest factor."""
     wide: dict[int, tuple[float, float]] = {}
     for s in sources:
-        ((shape, size),) = m.core_spec["sources"][s]["set"].items()
+        shape, size = m.compiled_sources[s].shape, m.compiled_sources[s].size
         if m.source_kinds[s] not in (*LOOSE, "size") and shape == "interval" and size["high"] > size["low"]:
             wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 

@@ -22,7 +22,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
 
-from .answering import OWN, Ask, Asking, axis_names, drive_names, unassembled
+from .answering import OWN, ChunkAsking, MapQuestion, axis_names, drive_names, unassembled
 from .lattice import Lattice
 from .run import Work
 from .store import MemoryStore, StorePlan, open_store
@@ -150,13 +150,13 @@ def compute(
     if nodes > MOST_NODES:
         raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
     lattice = Lattice(grid_of, chunk or QUESTIONS[question].chunk)
-    asking = Asking(ask, lattice, drive_names(ask.m, grid_of, unassembled(ask.m, ask)))
+    asking = ChunkAsking(ask, lattice, drive_names(ask.m, grid_of, unassembled(ask.m, ask)))
     with connected(scheduler) as workers:
         return _made(asking, path, workers, overwrite=overwrite, progress=progress)
 
 
 def _made(
-    asking: Asking,
+    asking: ChunkAsking,
     path: str | os.PathLike[str] | None,
     workers: Here | Workers,
     *,
@@ -213,14 +213,14 @@ def check_variable(
 
 def _prepared(
     m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any]
-) -> tuple[Grid, Ask]:
+) -> tuple[Grid, MapQuestion]:
     """The grid, and the question of the mechanism that has it."""
     check(question, options, "map")
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
         # A map is the same however its grid was written.
         m = m.with_({"grid": {name: _said(axis.nodes) for name, axis in (m.data.grid or {}).items()}})
-    ask = Ask(m, question, options)
+    ask = MapQuestion(m, question, options)
     if ask.m.grid is None:
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")

@@ -11,10 +11,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats, Nominal, bounded, carried
+from jointplay.analyses.nominal import Nominal, bounded, carried
 from jointplay.analyses.questions import computation
+from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.model.mechanism import Mechanism
@@ -30,13 +30,12 @@ from .store import Stamps, Writer
 CROSSING = "singular_crossing"
 OWN = ("across", "contact_change", CROSSING)
 NOT_ASSEMBLED = 1
-Array = NDArray[Any]
 #: the number of a chunk, the configurations at its nodes, and where ways to next nodes become singular
 Chunk = tuple[int, Nominal, Floats]
 
 
 @dataclass(frozen=True)
-class Ask:
+class MapQuestion:
     """A question of a mechanism.
 
     Attributes
@@ -87,12 +86,12 @@ class ChunkAnswer:
 
 
 @dataclass(frozen=True)
-class Asking:
+class ChunkAsking:
     """Asks the question chunk by chunk.
 
     Attributes
     ----------
-    ask : Ask
+    ask : MapQuestion
     lattice : Lattice
     names : mapping
         What the drives are called in the map, see `drive_names`.
@@ -100,12 +99,12 @@ class Asking:
         Writes chunks where they are computed; without it they are handed over.
     """
 
-    ask: Ask
+    ask: MapQuestion
     lattice: Lattice
     names: Mapping[str, str]
     writer: Writer | None = None
 
-    def writing(self, writer: Writer | None) -> Asking:
+    def writing(self, writer: Writer | None) -> ChunkAsking:
         """The same, which writes what is answered."""
         return replace(self, writer=writer)
 
@@ -200,7 +199,7 @@ def _configurations_first(result: Result) -> Result:
     return replace(result, coords=coords, data={name: moved(v) for name, v in result.data.items()})
 
 
-def unassembled(m: Mechanism, ask: Ask) -> Result:
+def unassembled(m: Mechanism, ask: MapQuestion) -> Result:
     """What the question answers where nothing is assembled: the names that all its answers have."""
     require_determinate(m, over_constrained=True)
     pose, output = (np.full((1, *shape), np.nan) for shape in ((len(m.bodies), m.pose_size), (len(m.components),)))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Floats
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
@@ -40,15 +40,15 @@ class Contacts:
 
     def __init__(self, m: Mechanism) -> None:
         places: list[ContactPlace] = []
-        for number, source in enumerate(m.core_spec["sources"]):
-            if source["kind"] not in LOOSE:
+        for number, source in enumerate(m.compiled_sources):
+            if source.kind not in LOOSE:
                 continue
             columns = np.flatnonzero(m.parameter_source == number)
             shape, size = clearance_of(m, number)
             for is_round, rows in _places(shape, size):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
-                places.append(ContactPlace(columns, np.array(source["centre"]) + _middle(size), matrix, is_round))
+                places.append(ContactPlace(columns, np.array(source.centre) + _middle(size), matrix, is_round))
         places.sort(key=lambda place: place.round)
         sizes = [len(place.map) for place in places]
         first = np.cumsum([0, *sizes])

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analyses.nominal import Floats
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import Grid
 
-Region = tuple[slice, ...]
-#: nodes along an axis among which a start is sought
+#: nodes by a slice of each axis
+Block = tuple[slice, ...]
+
 COARSE = 5
 
 
@@ -55,7 +56,7 @@ class Lattice:
     def __len__(self) -> int:
         return math.prod(self.counts)
 
-    def region(self, number: int) -> Region:
+    def region(self, number: int) -> Block:
         """A chunk's part of the grid."""
         place = np.unravel_index(number, self.counts)
         bounds = zip(place, self.chunk, self.shape, strict=True)

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
-from jointplay.analyses.nominal import Floats, Nominal, at_drives
+from jointplay.analyses.nominal import Nominal, at_drives
 from jointplay.basics import poses
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.core.answers import TracedGrid
 from jointplay.core.compile import Grid
 from jointplay.errors import InputError, listed
@@ -29,7 +30,6 @@ from .lattice import Lattice
 ROTATIONS = ("rx", "ry", "rz")
 #: outcome of nodes that are reached across singular poses only
 BEYOND = "other_branch"
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Solved:
     seed_crossing: Floats
 
 
-class Reach:
+class GridFollower:
     """Follows a mechanism over a grid.
 
     Attributes

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import RETRIED, Here, Workers
-from jointplay.analyses.nominal import Floats, Progress
+from jointplay.analyses.nominal import Progress
+from jointplay.basics.arrays import Array, Codes, Floats
 from jointplay.result import STATUSES
 
-from .answering import CROSSING, NOT_ASSEMBLED, Array, Asking, Chunk, ChunkAnswer, face, faces
+from .answering import CROSSING, NOT_ASSEMBLED, Chunk, ChunkAnswer, ChunkAsking, face, faces
 from .contact import Contacts
 from .lattice import Neighbour
-from .reach import BEYOND, Reach, Seeds
+from .reach import BEYOND, GridFollower, Seeds
 from .store import ChunkStore, Store
 
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
@@ -32,7 +32,6 @@ LAST_PASS = 2 * MOST_PASSES
 OK, OTHER_BRANCH = 0, STATUSES.tolist().index(BEYOND)
 #: what a node offers to its neighbour: nothing, a way behind singular poses, a way
 NO_WAY, WAY_BEYOND, WAY = 0, 1, 2
-Codes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class Work:
 
     Parameters
     ----------
-    asking : Asking
+    asking : ChunkAsking
         The question.
     store : Store
         Where chunks go, and where an earlier run stopped.
@@ -67,12 +66,12 @@ class Work:
         Who is asked.
     """
 
-    def __init__(self, asking: Asking, store: Store, workers: Here | Workers) -> None:
+    def __init__(self, asking: ChunkAsking, store: Store, workers: Here | Workers) -> None:
         self.asking, self.store, self.workers = asking, store, workers
         self.m, self.lattice = asking.ask.m, asking.lattice
         #: where workers write by themselves
         self.shared = store if isinstance(store, ChunkStore) and workers.is_remote else None
-        self.reach = Reach(self.m, self.lattice.grid)
+        self.reach = GridFollower(self.m, self.lattice.grid)
         self.starts = self.reach.starts(self.lattice)
         self.order = self.lattice.order(next(iter(self.starts), 0))
         #: chunks whose nodes are solved and whose answers are not here yet: the position after each, and its entry
@@ -103,15 +102,15 @@ class Work:
     def _answers(self, way: Iterator[Chunk]) -> Iterator[ChunkAnswer]:
         """The answers at the chunks of a way, in their order."""
         if self.shared is None:
-            return self.workers.each(Asking.__call__, (self.asking,), way)
+            return self.workers.each(ChunkAsking.__call__, (self.asking,), way)
         return self._written(self.shared, way)
 
     def _written(self, shared: ChunkStore, way: Iterator[Chunk]) -> Iterator[ChunkAnswer]:
         """The same where workers write; the first answer makes the room for all."""
         if (writer := shared.writer()) is None:
-            yield from self.workers.each(Asking.__call__, (self.asking,), islice(way, 1))
+            yield from self.workers.each(ChunkAsking.__call__, (self.asking,), islice(way, 1))
             writer = shared.writer()
-        yield from self.workers.each(Asking.__call__, (self.asking.writing(writer),), way)
+        yield from self.workers.each(ChunkAsking.__call__, (self.asking.writing(writer),), way)
 
     def _way(self, number: int, done: int) -> Iterator[Chunk]:
         """The configurations at the nodes of the chunks that a pass has to ask, as far as they are reached."""

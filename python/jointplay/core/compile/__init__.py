@@ -8,18 +8,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, FollowerSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 
-from .assembly import Assembly, compile_assembly
+from .assembly import AssemblyOrder, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
 from .correlations import compile_correlations
@@ -27,12 +29,12 @@ from .costs import check_costs
 from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compliance_of, coordinate_factor
 from .followers import add_followers, compile_followers
-from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
+from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph, Point
 from .grid import Grid, compile_grid
 from .loads import Loads, compile_loads, compile_output, places_of_outputs
 from .members import Member, split
 from .sizes import described
-from .source import LOOSE
+from .source import LOOSE, CompiledSource
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .spins import Spin, find_spins
@@ -46,8 +48,9 @@ __all__ = [
     "LENGTHS",
     "LOOSE",
     "TURNS",
-    "Assembly",
+    "AssemblyOrder",
     "Compiled",
+    "CompiledSource",
     "Grid",
     "Limits",
     "Loads",
@@ -62,8 +65,7 @@ __all__ = [
 SMALLEST_LENGTH = 1e-12
 
 T = TypeVar("T", bound=np.generic)
-Floats = NDArray[np.float64]
-Range = tuple[float, float]
+Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -85,12 +87,12 @@ class Limits:
         Ranges (lowest, highest) by name.
     """
 
-    errors: Mapping[str, Range]
+    errors: Mapping[str, Interval]
     probability: float
     contact: str
     singular_value: float
-    drives: Mapping[str, Range]
-    joints: Mapping[str, Range]
+    drives: Mapping[str, Interval]
+    joints: Mapping[str, Interval]
 
     def __reduce__(self) -> tuple[object, ...]:
         # Read-only views cannot be pickled.
@@ -128,11 +130,23 @@ class Compiled:
         Turns of bodies about a line that move nothing of interest, held unless a load turns them.
     joint_kinds : tuple of str
         Type of each joint.
+    guess : ndarray
+        Poses of all bodies at the start.
+    points : tuple of Point
+        All points of bodies that something refers to; the ground is body -1.
+    joint_points : tuple
+        The points of every joint on its first and on its second body.
+    output_point : int
+        The point whose error is asked.
+    seen_from : int or None
+        The body against which the output is measured; None if it is the ground.
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
         ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
         ``drive``, ``backlash`` or ``thermal``.
+    compiled_sources : tuple of CompiledSource
+        The sources in numbers.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -167,7 +181,7 @@ class Compiled:
         What is mapped.
     limits : Limits
         What is acceptable.
-    assembly : Assembly or None
+    assembly : AssemblyOrder or None
         In which order it is assembled.
     loads : Loads
         What acts in each configuration.
@@ -189,8 +203,14 @@ class Compiled:
     spins: tuple[Spin, ...]
     joints: tuple[str, ...]
     joint_kinds: tuple[str, ...]
+    guess: Floats
+    points: tuple[Point, ...]
+    joint_points: tuple[tuple[int, int], ...]
+    output_point: int
+    seen_from: int | None
     sources: tuple[str, ...]
     source_kinds: tuple[str, ...]
+    compiled_sources: tuple[CompiledSource, ...]
     drives: tuple[str, ...]
     drive_joints: tuple[int, ...]
     drive_moves: tuple[Moves, ...]
@@ -208,7 +228,7 @@ class Compiled:
     target_components: tuple[str, ...]
     grid: Grid | None
     limits: Limits
-    assembly: Assembly | None
+    assembly: AssemblyOrder | None
     loads: Loads
     has_loads: bool
     length: float
@@ -218,6 +238,64 @@ class Compiled:
     def quantities(self) -> tuple[str, ...]:
         """The components of an error, then its two sizes."""
         return (*self.components, "position", "rotation")
+
+    @cached_property
+    def joint_bodies(self) -> tuple[tuple[int, int], ...]:
+        """The first and the second body of every joint; the ground is -1."""
+        return tuple((self.points[first].body, self.points[second].body) for first, second in self.joint_points)
+
+    def compliance(self, joint: int) -> Floats | None:
+        """Displacement per force of the directions that a joint holds, SI; None where it is rigid.
+
+        Parameters
+        ----------
+        joint : int
+        """
+        given = self.core_spec["joints"][joint].get("compliance")
+        size = math.isqrt(len(given or ()))
+        return None if given is None else np.reshape(given, (size, size))
+
+    @property
+    def correlated(self) -> list[list[int]]:
+        """Sources that scatter together, by index."""
+        return [sorted(entry["sources"]) for entry in self.core_spec["correlations"]]
+
+    @property
+    def springs(self) -> list[SpringSpec]:
+        """The springs between two points."""
+        return self.core_spec["springs"]
+
+    def coordinate(self, joint: int, poses: Floats) -> Floats:
+        """Coordinate of a joint at poses of all bodies, SI.
+
+        Parameters
+        ----------
+        joint : int
+        poses : ndarray
+            Shape (..., body, pose).
+        """
+        return coordinate(self.core_spec, joint, poses)
+
+    def coordinate_kind(self, joint: int) -> str:
+        """Whether the coordinate of a joint is an ``angle`` or a ``length``.
+
+        Parameters
+        ----------
+        joint : int
+        """
+        follows = self.core_spec["joints"][joint].get("follows")
+        own = joint if follows is None else follows["of"]
+        return "angle" if self.joint_kinds[own] in ANGULAR else "length"
+
+    def driven_joint(self, source: int) -> int:
+        """The joint in which a source of a drive shows.
+
+        Parameters
+        ----------
+        source : int
+        """
+        own = self.compiled_sources[source].spec
+        return own.get("joint", self.drive_joints[own["drive"]])
 
 
 def compile_file(data: MechanismFile, file: str, output: str = "", load_case: str = "") -> Compiled:
@@ -306,7 +384,7 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         "springs": springs,
         "torsions": torsions,
         "displacements": graph.displacements,
-        "sources": [s.core_spec for s in sources],
+        "sources": [s.as_spec for s in sources],
         "correlations": compile_correlations(data, graph, sources),
     }
     return Compiled(
@@ -320,8 +398,14 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         spins=tuple(spins),
         joints=tuple(joint.name for joint in graph.joints),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
+        guess=_frozen(guess),
+        points=tuple(graph.points),
+        joint_points=tuple((joint.first, joint.second) for joint in graph.joints),
+        output_point=output["point"],
+        seen_from=output.get("relative_to"),
         sources=tuple(source.name for source in sources),
         source_kinds=tuple(source.kind for source in sources),
+        compiled_sources=tuple(sources),
         drives=commands.names,
         drive_joints=commands.joints,
         drive_moves=commands.moves,
@@ -406,11 +490,11 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
         if name not in data.drives:
             raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.drives.{name}")
 
-    def scaled(pair: Range, joint: int) -> Range:
+    def scaled(pair: Interval, joint: int) -> Interval:
         factor = coordinate_factor(graph, graph.joints[joint])
         return (pair[0] * factor, pair[1] * factor)
 
-    errors: dict[str, Range] = {}
+    errors: dict[str, Interval] = {}
     for name in given.words():
         limit, factor = getattr(given, name), units.length if name in (*LENGTHS, "position") else units.angle
         if isinstance(limit, Bounds):

@@ -11,7 +11,7 @@ from .graph import GROUND, GROUND_INDEX, Graph
 
 
 @dataclass(frozen=True)
-class Assembly:
+class AssemblyOrder:
     """An order of assembly.
 
     Parameters
@@ -26,7 +26,7 @@ class Assembly:
     steps: tuple[tuple[int, ...], ...]
 
 
-def compile_assembly(data: MechanismFile, graph: Graph) -> Assembly | None:
+def compile_assembly(data: MechanismFile, graph: Graph) -> AssemblyOrder | None:
     """Check the order of assembly; None where the file has none.
 
     Crosses of universal joints are not named: each comes with the second of its joint's two bodies.
@@ -55,4 +55,4 @@ def compile_assembly(data: MechanismFile, graph: Graph) -> Assembly | None:
     def index(name: str) -> int:
         return GROUND_INDEX if name == GROUND else graph.bodies.index(name)
 
-    return Assembly(index(base), tuple(tuple(map(index, step)) for step in data.assembly.steps))
+    return AssemblyOrder(index(base), tuple(tuple(map(index, step)) for step in data.assembly.steps))

@@ -16,13 +16,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.file.schema import MechanismFile
 
 from .drives import LENGTHS, Commands
 from .graph import TURNS, Graph
-from .source import Source
+from .source import CompiledSource
 
 #: from a pin of ten micrometres to a boom of ten metres
 LARGEST_RATIO = 1e6
@@ -35,11 +35,9 @@ HOTTEST = 5000.0
 #: the numbers of a set that bound how far something is off
 BOUNDS = ("radius", "gap", "axial", "low", "high")
 
-Floats = NDArray[np.float64]
-
 
 def check_sizes(
-    data: MechanismFile, graph: Graph, guess: Floats, commands: Commands, sources: list[Source], length: float
+    data: MechanismFile, graph: Graph, guess: Floats, commands: Commands, sources: list[CompiledSource], length: float
 ) -> None:
     """Refuse numbers that make no sense beside the others.
 
@@ -77,12 +75,12 @@ def check_sizes(
             raise graph.refuse(problem, _key(data, graph, source))
 
 
-def _check_growth(graph: Graph, source: Source) -> None:
+def _check_growth(graph: Graph, source: CompiledSource) -> None:
     if (off := _off(source)) > HOTTEST:
         raise graph.refuse(f"is off by up to {off:.4g} K, more than {HOTTEST:g} K", "temperature")
 
 
-def _off(source: Source) -> float:
+def _off(source: CompiledSource) -> float:
     """The largest displacement that a source allows or has."""
     ((_, size),) = source.spec["set"].items()
     sizes: list[Any] = [abs(size[name]) for name in BOUNDS if name in size]
@@ -107,13 +105,13 @@ def _size(graph: Graph, guess: Floats, commands: Commands) -> float:
     return float(max(sizes))
 
 
-def _turns(source: Source, commands: Commands, graph: Graph) -> bool:
+def _turns(source: CompiledSource, commands: Commands, graph: Graph) -> bool:
     if "drive" in source.spec:
         return bool(graph.joints[source.spec.get("joint", commands.joints[source.spec["drive"]])].is_angular)
     return source.components[0] in TURNS
 
 
-def _key(data: MechanismFile, graph: Graph, source: Source) -> str:
+def _key(data: MechanismFile, graph: Graph, source: CompiledSource) -> str:
     if source.key:
         return source.key
     match source.kind:

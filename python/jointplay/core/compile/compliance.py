@@ -15,12 +15,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.file.schema import BodyTable, JointTable, SpatialBody, Stiffness
-
-Floats = NDArray[np.float64]
 
 #: keys of a stiffness that are moments per angle
 TURNING = ("roll", "tilt")

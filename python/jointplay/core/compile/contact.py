@@ -20,8 +20,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import ContactSpec
 from jointplay.errors import InputError
 
@@ -29,8 +29,6 @@ from jointplay.errors import InputError
 FLAT = 1e-3
 #: part of the tooth height that a direction of no slope has
 STRAIGHT = 1e-9
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ prismatic, cylindrical, pin_in_slot    distance along the first body's axis from
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import Spec
 
 from .graph import ANGULAR, SLIDING
-
-Floats = NDArray[np.float64]
 
 
 def coordinate(spec: Spec, index: int, at: Floats) -> Floats:

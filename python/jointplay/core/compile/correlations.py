@@ -18,17 +18,17 @@ from jointplay.errors import listed, not_known
 from jointplay.file.schema import MechanismFile
 
 from .graph import Graph
-from .source import LOOSE, Source
+from .source import LOOSE, CompiledSource
 
 #: eigenvalues below this part of the largest one are rounding
 ROUNDING = 1e-10
 
 
-def _is_single(source: Source) -> bool:
+def _is_single(source: CompiledSource) -> bool:
     return source.kind not in LOOSE and len(source.components) == 1
 
 
-def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[Source]) -> list[CorrelationSpec]:
+def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[CompiledSource]) -> list[CorrelationSpec]:
     """The groups of correlated sources, by index."""
     names = [source.name for source in sources]
     taken: dict[int, int] = {}

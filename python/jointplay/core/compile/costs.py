@@ -9,10 +9,10 @@ from jointplay.errors import not_known
 from jointplay.file.schema import MechanismFile
 
 from .graph import Graph
-from .source import Source
+from .source import CompiledSource
 
 
-def check_costs(data: MechanismFile, graph: Graph, sources: Sequence[Source]) -> None:
+def check_costs(data: MechanismFile, graph: Graph, sources: Sequence[CompiledSource]) -> None:
     """Refuse costs of what is no source.
 
     A clearance has one cost, whatever makes it: hole and pin, several bodies on one pin, both pins of a cross.

@@ -7,12 +7,11 @@ nearest tooth is the one that is meant. Wheels mesh when their pitch circles tou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import CouplingSpec
 from jointplay.errors import InputError
@@ -28,9 +27,9 @@ from jointplay.file.schema import (
 )
 
 from .contact import Contact, Wheels, touching, turned
-from .frames import Frame, Vector, across, cross_product, default_side, dot, in_axes
+from .frames import AxisAndSide, Vector3, across, cross_product, default_side, dot, in_axes
 from .graph import CompiledJoint, Graph
-from .spacing import Pair, mismatches
+from .spacing import MeshPair, mismatches
 
 #: degrees; where the file says nothing
 PRESSURE_ANGLE = 20.0
@@ -42,9 +41,6 @@ TOOTH = 2.25
 TOUCHING = 0.1
 #: what directions of one line differ by
 ROUNDED = 1e-9
-
-Floats = NDArray[np.float64]
-Refuse = Callable[[str, str], InputError]
 
 
 def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[int, CouplingSpec]:
@@ -116,7 +112,7 @@ class _Wheels:
         self.ends = [graph.points[joint.first], graph.points[joint.second]]
         self.turns = [poses.matrix(every[end.body]) for end in self.ends]
         first, second = (poses.place(every[end.body], end.at) for end in self.ends)
-        self.frames: list[Frame] = [(joint.axis_first, joint.side_first), (joint.axis_second, joint.side_second)]
+        self.frames: list[AxisAndSide] = [(joint.axis_first, joint.side_first), (joint.axis_second, joint.side_second)]
         self.in_space = guess.shape[-1] == poses.SPATIAL
         #: from the first centre to the second, ground axes; in the plane that the first wheel turns in along its two
         #: directions
@@ -148,7 +144,7 @@ class _Wheels:
             told["marks"] = [self._mark(k, name) for k, name in enumerate(entry.names)]
         return told
 
-    def toothed(self) -> Pair:
+    def toothed(self) -> MeshPair:
         """A gear pair with the directions in which its wheels see the mesh."""
         entry = self.entry
         seen, same_way = self._seen()
@@ -156,7 +152,7 @@ class _Wheels:
         pitch = math.tau * self.radii[-1] / entry.counts[-1]
         ends = ((end.body, end.at, z) for end, z in zip(self.ends, entry.counts, strict=True))
         wheels = tuple(ends)
-        return Pair(
+        return MeshPair(
             (wheels[0], wheels[1]),
             (entry.counts[0], entry.counts[1]),
             (seen[0], seen[1]),
@@ -182,7 +178,7 @@ class _Wheels:
     def refuse(self, problem: str, key: str = "") -> InputError:
         return self.graph.refuse(problem, f"joints.{self.joint.pin}{key}")
 
-    def _plane(self, end: int) -> tuple[Vector, Vector]:
+    def _plane(self, end: int) -> tuple[Vector3, Vector3]:
         """The two directions of the plane that a wheel turns in, body axes."""
         axis, side = self.frames[end]
         return (side, cross_product(axis, side)) if self.in_space else (axis, (-axis[1], axis[0], 0.0))
@@ -193,7 +189,7 @@ class _Wheels:
         x, y = self._plane(end)
         if isinstance(given, float):
             given = (math.cos(given * self.units.angle), math.sin(given * self.units.angle), 0.0)
-        direction: Vector = (*given, 0.0)[:3]
+        direction: Vector3 = (*given, 0.0)[:3]
         if self.in_space and across(direction, self.frames[end][0]) is None:
             raise self.refuse("lies along the axis; the wheel turns across it", f".marks.{name}")
         return math.atan2(dot(direction, y), dot(direction, x))
@@ -283,7 +279,7 @@ class _Wheels:
             return float(np.linalg.norm(away - (away @ axis) * axis))
         return None
 
-    def _carriers(self, end: int) -> dict[int, tuple[Vector, Floats]]:
+    def _carriers(self, end: int) -> dict[int, tuple[Vector3, Floats]]:
         """Bodies that hold the centre of a wheel, with its place and axis on them."""
         out = np.array([0.0, 0.0, 1.0])
         point = self.ends[end]
@@ -332,7 +328,7 @@ class _Wheels:
                 return abs(float(centre @ away) - dot(normal, tuple(np.array(rack.at) - np.array(own.at))))
         return None
 
-    def _triad(self, axis: Vector, side: Vector) -> tuple[Vector, Vector, Vector]:
+    def _triad(self, axis: Vector3, side: Vector3) -> tuple[Vector3, Vector3, Vector3]:
         """The axes of a joint; in the plane its side is the direction out of it."""
         side = side if self.in_space else (0.0, 0.0, 1.0)
         return axis, side, cross_product(axis, side)

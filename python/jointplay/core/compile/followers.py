@@ -15,20 +15,18 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import CurveSpec, FollowerSpec, SourcePart
 from jointplay.errors import listed
 from jointplay.file.schema import Follower, MechanismFile
 
 from .drives import coordinate_factor
 from .graph import CompiledJoint, Graph
-from .source import Source, interval
+from .source import CompiledSource, interval
 
 #: part of a turn by which a table that goes over one may miss it
 ROUNDED = 1e-9
-
-Floats = NDArray[np.float64]
 
 
 def add_followers(data: MechanismFile, graph: Graph) -> None:
@@ -67,7 +65,7 @@ def compile_followers(data: MechanismFile, graph: Graph) -> dict[int, FollowerSp
     return found
 
 
-def of_followers(data: MechanismFile, graph: Graph) -> Iterator[Source]:
+def of_followers(data: MechanismFile, graph: Graph) -> Iterator[CompiledSource]:
     """Lost motion and errors of followers."""
     for name, entry in data.followers.items():
         index = graph.joint_index(name, f"followers.{name}")
@@ -81,10 +79,14 @@ def of_followers(data: MechanismFile, graph: Graph) -> Iterator[Source]:
                 "law": entry.backlash_law,
             }
             at = f"followers.{name}.backlash"
-            yield Source(f"{name}.backlash", "backlash", component, (factor,), (0.0,), spec | {"kind": "clearance"}, at)
+            yield CompiledSource(
+                f"{name}.backlash", "backlash", component, (factor,), (0.0,), spec | {"kind": "clearance"}, at
+            )
         if entry.error is not None:
             part = interval(entry.error, entry.law or "uniform", factor) | {"joint": index}
-            yield Source(f"{name}.error", "ratio", component, (factor,), (0.0,), part, f"followers.{name}.error")
+            yield CompiledSource(
+                f"{name}.error", "ratio", component, (factor,), (0.0,), part, f"followers.{name}.error"
+            )
 
 
 def _joints(entry: Follower) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -17,13 +17,13 @@ from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.file.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
 
 from .compliance import compliance_of
-from .frames import Frame, Vector, X, Y, cross_axes, in_axes, vector
+from .frames import AxisAndSide, Vector3, X, Y, cross_axes, in_axes, vector
 from .placing import frames
 
 GROUND = "ground"
 #: index of the ground among the bodies, in the interface of the core
 GROUND_INDEX = -1
-ORIGIN: Vector = (0.0, 0.0, 0.0)
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 #: whose coordinate is an angle, and whose is a distance along the axis
 ANGULAR = with_coordinate("angle")
 SLIDING = with_coordinate("along")
@@ -39,7 +39,7 @@ class Point:
     """A point fixed to a body; metres, body axes."""
 
     body: int
-    at: Vector
+    at: Vector3
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class CompiledJoint:
     kind: str
     first: int
     second: int
-    axis_first: Vector
-    axis_second: Vector
-    side_first: Vector
-    side_second: Vector
+    axis_first: Vector3
+    axis_second: Vector3
+    side_first: Vector3
+    side_second: Vector3
     #: displacement per force of the directions that it holds, one row after the other, SI; None where it is rigid
     compliance: tuple[float, ...] | None = None
     #: whether one of its bodies can be placed beside the other by it
@@ -90,7 +90,7 @@ class Graph:
         #: bodies that are described in one assembled reference configuration
         self.drawn_assembled: set[int] = {GROUND_INDEX}
         #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
-        self.crosses: dict[int, tuple[Vector, Vector] | None] = {}
+        self.crosses: dict[int, tuple[Vector3, Vector3] | None] = {}
         #: centre and pitch radius of every wheel, in metres
         self.wheels: list[tuple[Point, float]] = []
         #: joints with their bodies between which a link lies although they are at one place
@@ -193,7 +193,7 @@ class Graph:
         ends = {self.places[end] for end in self._linked}
         return [k for k in together if k not in ends]
 
-    def displacement(self, points: list[int], about: Vector) -> int:
+    def displacement(self, points: list[int], about: Vector3) -> int:
         """Index of a new rigid displacement of points, which turns about a place of their body."""
         self.displacements.append({"points": points, "about": list(about)})
         return len(self.displacements) - 1
@@ -212,7 +212,7 @@ class Graph:
             self.bodies.append(name)
         return _numbered(self._body_numbers, self.bodies)[name]
 
-    def _add_universal(self, name: str, joint: Universal, first: Frame, second: Frame) -> None:
+    def _add_universal(self, name: str, joint: Universal, first: AxisAndSide, second: AxisAndSide) -> None:
         """Two pins on a cross, whose x axis is the first pin and whose y axis is the second one."""
         a, b = joint.names
         cross = self.bodies.index(f"{name}.cross")

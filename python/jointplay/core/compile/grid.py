@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError, listed, not_known
 from jointplay.file.schema import GridRange, MechanismFile
 
 from .drives import Commands
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from jointplay.errors import listed
 from jointplay.file.schema import BodyTable, MechanismFile, SpatialBody
 
 from .compliance import member as compliance
-from .frames import Frame, Vector, across, default_side, dot, unit, vector
+from .frames import AxisAndSide, Vector3, across, default_side, dot, unit, vector
 from .graph import CompiledJoint, Graph, Point
 
 #: feet on a member's axis that are nearer than this share of its length are one, and so far may joints be off the axis
@@ -158,7 +158,7 @@ class _Axis:
         if span <= NEAR * graph.units.length:
             problem = "an elastic body reaches from a joint to another joint, a load or the output; this has no length"
             raise graph.refuse(problem, f"bodies.{name}")
-        self.direction: Vector = unit(_difference(points[end], self.origin))
+        self.direction: Vector3 = unit(_difference(points[end], self.origin))
         order = list(joints)
         low, high = (choose(order, key=lambda k: self.along(points[k])) for choose in (min, max))
         if end in joints and order.index(high) < order.index(low):
@@ -177,19 +177,19 @@ class _Axis:
         #: between the outermost joints, or, on a single one, all of it
         self.whole = max(held) - min(held) if end in joints else self.stops[-1].along - self.stops[0].along
 
-    def along(self, at: Vector) -> float:
+    def along(self, at: Vector3) -> float:
         """How far along the axis a point is."""
         return dot(self.direction, _difference(at, self.origin))
 
-    def foot(self, along: float) -> Vector:
+    def foot(self, along: float) -> Vector3:
         """The point of the axis that is so far along."""
         x, y, z = (o + along * d for o, d in zip(self.origin, self.direction, strict=True))
         return (x, y, z)
 
-    def _distance(self, at: Vector) -> float:
+    def _distance(self, at: Vector3) -> float:
         return math.dist(at, self.foot(self.along(at)))
 
-    def _stops(self, points: Mapping[int, Vector], labels: Mapping[int, str], near: float) -> list[_Stop]:
+    def _stops(self, points: Mapping[int, Vector3], labels: Mapping[int, str], near: float) -> list[_Stop]:
         """Points by their feet, in the order along the axis; joints come first and give their name."""
         stops: list[_Stop] = []
         for k, at in points.items():
@@ -230,7 +230,7 @@ def _join(graph: Graph, name: str, body: BodyTable, axis: _Axis, pieces: list[in
     return members
 
 
-def _frame(graph: Graph, name: str, body: BodyTable, direction: Vector) -> Frame:
+def _frame(graph: Graph, name: str, body: BodyTable, direction: Vector3) -> AxisAndSide:
     """Axis and side of a member, body axes."""
     if not isinstance(body, SpatialBody):
         return direction, (-direction[1], direction[0], 0.0)
@@ -242,5 +242,5 @@ def _frame(graph: Graph, name: str, body: BodyTable, direction: Vector) -> Frame
     return direction, side
 
 
-def _difference(a: Vector, b: Vector) -> Vector:
+def _difference(a: Vector3, b: Vector3) -> Vector3:
     return vector([p - q for p, q in zip(a, b, strict=True)])

@@ -19,8 +19,8 @@ from collections.abc import Iterator, Mapping
 from jointplay.core.spec import SetSpec, SourcePart
 from jointplay.file.schema import (
     DH,
+    AxisDeviation,
     ComponentDeviation,
-    Direction,
     JointTable,
     LinkTable,
     MechanismFile,
@@ -31,18 +31,18 @@ from jointplay.file.schema import (
     SpatialPosition,
 )
 
-from .frames import PARALLEL, Vector, X, Y, Z, across, cross_product, dot, unit, vector
+from .frames import PARALLEL, Vector3, X, Y, Z, across, cross_product, dot, unit, vector
 from .graph import CompiledJoint, Graph
-from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, Source, interval
+from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, CompiledSource, interval
 
-NOTHING: Vector = (0.0, 0.0, 0.0)
+NOTHING: Vector3 = (0.0, 0.0, 0.0)
 BODY_AXES = {"x": X, "y": Y, "z": Z}
 
 #: what a component does per unit of it: shift and rotation vector
-Way = tuple[Vector, Vector]
+Twist = tuple[Vector3, Vector3]
 
 
-def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout: RunOut) -> Source:
+def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout: RunOut) -> CompiledSource:
     """The run-out of a wheel, in its plane."""
     point, length = graph.places[body, joint.pin], graph.units.length
     axis, side, normal = _axes(graph, joint.pin, point)
@@ -52,24 +52,24 @@ def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout:
     spec = _part(displacement, tuple(plane), [(way, NOTHING) for way in plane.values()], where)
     x, y = runout.deviation
     centre = (x * length, y * length)
-    return Source(f"{joint.name}.runout.{body}", "runout", tuple(plane), (length, length), centre, spec)
+    return CompiledSource(f"{joint.name}.runout.{body}", "runout", tuple(plane), (length, length), centre, spec)
 
 
-def of_places(data: MechanismFile, graph: Graph, name: str) -> Iterator[Source]:
+def of_places(data: MechanismFile, graph: Graph, name: str) -> Iterator[CompiledSource]:
     """How far a joint of the file is off its place and its direction, body by body."""
     entry = data.joints[name]
     for body in entry.names:
         if body not in entry.position and body not in entry.direction:
             continue
         point = graph.places[body, name]
-        place = _Place(graph, name, point)
+        place = _Seat(graph, name, point)
         if isinstance(position := entry.position.get(body), PlanarPosition | SpatialPosition):
             yield from place.position(f"{name}.position.{body}", f"position.{body}", position)
-        if isinstance(direction := entry.direction.get(body), Direction | ComponentDeviation):
+        if isinstance(direction := entry.direction.get(body), AxisDeviation | ComponentDeviation):
             yield from place.direction(f"{name}.direction.{body}", f"direction.{body}", direction)
 
 
-class _Place:
+class _Seat:
     """A joint on one of its bodies."""
 
     def __init__(self, graph: Graph, name: str, point: int) -> None:
@@ -77,7 +77,7 @@ class _Place:
         self.displacement = graph.displacement([point], graph.points[point].at)
         self.axes = _axes(graph, name, point)
 
-    def position(self, name: str, key: str, off: PlanarPosition | SpatialPosition) -> Iterator[Source]:
+    def position(self, name: str, key: str, off: PlanarPosition | SpatialPosition) -> Iterator[CompiledSource]:
         """Deviations of the place."""
         length, angle = self.graph.units.length, self.graph.units.angle
         for component, one in off.by_component.items():
@@ -102,7 +102,7 @@ class _Place:
         centre = tuple(value * length for value in known) + (0.0,) * (len(components) - len(known))
         yield self._zone(name, key, "position", components, factors, centre, ways, shape, off.law)
 
-    def direction(self, name: str, key: str, off: Direction | ComponentDeviation) -> Iterator[Source]:
+    def direction(self, name: str, key: str, off: AxisDeviation | ComponentDeviation) -> Iterator[CompiledSource]:
         """Deviations of the axis."""
         angle, (_, side, normal) = self.graph.units.angle, self.axes
         if isinstance(off, ComponentDeviation):
@@ -122,7 +122,9 @@ class _Place:
             shape: SetSpec = {"disc": {"radius": largest}}
             yield self._zone(name, key, "direction", TILTS, (angle, angle), centre, ways, shape, off.law)
 
-    def _single(self, name: str, key: str, kind: str, component: str, off: ComponentDeviation, way: Way) -> Source:
+    def _single(
+        self, name: str, key: str, kind: str, component: str, off: ComponentDeviation, way: Twist
+    ) -> CompiledSource:
         place = f"{self.key}.{key}.{component}"
         return _single(self.graph, f"{name}.{component}", place, kind, off, self.displacement, way)
 
@@ -134,28 +136,28 @@ class _Place:
         components: tuple[str, ...],
         factors: tuple[float, ...],
         centre: tuple[float, ...],
-        ways: list[Way],
+        ways: list[Twist],
         shape: SetSpec,
         law: str | None,
-    ) -> Source:
+    ) -> CompiledSource:
         spec = _part(self.displacement, components, ways, {"set": shape, "law": law or "normal"})
-        return Source(name, kind, components, factors, centre, spec, f"{self.key}.{key}")
+        return CompiledSource(name, kind, components, factors, centre, spec, f"{self.key}.{key}")
 
 
 def _single(
-    graph: Graph, name: str, key: str, kind: str, off: ComponentDeviation, displacement: int, way: Way
-) -> Source:
+    graph: Graph, name: str, key: str, kind: str, off: ComponentDeviation, displacement: int, way: Twist
+) -> CompiledSource:
     """One component with its own tolerance and law."""
     turns = way[1] != NOTHING
     factor = graph.units.angle if turns else graph.units.length
     component = "angle" if turns else "length"
     spec = _part(displacement, (component,), [way], interval(off.tolerance, off.law or "normal", factor))
-    return Source(name, kind, (component,), (factor,), (off.deviation * factor,), spec, key)
+    return CompiledSource(name, kind, (component,), (factor,), (off.deviation * factor,), spec, key)
 
 
 def of_links(
     data: MechanismFile, graph: Graph, outputs: Mapping[str, tuple[str, int]], length: float
-) -> Iterator[Source]:
+) -> Iterator[CompiledSource]:
     """How far the second joint of every link is off against the first."""
     for name, link in data.links.items():
         if name in data.dimensions or any(name in (joint.name, joint.pin) for joint in graph.joints):
@@ -171,7 +173,7 @@ def _of_link(
     link: LinkTable,
     outputs: Mapping[str, tuple[str, int]],
     length: float,
-) -> Iterator[Source]:
+) -> Iterator[CompiledSource]:
     key, (first, second), components = f"links.{name}", link.between, link.by_component
     graph.body_index(link.body, f"{key}.body")
     if first == second:
@@ -214,14 +216,14 @@ def _of_link(
 
 def _of_dh_link(
     graph: Graph, name: str, link: LinkTable, start: int, points: list[int], length: float
-) -> Iterator[Source]:
+) -> Iterator[CompiledSource]:
     """Two screw displacements: about the common normal, and about the first axis."""
     key, components = f"links.{name}", link.by_component
     (z1, _, _), (z2, _, _) = (
         _axes(graph, joint, point) for joint, point in zip(link.between, (start, points[0]), strict=True)
     )
     p1, p2 = graph.points[start].at, graph.points[points[0]].at
-    screws: list[tuple[tuple[str, str], Vector, Vector]] = []
+    screws: list[tuple[tuple[str, str], Vector3, Vector3]] = []
     if any(component in components for component in ("a", "alpha")):
         normal, foot = _common_normal(p1, z1, p2, z2, length)
         if normal is None:
@@ -241,7 +243,7 @@ def _of_dh_link(
                 yield _single(graph, f"{name}.{component}", place, "link", off, displacement, way)
 
 
-def _common_normal(p1: Vector, z1: Vector, p2: Vector, z2: Vector, length: float) -> tuple[Vector | None, Vector]:
+def _common_normal(p1: Vector3, z1: Vector3, p2: Vector3, z2: Vector3, length: float) -> tuple[Vector3 | None, Vector3]:
     """Direction of the common normal of two lines, from the first to the second, and its foot on the second.
 
     Of parallel lines it goes through the second point; of lines that meet it is the vector product of their directions.
@@ -266,7 +268,7 @@ def _turns(entry: JointTable, body: str) -> bool:
     return entry.has_direction(body) or not (isinstance(entry, SpatialJoint) or entry.kind == "pin_in_slot")
 
 
-def _axes(graph: Graph, name: str, point: int) -> tuple[Vector, Vector, Vector]:
+def _axes(graph: Graph, name: str, point: int) -> tuple[Vector3, Vector3, Vector3]:
     """Axis, side and normal of a joint of the file at its point on a body; in the plane the side is across the axis."""
     joint = next(joint for joint in graph.joints if joint.pin == name and point in (joint.first, joint.second))
     axis, side = (
@@ -277,7 +279,7 @@ def _axes(graph: Graph, name: str, point: int) -> tuple[Vector, Vector, Vector]:
     return axis, side, cross_product(axis, side)
 
 
-def _part(displacement: int, components: tuple[str, ...], ways: list[Way], where: SourcePart) -> SourcePart:
+def _part(displacement: int, components: tuple[str, ...], ways: list[Twist], where: SourcePart) -> SourcePart:
     """A part of a displacement, with the set and the law of its components."""
     told = [[list(along), list(about)] for along, about in ways]
     return {**where, "kind": "place", "displacement": displacement, "components": [*components], "ways": told}

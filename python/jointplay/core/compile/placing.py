@@ -9,13 +9,13 @@ from jointplay.basics.units import Units
 from jointplay.errors import InputError
 from jointplay.file.schema import JointTable, Mesh, PlacementKeys, SpatialJoint, SpatialPlacementTable
 
-from .frames import Frame, Vector, X, across, default_side, unit
+from .frames import AxisAndSide, Vector3, X, across, default_side, unit
 
 #: makes the error for a key of the joint
 Refuse = Callable[[str, str], InputError]
 
 
-def frames(joint: JointTable, first: str, second: str, units: Units, refuse: Refuse) -> tuple[Frame, Frame]:
+def frames(joint: JointTable, first: str, second: str, units: Units, refuse: Refuse) -> tuple[AxisAndSide, AxisAndSide]:
     """Axis and side of a joint on two of its bodies, each in body axes.
 
     A guide's axis has the same numbers on both bodies; a mounting angle is that of the second body's x axis. In the
@@ -45,12 +45,12 @@ def _angle(place: PlacementKeys, default: float, units: Units) -> float:
             return angle * units.angle
 
 
-def _planar(angle: float) -> Frame:
+def _planar(angle: float) -> AxisAndSide:
     c, s = math.cos(angle), math.sin(angle)
     return (c, s, 0.0), (-s, c, 0.0)
 
 
-def _spatial(place: PlacementKeys, default: Vector, key: str, refuse: Refuse) -> Frame:
+def _spatial(place: PlacementKeys, default: Vector3, key: str, refuse: Refuse) -> AxisAndSide:
     assert isinstance(place, SpatialPlacementTable)
     axis = default if place.axis is None else unit(place.axis)
     if place.side is None:

@@ -25,10 +25,10 @@ from jointplay.file.schema import (
     limits_of,
 )
 
+from .placing import Refuse
+
 #: the standards are in millimetres and micrometres
 MILLIMETRE, MICROMETRE = 1e-3, 1e-6
-
-Refuse = Callable[[str, str], InputError]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ TILTS = ("tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
-class Source:
+class CompiledSource:
     """One thing that can be off.
 
     Parameters
@@ -46,7 +46,17 @@ class Source:
     key: str = ""
 
     @property
-    def core_spec(self) -> SourceSpec:
+    def shape(self) -> str:
+        """The shape of the set of its offsets."""
+        return next(iter(self.spec["set"]))
+
+    @property
+    def size(self) -> dict[str, float]:
+        """The sizes of this set, SI."""
+        return self.spec["set"][self.shape]
+
+    @property
+    def as_spec(self) -> SourceSpec:
         """All of it as the core wants it."""
         return {"kind": self.kind, "centre": list(self.centre), **self.spec}
 

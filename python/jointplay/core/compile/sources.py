@@ -36,7 +36,7 @@ from .followers import of_followers
 from .graph import TURNS, CompiledJoint, Graph
 from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
-from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, Source, interval
+from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, CompiledSource, interval
 from .thermal import Growth, growth
 
 
@@ -47,9 +47,9 @@ def compile_sources(
     outputs: Mapping[str, tuple[str, int]],
     length: float,
     owners: tuple[int, ...],
-) -> list[Source]:
+) -> list[CompiledSource]:
     """All sources of a mechanism, in SI; of the outputs body and point by name, of further pieces their bodies."""
-    sources: list[Source] = []
+    sources: list[CompiledSource] = []
     grown = growth(data, graph, owners)
     last_of_pin = {joint.pin: index for index, joint in enumerate(graph.joints)}
     for index, joint in enumerate(graph.joints):
@@ -67,14 +67,14 @@ def compile_sources(
             label = f"drive {name}" if name in taken else name
             factor = float(commands.factors[index])
             spec = interval(drive.error, drive.law or "uniform", factor)
-            sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
+            sources.append(CompiledSource(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
         sources.extend(_of_backlash(graph, name, drive, index))
     if grown is not None:
         sources.append(_of_temperature(data, grown.moves(graph), {source.name for source in sources}))
     return sources
 
 
-def _grow(sources: list[Source], grown: Growth, data: MechanismFile, graph: Graph, joint: int) -> None:
+def _grow(sources: list[CompiledSource], grown: Growth, data: MechanismFile, graph: Graph, joint: int) -> None:
     """Lets the play of a joint grow; where its sizes scatter, the radius is that in the middle and may be negative."""
     own = [source for source in sources if source.spec.get("joint") == joint]
     for source in own:
@@ -86,19 +86,21 @@ def _grow(sources: list[Source], grown: Growth, data: MechanismFile, graph: Grap
             size["radius"] = radius
 
 
-def _of_temperature(data: MechanismFile, moves: list[GrowthSpec], taken: set[str]) -> Source:
+def _of_temperature(data: MechanismFile, moves: list[GrowthSpec], taken: set[str]) -> CompiledSource:
     assert data.temperature is not None
     given = data.temperature
     name = "temperature" if "temperature" not in taken else "thermal growth"
     spec = interval(given.tolerance, given.law or "normal", 1.0) | {"kind": "growth", "moves": moves}
-    return Source(name, "thermal", ("difference",), (1.0,), (given.deviation,), spec)
+    return CompiledSource(name, "thermal", ("difference",), (1.0,), (given.deviation,), spec)
 
 
-def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> list[Source]:
+def _of_joint(
+    data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float
+) -> list[CompiledSource]:
     # Pieces of an elastic body are joined without the file saying so.
     entry, units = data.joints.get(joint.pin), graph.units
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
-    sources: list[Source] = []
+    sources: list[CompiledSource] = []
     if play is not None:
         gap, sizes = _sizes(graph, joint, play)
         components, shape = _set(entry, play, gap, units, length)
@@ -107,12 +109,14 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
             components = ("along", "normal")
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
         spec: SourcePart = {"joint": index, "set": shape, "law": play.law}
-        sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
+        sources.append(CompiledSource(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
         sources.extend(_of_sizes(graph, index, joint, play, sizes))
     if isinstance(locked, LockedAngle):
         spec = interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
-        sources.append(Source(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec))
+        sources.append(
+            CompiledSource(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec)
+        )
     if isinstance(entry, Coupling):
         sources.extend(_of_coupling(entry, graph, joint, index))
     return sources
@@ -129,7 +133,9 @@ def _sizes(graph: Graph, joint: CompiledJoint, play: object) -> tuple[float, lis
     return sizes_of(play, graph.units, refuse)
 
 
-def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, sizes: list[Size]) -> Iterator[Source]:
+def _of_sizes(
+    graph: Graph, index: int, joint: CompiledJoint, play: object, sizes: list[Size]
+) -> Iterator[CompiledSource]:
     """Sizes that scatter about the middle of their limits; several bodies on one pin have it in common."""
     unit = graph.units.length
     riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
@@ -149,22 +155,22 @@ def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, size
                 continue
             name = joint.pin
             spec["also"] = [{"joint": k, "factor": size.factor} for k in riders[1:]]
-        yield Source(f"{name}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
+        yield CompiledSource(f"{name}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
-def _of_coupling(entry: Coupling, graph: Graph, joint: CompiledJoint, index: int) -> Iterator[Source]:
+def _of_coupling(entry: Coupling, graph: Graph, joint: CompiledJoint, index: int) -> Iterator[CompiledSource]:
     """Transmission error and eccentric wheels."""
     error, unit = entry.ratio_error, graph.units.length
     if error is not None:
         spec = interval(error.tolerance, error.law or "normal", unit) | {"joint": index}
-        yield Source(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
+        yield CompiledSource(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
     if not isinstance(entry, Mesh):
         return
     for body, runout in entry.runout.items():
         yield of_wheel(graph, joint, entry, body, runout)
 
 
-def _of_backlash(graph: Graph, name: str, drive: Drive, index: int) -> Iterator[Source]:
+def _of_backlash(graph: Graph, name: str, drive: Drive, index: int) -> Iterator[CompiledSource]:
     """Lost motion between a drive and every joint that it moves."""
     for joint, play in drive.backlashes.items():
         driven = graph.joint_index(joint, f"drives.{name}.backlash")
@@ -176,7 +182,7 @@ def _of_backlash(graph: Graph, name: str, drive: Drive, index: int) -> Iterator[
             "law": drive.backlash_law,
         }
         at = f"{name}.backlash" + ("" if drive.joint else f".{joint}")
-        yield Source(at, "backlash", ("value",), (factor,), (0.0,), spec, f"drives.{at}")
+        yield CompiledSource(at, "backlash", ("value",), (factor,), (0.0,), spec, f"drives.{at}")
 
 
 def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
@@ -222,7 +228,7 @@ def _pin(play: SleeveClearance, gap: float, unit: float, length: float) -> dict[
 
 def _of_dimension(
     data: MechanismFile, graph: Graph, name: str, outputs: Mapping[str, tuple[str, int]], length: float
-) -> Source:
+) -> CompiledSource:
     dimension, key = data.dimensions[name], f"dimensions.{name}"
     if any(name in (joint.name, joint.pin) for joint in graph.joints):
         raise graph.refuse(f"'{name}' is the name of a joint; give the dimension another one", key)
@@ -247,4 +253,4 @@ def _of_dimension(
     spec = interval(dimension.tolerance, dimension.law or "normal", unit) | {"from": ends[0], "to": ends[1]}
     if together:
         spec["together"] = together
-    return Source(name, "dimension", ("length",), (unit,), (dimension.deviation * unit,), spec)
+    return CompiledSource(name, "dimension", ("length",), (unit,), (dimension.deviation * unit,), spec)

@@ -20,7 +20,7 @@ DRAWN = 0.05
 
 
 @dataclass(frozen=True)
-class Pair:
+class MeshPair:
     """Two wheels that mesh: which they are, their teeth, and where each sees the mesh, radians in its own axes."""
 
     wheels: tuple[Hashable, Hashable]
@@ -40,12 +40,12 @@ class _Phase:
     play: float
 
 
-def mismatches(pairs: list[Pair]) -> list[tuple[int, float]]:
+def mismatches(pairs: list[MeshPair]) -> list[tuple[int, float]]:
     """The pairs that close a loop in which teeth do not meet, with the part of a tooth by which they miss.
 
     Parameters
     ----------
-    pairs : list of Pair
+    pairs : list of MeshPair
         In the order in which they count: a pair that closes a loop is the last of it.
     """
     phases: dict[Hashable, dict[Hashable, _Phase]] = {}

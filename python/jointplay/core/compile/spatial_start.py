@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.file.schema import SpatialFile, SpatialStart
 
 from .drives import Commands
 from .frames import cross_axes
 from .graph import GROUND_INDEX, CompiledJoint, Graph, Outward
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,13 @@ from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import LoadSpec
 
-from .frames import Frame, default_side, vector
+from .frames import AxisAndSide, default_side, vector
 from .graph import GROUND_INDEX, CompiledJoint, Graph, Point
-
-Floats = NDArray[np.float64]
 
 #: distances from the line below this share of its length are rounding
 ON_LINE = 1e-9
@@ -39,7 +37,7 @@ class Spin:
         The bodies that turn, pieces of elastic ones among them.
     joints : tuple of int
         A ball joint at either end; the first one holds the spin.
-    frames : tuple of Frame
+    frames : tuple of AxisAndSide
         The line, and a direction across it that is held, on the first and the second body of that joint.
     load : str or None
         What loads the bodies so that they turn, by its key in the file; then the spin is not held.
@@ -47,7 +45,7 @@ class Spin:
 
     bodies: tuple[int, ...]
     joints: tuple[int, int]
-    frames: tuple[Frame, Frame]
+    frames: tuple[AxisAndSide, AxisAndSide]
     load: str | None
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from jointplay.file.schema import PlanarFile
 
 from .drives import Commands
-from .frames import Vector
+from .frames import Vector3
 from .graph import GROUND_INDEX, SLIDING, CompiledJoint, Graph, Outward
 
 Pose = tuple[float, float, float]
@@ -83,10 +83,10 @@ def _beside(
     )
 
 
-def _angle(axis: Vector) -> float:
+def _angle(axis: Vector3) -> float:
     return math.atan2(axis[1], axis[0])
 
 
-def _turned(at: Vector, angle: float) -> tuple[float, float]:
+def _turned(at: Vector3, angle: float) -> tuple[float, float]:
     c, s = math.cos(angle), math.sin(angle)
     return (c * at[0] - s * at[1], s * at[0] + c * at[1])

@@ -12,7 +12,7 @@ from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
 
-from .bodies import Body, BodyTable, SpatialBody
+from .bodies import BodyTable, PlanarBody, SpatialBody
 from .clearances import (
     BallClearance,
     BearingKeys,
@@ -33,9 +33,9 @@ from .clearances import (
 )
 from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, CrossedGear, GearKeys, Mesh, Screw
-from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
+from .deviations import DH, AxisDeviation, ComponentDeviation, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
-from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
+from .expressions import LONGEST, NotAnExpression, Variables
 from .file import MechanismFile, PlanarFile, SpatialFile
 from .followers import Follower
 from .grid import GridRange
@@ -52,7 +52,7 @@ from .spatial_joints import SpatialJoint, Universal
 from .spatial_tables import SpatialStart
 from .springs import SpringTable
 from .stiffness import Stiffness
-from .tables import Dimension, Drive, LoadTable, OutputTable
+from .tables import Dimension, Drive, LoadTable, OutputTable, variables_of
 from .values import NAME, ToleranceTable
 
 __all__ = [
@@ -61,12 +61,12 @@ __all__ = [
     "HEADS",
     "NAME",
     "PARTS",
+    "AxisDeviation",
     "Backlash",
     "BallClearance",
     "BearingKeys",
     "BeltClearance",
     "BeltKeys",
-    "Body",
     "BodyTable",
     "Bounds",
     "Choice",
@@ -76,7 +76,6 @@ __all__ = [
     "CrossedGear",
     "Deviating",
     "Dimension",
-    "Direction",
     "Drive",
     "FlankClearance",
     "Follower",
@@ -100,6 +99,7 @@ __all__ = [
     "PatternTable",
     "PlacementKeys",
     "PlacementTable",
+    "PlanarBody",
     "PlanarFile",
     "PlanarPosition",
     "PlateClearance",
@@ -184,7 +184,7 @@ def validate(raw: dict[str, Any], file: str) -> MechanismFile:
         variables = Variables(*variables_of(raw))
     except NotAnExpression as problem:
         raise InputError(str(problem), file=file, key=f"variables.{problem.name}") from None
-    return checked(raw, variables, FILES[space], file)[0]
+    return checked(raw, variables, FILES[space], file)
 
 
 def space_of(raw: Mapping[str, Any], file: str) -> str:
@@ -202,8 +202,8 @@ def space_of(raw: Mapping[str, Any], file: str) -> str:
     return space
 
 
-def checked(raw: dict[str, Any], variables: Variables, model: type[T], file: str) -> tuple[T, dict[str, Any]]:
-    """Data as a model, and the data with numbers for its expressions.
+def checked(raw: dict[str, Any], variables: Variables, model: type[T], file: str) -> T:
+    """Data as a model, with numbers for its expressions.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def checked(raw: dict[str, Any], variables: Variables, model: type[T], file: str
         Naming the first mistake.
     """
     try:
-        return resolved(raw, variables, model.model_validate, file)
+        return model.model_validate(raw, context=variables)
     except ValidationError as error:
         key, problem = located(error, raw)
         raise InputError(problem, file=file, key=key) from None

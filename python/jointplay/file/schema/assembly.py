@@ -6,7 +6,7 @@ from pydantic import Field
 
 from .values import Table
 
-Members = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+BodyNames = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 
 
 class Assembly(Table):
@@ -15,6 +15,6 @@ class Assembly(Table):
     example: ClassVar[str] = '{ base = "ground", steps = [["crank"], ["coupler", "rocker"]] }'
 
     base: str = Field("ground", description="the body that everything is assembled on, and that errors refer to")
-    steps: Annotated[tuple[Members, ...], Field(strict=False, min_length=1)] = Field(
+    steps: Annotated[tuple[BodyNames, ...], Field(strict=False, min_length=1)] = Field(
         description="the bodies that each step adds; every body is added once"
     )

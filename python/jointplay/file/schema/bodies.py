@@ -9,14 +9,14 @@ from typing import Annotated, ClassVar, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import IN_SPACE, Direction, NonNegative, OneOrTwo, Pair, Positive, Table, Triple, problem
+from .values import EXPRESSION, IN_SPACE, Direction, NonNegative, OneOrTwo, Pair, Positive, Table, Triple, problem
 
 #: keys that mean nothing without another one
 NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"], "torsion": ["G"], "side": ["inertia"]}
 
 
 #: the coefficient of thermal expansion; polymers go to a few 1e-4 per kelvin, some ceramics shrink
-Expansion = Annotated[float, Field(ge=-0.01, le=0.01)]
+Expansion = Annotated[float, Field(ge=-0.01, le=0.01), EXPRESSION]
 
 
 class BodyTable(Table):
@@ -56,7 +56,7 @@ class BodyTable(Table):
         return self.stiffness is not None or self.E is not None
 
 
-class Body(BodyTable):
+class PlanarBody(BodyTable):
     """Mass of a body, for its weight, and what makes it elastic."""
 
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] } or { stiffness = 5e4 }"

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -18,8 +18,8 @@ from .values import (
     Positive,
     Table,
     Tolerance,
-    is_number,
     problem,
+    short,
 )
 
 LAW = "uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary"
@@ -126,15 +126,11 @@ class RadialClearance(SizedClearance):
         )
 
 
-def _range(value: object) -> object:
-    return (value, value) if is_number(value) else value
-
-
-#: a number, or the least and the most
-Range = Annotated[
+#: two numbers, such as the least and the most; a single one stands for both
+LeastMost = Annotated[
     tuple[NonNegative, NonNegative],
     Field(strict=False),
-    BeforeValidator(_range, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative]),
+    short(lambda value: (value, value), NonNegative | tuple[NonNegative, NonNegative]),
 ]
 
 
@@ -154,7 +150,7 @@ class BearingKeys(SizedClearance):
         None, description="instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
     )
     bore: Positive | SkipJsonSchema[None] = Field(None, description="with bearing: diameter of its bore")
-    reduction: Range | SkipJsonSchema[None] = Field(
+    reduction: LeastMost | SkipJsonSchema[None] = Field(
         None, description="with bearing: by how much mounting reduces its clearance; [least, most] where that scatters"
     )
 
@@ -316,12 +312,8 @@ class RunOut(Table):
     )
 
 
-def _tolerance(value: object) -> object:
-    return {"tolerance": value} if is_number(value) else value
-
-
-Ratio = Annotated[RatioError, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RatioError)]
-Eccentric = Annotated[RunOut, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RunOut)]
+Ratio = Annotated[RatioError, short(lambda value: {"tolerance": value}, NonNegative | RatioError)]
+Eccentric = Annotated[RunOut, short(lambda value: {"tolerance": value}, NonNegative | RunOut)]
 
 
 #: what the play of pins and guides may have, and that of couplings may not
@@ -358,10 +350,6 @@ class FlankClearance(Clearance):
         return self
 
 
-def _slack(value: object) -> object:
-    return (value, value) if is_number(value) else value
-
-
 class BeltClearance(Clearance):
     """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
 
@@ -369,11 +357,7 @@ class BeltClearance(Clearance):
 
     example: ClassVar[str] = "{ slack = 0.2 } or { slack = [0, 0.2] }"
 
-    slack: Annotated[
-        tuple[NonNegative, NonNegative],
-        Field(strict=False),
-        BeforeValidator(_slack, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative]),
-    ] = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
+    slack: LeastMost = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
 
 
 class ScrewClearance(JournalClearance):

@@ -5,12 +5,12 @@ from typing import Annotated, ClassVar, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import Table, problem
+from .values import EXPRESSION, Table, problem
 
 #: more sources than one batch has to do with
 MOST_SOURCES = 200
 
-Rank = Annotated[float, Field(ge=-1.0, le=1.0)]
+Rank = Annotated[float, Field(ge=-1.0, le=1.0), EXPRESSION]
 Row = Annotated[tuple[Rank, ...], Field(strict=False)]
 
 

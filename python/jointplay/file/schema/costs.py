@@ -80,7 +80,7 @@ class Cost(Table):
     )
     a: Number | SkipJsonSchema[None] = Field(None, description="what it costs in any case; 0 if left out")
     b: Number | SkipJsonSchema[None] = Field(None, description="what tightness costs; not negative")
-    k: Annotated[float, Field(gt=0.0, le=1e12)] | SkipJsonSchema[None] = Field(
+    k: Positive | SkipJsonSchema[None] = Field(
         None, description="how fast the cost falls as the size grows; 1 if left out, of a reciprocal cost"
     )
     from_: Positive | SkipJsonSchema[None] = Field(None, alias="from", description="smallest size that can be made")

@@ -8,7 +8,7 @@ link         of one joint against another: all components of a pose, or a, alpha
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .laws import Deviating
@@ -21,8 +21,8 @@ from .values import (
     Pair,
     Positive,
     Table,
-    is_number,
     problem,
+    short,
 )
 
 #: parameters of Denavit and Hartenberg
@@ -35,14 +35,8 @@ class ComponentDeviation(Deviating):
     example: ClassVar[str] = '0.02 or { tolerance = 0.02, deviation = 0.005, law = "normal" }'
 
 
-def _tolerance(value: object) -> object:
-    return {"tolerance": value} if is_number(value) else value
-
-
 #: a number is a tolerance, plus and minus
-Component = Annotated[
-    ComponentDeviation, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | ComponentDeviation)
-]
+Component = Annotated[ComponentDeviation, short(lambda value: {"tolerance": value}, NonNegative | ComponentDeviation)]
 _Component = Component | SkipJsonSchema[None]
 
 
@@ -144,7 +138,7 @@ class SpatialPosition(Zone):
         return self.deviation or ((0.0, 0.0, 0.0) if self.spherical else (0.0, 0.0))
 
 
-class Direction(Zone):
+class AxisDeviation(Zone):
     """How far the axis of a joint is from its direction on a body."""
 
     example: ClassVar[str] = "{ angle = 0.05 } or { diameter = 0.02, length = 40 } or { side = 0.05, normal = 0.02 }"
@@ -175,12 +169,8 @@ class Direction(Zone):
         return self
 
 
-def _direction(value: object) -> object:
-    return {"angle": value} if is_number(value) else value
-
-
 #: a number is the angle of a cone
-SpatialDirection = Annotated[Direction, BeforeValidator(_direction, json_schema_input_type=NonNegative | Direction)]
+SpatialDirection = Annotated[AxisDeviation, short(lambda value: {"angle": value}, NonNegative | AxisDeviation)]
 
 
 class LinkTable(Components):

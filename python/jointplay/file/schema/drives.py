@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import shown
 
-from .values import Name, NonNegative, Positive, Table, is_number, problem
+from .values import Name, NonNegative, Positive, Table, problem, short
 
 
 class Backlash(Table):
@@ -30,16 +30,14 @@ class Backlash(Table):
         return {"plus": width * self.plus / self.width, "minus": width * self.minus / self.width}
 
 
-def _flanks(value: Any) -> Any:
-    if not is_number(value):
-        return value
+def _flanks(value: float) -> object:
     if value < 0.0:
         raise problem(f"must not be negative: {shown(value)}")
     return {"plus": value / 2.0, "minus": value / 2.0}
 
 
 #: a number is the distance from flank to flank
-Flanks = Annotated[Backlash, BeforeValidator(_flanks, json_schema_input_type=NonNegative | Backlash)]
+Flanks = Annotated[Backlash, short(_flanks, NonNegative | Backlash)]
 
 
 def _of_backlash(value: Any) -> str:

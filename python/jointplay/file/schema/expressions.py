@@ -6,7 +6,6 @@ file's unit. A value that only rounding keeps from a number of few digits is tha
 """
 
 import ast
-import copy
 import keyword
 import math
 import operator
@@ -14,15 +13,10 @@ import re
 import unicodedata
 from collections.abc import Callable, Mapping
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeVar
-
-from pydantic import ValidationError
+from typing import Any
 
 from jointplay.basics.units import ANGLES
-from jointplay.errors import InputError, listed, not_known, shown
-
-from .messages import place
-from .values import is_number
+from jointplay.errors import listed, not_known, shown
 
 #: an expression that a person wrote is not longer, nor are there more operations in a chain
 LONGEST = 300
@@ -47,8 +41,6 @@ SINES = (
     -math.sqrt(0.75),
     -0.5,
 )
-#: passes over the file: what an expression becomes may show the next one
-MOST_PASSES = 12
 
 #: what no expression has, and Python's parser would print remarks on: texts, and words right behind a number
 FOREIGN = re.compile(r"""['"\\]|(?<![^\W\d])(?:and|else|for|if|in|is|not|or)\b""")
@@ -82,9 +74,8 @@ TO_ANGLE: Mapping[str, Callable[..., float]] = {
 TAKES = dict.fromkeys((*PLAIN, *FROM_ANGLE, *TO_ANGLE), 1) | {"hypot": -2, "min": -2, "max": -2, "atan2": 2}
 CONSTANTS = {"pi": math.pi}
 RESERVED = frozenset((*TAKES, *CONSTANTS, "inf", "infinity", "nan"))
-
-
-F = TypeVar("F")
+#: what only expressions have
+SIGNS_OF_ONE = re.compile(r"[-+*/()]")
 
 
 def is_variable(name: str) -> bool:
@@ -270,19 +261,6 @@ def _parsed(text: str) -> ast.expr:
         raise NotAnExpression(f"{shown(text)} is not an expression such as a / 2 + 10") from None
 
 
-def variables_of(raw: Mapping[str, Any]) -> tuple[Mapping[str, object], float]:
-    """What a file gives as variables, and its unit of angles in radians.
-
-    What is no table of numbers and texts is left for the model to refuse.
-    """
-    given, units = raw.get("variables"), raw.get("units")
-    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
-    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
-    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
-        given = {}
-    return given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0
-
-
 def is_plain(text: str) -> bool:
     """Whether an expression is just a number, which is written without quotes."""
     try:
@@ -290,95 +268,3 @@ def is_plain(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-#: mistakes of numbers; any other one is as it was before an expression became a number
-OF_NUMBERS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number")
-#: mistakes that a text makes where a number may stand; the second one is what this package's validators raise
-OF_TEXTS = {"float_type", "problem"}
-#: mistakes where nothing but a number may stand, or nothing
-ONLY_NUMBERS = {"float_type", "none_required"}
-#: what only expressions have
-SIGNS_OF_ONE = re.compile(r"[-+*/()]")
-
-
-def resolved(
-    raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str
-) -> tuple[F, dict[str, Any]]:
-    """Data whose expressions are replaced by numbers wherever a check refuses a text, and what the check makes of it.
-
-    Parameters
-    ----------
-    raw : dict
-        The data of the file; stays as it is.
-    variables : Variables
-        What expressions may name.
-    check : callable
-        Raises `ValidationError` for what is not valid.
-    file : str
-        For messages.
-
-    Raises
-    ------
-    InputError
-        Naming an expression without a value.
-    ValidationError
-        What is refused for another reason.
-    """
-    data, replaced, first = raw, set[tuple[int | str, ...]](), None
-    for _ in range(MOST_PASSES):
-        try:
-            return check(data), data
-        except ValidationError as error:
-            first = first or error
-            changed = _replaced(data, error, variables, file, replaced)
-            if changed is None:
-                mistake = error.errors(include_url=False, include_context=False)[0]
-                spot = place(mistake["loc"], data)
-                # What a table says of itself as a whole is not due to the numbers in it.
-                whole = mistake["type"] == "problem"
-                was_text = any(spot[: len(p)] == p or (p[: len(spot)] == spot and not whole) for p in replaced)
-                if was_text and mistake["type"] not in OF_NUMBERS:
-                    raise first from None
-                raise
-            data = changed
-    return check(data), data
-
-
-def _replaced(
-    data: dict[str, Any],
-    error: ValidationError,
-    variables: Variables,
-    file: str,
-    replaced: set[tuple[int | str, ...]],
-) -> dict[str, Any] | None:
-    """A copy with numbers for the texts that are refused where a number may stand; None where that changes nothing."""
-    kinds: dict[tuple[int | str, ...], set[str]] = {}
-    for mistake in error.errors(include_url=False, include_context=False):
-        kinds.setdefault(place(mistake["loc"], data), set()).add(mistake["type"])
-    data = copy.deepcopy(data)
-    changed = False
-    for refused_at, kind in kinds.items():
-        if not refused_at or refused_at[0] == "variables" or not kind & OF_TEXTS:
-            continue
-        *above, last = refused_at
-        here: Any = data
-        for step in above:
-            here = here[step]
-        # A validator may refuse a whole list.
-        refused = here[last]
-        within = isinstance(refused, list)
-        for holder, at in [(refused, k) for k in range(len(refused))] if within else [(here, last)]:
-            text = holder[at]
-            if not isinstance(text, str) or is_plain(text):
-                continue
-            spot = (*refused_at, at) if within else refused_at
-            try:
-                holder[at] = variables.number(text)
-            except NotAnExpression as why:
-                if variables.given and (kind <= ONLY_NUMBERS or SIGNS_OF_ONE.search(text)):
-                    raise InputError(str(why), file=file, key=".".join(map(str, spot))) from None
-            else:
-                changed = True
-                replaced.add(spot)
-    return data if changed else None

@@ -9,12 +9,12 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 
 from .assembly import Assembly
-from .bodies import Body, BodyTable, Expansion, SpatialBody
+from .bodies import BodyTable, Expansion, PlanarBody, SpatialBody
 from .correlations import Correlation
 from .costs import Cost, SourceName
 from .deviations import LinkTable, PlanarLink, SpatialLink
 from .followers import Follower
-from .grid import Grid
+from .grid import GridTable
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
 from .limits import LimitsTable, PlanarLimits, SpatialLimits
@@ -25,8 +25,8 @@ from .tables import (
     LINKS,
     Dimension,
     Drive,
-    Loads,
     LoadTable,
+    LoadTables,
     NamedOutput,
     OneOfSeveral,
     Output,
@@ -39,16 +39,12 @@ from .tables import (
     UnitsTable,
     VariableName,
 )
-from .values import Name, Number, Pair, Table, Triple, is_number, problem
+from .values import Name, Number, Pair, Plain, Table, Triple, problem, short
 
 #: what the key `patterns` is
 PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
 #: what `limits` is
 LIMITS = "what is acceptable"
-
-
-def _temperature(value: object) -> object:
-    return {"deviation": value} if is_number(value) else value
 
 
 def _included(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -88,7 +84,7 @@ class MechanismFile(Table):
     title: str = Field("", description="one line that says what the mechanism is")
     space: Literal["planar", "spatial"]
     include: Included = Field((), description="files in the same folder whose tables join as if they were written here")
-    variables: dict[VariableName, Number | str] = Field(
+    variables: dict[VariableName, Plain | str] = Field(
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
@@ -99,15 +95,16 @@ class MechanismFile(Table):
     start: Mapping[str, StartTable]
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
     path: PathTable | None
-    grid: Grid | SkipJsonSchema[None] = Field(None, description="what is mapped: ranges of drives or of the output")
+    grid: GridTable | SkipJsonSchema[None] = Field(
+        None, description="what is mapped: ranges of drives or of the output"
+    )
     output: OutputTable | None
     outputs: Mapping[str, OneOfSeveral]
     loads: Sequence[LoadTable]
     load_cases: Mapping[str, Sequence[LoadTable]]
     springs: Mapping[str, SpringTable]
     temperature: (
-        Annotated[Temperature, BeforeValidator(_temperature, json_schema_input_type=Number | Temperature)]
-        | SkipJsonSchema[None]
+        Annotated[Temperature, short(lambda value: {"deviation": value}, Number | Temperature)] | SkipJsonSchema[None]
     ) = Field(None, description="difference in kelvin from the temperature at which the lengths of the file hold")
     expansion: Expansion | SkipJsonSchema[None] = Field(
         None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
@@ -182,15 +179,15 @@ class PlanarFile(MechanismFile):
     # `written_out` has put the copies in their place.
     patterns: dict[Name, PlanarPattern] = Field({}, description=PATTERNS)
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
-    bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
+    bodies: dict[Name, PlanarBody] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
     links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)
     outputs: dict[Name, NamedOutput] = Field({}, description=OUTPUTS)
-    loads: Loads = Field((), description="forces and moments")
-    load_cases: dict[Name, Loads] = Field({}, description=LOAD_CASES)
+    loads: LoadTables = Field((), description="forces and moments")
+    load_cases: dict[Name, LoadTables] = Field({}, description=LOAD_CASES)
     springs: dict[Name, Spring] = Field({}, description="springs between bodies")
     limits: PlanarLimits = Field(default_factory=lambda: PlanarLimits.model_validate({}), description=LIMITS)
 

@@ -1,11 +1,11 @@
 """The grid of a map: ranges of drives or of components of the output, and what is held."""
 
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import Name, Number, Numbers, Table, is_number, problem, spaced
+from .values import Name, Number, Numbers, Table, evaluated, is_number, problem, spaced
 
 #: finer than anybody resolves; a larger number is a slip of the keyboard
 MOST_STEPS = 100_000
@@ -47,7 +47,8 @@ class GridRange(Table):
         return spaced(self.from_, self.to, self.count)
 
 
-def _range(value: object) -> object:
+def _range(value: Any, info: ValidationInfo) -> object:
+    value = evaluated(value, info)
     if isinstance(value, list | tuple):
         return {"values": value}
     return {"values": [value]} if is_number(value) else value
@@ -61,7 +62,7 @@ def _axes(ranges: dict[str, GridRange]) -> dict[str, GridRange]:
 
 
 #: by name of a drive, or by component of the output; a number holds it
-Grid = Annotated[
+GridTable = Annotated[
     dict[Name, Annotated[GridRange, BeforeValidator(_range, json_schema_input_type=Number | Numbers | GridRange)]],
     AfterValidator(_axes),
 ]

@@ -17,7 +17,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
-from .values import Number, Positive, Table, Tolerance, ToleranceTable, problem
+from .values import EXPRESSION, Number, Positive, Table, Tolerance, ToleranceTable, problem
 
 #: sigmas from the middle to the limits of a process that just fits
 SIGMAS = 3.0
@@ -36,10 +36,10 @@ LAW = (
     " { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }"
 )
 
-Exponent = Annotated[float, Field(ge=LEAST_EXPONENT, le=MOST_EXPONENT)]
-Sigmas = Annotated[float, Field(ge=-MOST_SIGMAS, le=MOST_SIGMAS)]
-Drift = Annotated[float, Field(ge=0.0, le=MOST_SIGMAS)]
-Capability = Annotated[float, Field(ge=LEAST_CPK, le=MOST_CPK)]
+Exponent = Annotated[float, Field(ge=LEAST_EXPONENT, le=MOST_EXPONENT), EXPRESSION]
+Sigmas = Annotated[float, Field(ge=-MOST_SIGMAS, le=MOST_SIGMAS), EXPRESSION]
+Drift = Annotated[float, Field(ge=0.0, le=MOST_SIGMAS), EXPRESSION]
+Cpk = Annotated[float, Field(ge=LEAST_CPK, le=MOST_CPK), EXPRESSION]
 
 
 class Process(Table):
@@ -50,7 +50,7 @@ class Process(Table):
     sigma: Positive | SkipJsonSchema[None] = Field(
         None, description="standard deviation; a third of the way from the middle to the limits if left out"
     )
-    cpk: Capability | SkipJsonSchema[None] = Field(
+    cpk: Cpk | SkipJsonSchema[None] = Field(
         None, description="instead of sigma: (distance from the mean to the nearer limit) / (3 sigma)"
     )
     shift: Sigmas = Field(0.0, description="how far the mean is above the middle of the limits, in sigmas")

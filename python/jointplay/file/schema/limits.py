@@ -1,14 +1,26 @@
 """What is acceptable: errors of the output, ranges of drives and joints, nearness to a singular configuration."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
-from .values import IN_PLANE, IN_SPACE, NonNegative, Number, Pair, Positive, Table, is_number, problem
+from .values import (
+    EXPRESSION,
+    IN_PLANE,
+    IN_SPACE,
+    NonNegative,
+    Number,
+    Pair,
+    Positive,
+    Table,
+    evaluated,
+    is_number,
+    problem,
+)
 
 ALONG = "acceptable error along the ground's {} axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or {{ high = 0.1 }}"
 ABOUT = "acceptable error {}: a number for both sides, [low, high], or one of them such as {{ high = 0.1 }}"
@@ -41,11 +53,12 @@ class Bounds(Table):
         return self
 
 
-def _bounds(value: object) -> object:
+def _bounds(value: Any, info: ValidationInfo) -> object:
+    value = evaluated(value, info)
     if is_number(value):
-        if value < 0:  # type: ignore[operator]
+        if value < 0:
             raise problem(f"must be 0 or more, for both sides: {value:g}")
-        return {"low": -value, "high": value}  # type: ignore[operator]
+        return {"low": -value, "high": value}
     if isinstance(value, list | tuple) and len(value) == 2:
         return {"low": value[0], "high": value[1]}
     return value
@@ -101,7 +114,7 @@ class SpatialErrorLimits(ErrorLimits):
 class LimitsTable(ErrorLimits):
     """What is acceptable."""
 
-    probability: Annotated[float, Field(gt=0.0, lt=1.0)] | SkipJsonSchema[None] = Field(
+    probability: Annotated[float, Field(gt=0.0, lt=1.0), EXPRESSION] | SkipJsonSchema[None] = Field(
         None, description="share of the specimens that must keep to the limits in `random`; such as 0.9973"
     )
     contact: Literal["scattered", "loaded"] | SkipJsonSchema[None] = Field(

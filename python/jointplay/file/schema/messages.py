@@ -70,7 +70,7 @@ def _key(loc: Sequence[int | str], raw: Any) -> str:
 def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
     value = shown(given)
     match kind:
-        case "problem" | "problem_of_text":
+        case "problem":
             return str(context["message"])
         case "finite_number":
             return f"a finite number is needed, not {value}"

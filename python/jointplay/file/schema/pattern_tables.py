@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, create_model, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .bodies import Body, BodyTable, SpatialBody
+from .bodies import BodyTable, PlanarBody, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
@@ -14,7 +14,7 @@ from .limits import CopyLimits
 from .spatial_tables import SpatialLoad, SpatialStart
 from .springs import SpatialSpring, Spring, SpringTable
 from .tables import LINKS, Dimension, Drive, Load, LoadTable, Start, StartTable, VariableName
-from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
+from .values import IN_SPACE, Direction, Name, Number, Pair, Plain, Table, Triple, problem
 
 #: more copies than any machine has; a larger number is a slip of the keyboard
 MOST_COPIES = 1000
@@ -24,7 +24,7 @@ COPY = "copy"
 ABOUT = "what the copies are turned about: the same numbers in the axes of the ground and of every shared body"
 ANGLE = "angle from one copy to the next; a full turn divided by `count` if left out"
 #: a number for each copy, or one expression that holds for all of them
-PerCopy = Annotated[tuple[Number | str, ...], Field(strict=False, min_length=1)] | Number | str
+PerCopy = Annotated[tuple[Plain | str, ...], Field(strict=False, min_length=1)] | Plain | str
 
 
 class AboutTable(Table):
@@ -137,7 +137,7 @@ class PlanarPattern(PlanarHead, PatternTable):
     joints: dict[Name, Joint] = Field({}, description="its joints")
     links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     springs: dict[Name, Spring] = Field({}, description="springs between its bodies, and to shared ones")
-    bodies: dict[Name, Body] = Field({}, description="masses of its bodies, and what makes them elastic")
+    bodies: dict[Name, PlanarBody] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, Start] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="loads, those of the first copy")
 

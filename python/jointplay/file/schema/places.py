@@ -3,20 +3,21 @@
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
 from jointplay.errors import shown, split_hint
 
-from .values import Number, Numbers, Pair, Triple, is_number, problem
+from .values import Number, Numbers, Pair, Triple, evaluated, is_number, problem
 
 
-def place_checker(size: int) -> Callable[[object], object]:
+def place_checker(size: int) -> Callable[[Any, ValidationInfo], object]:
     """A validator of points with so many coordinates, or names of joints."""
     point = "[x, y]" if size == 2 else "[x, y, z]"
 
-    def check(value: object) -> object:
+    def check(value: Any, info: ValidationInfo) -> object:
         if isinstance(value, str):
             return value
+        value = evaluated(value, info)
         if isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value):
             return value
         needed = f"a point {point} or the name of a joint on that body is needed"

@@ -8,7 +8,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.file import standards
 
 from .laws import LAW, ToleranceLaw, check_law
-from .values import Number, Positive, Table, Tolerance, problem, problem_of_text
+from .values import Number, Positive, Table, Tolerance, problem
 
 SIZE_LAW = LAW
 
@@ -25,10 +25,10 @@ def _class(text: str, example: str, *, is_hole: bool) -> str:
     try:
         letter, _ = standards.parse(text)
     except standards.NotInStandard as error:
-        raise problem_of_text(str(error)) from None
+        raise problem(str(error)) from None
     if letter.isupper() != is_hole:
         case = "upper" if is_hole else "lower"
-        raise problem_of_text(f"the class here is written in {case} case, such as {example}, not '{text}'")
+        raise problem(f"the class here is written in {case} case, such as {example}, not '{text}'")
     return text
 
 
@@ -36,7 +36,7 @@ def _fit(text: str) -> str:
     try:
         standards.fit(text)
     except standards.NotInStandard as error:
-        raise problem_of_text(str(error)) from None
+        raise problem(str(error)) from None
     return text
 
 

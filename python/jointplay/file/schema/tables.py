@@ -1,12 +1,12 @@
 """Tables of the mechanism file: units, drives, path, outputs, loads, for plane and space and then for the plane."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.basics.units import AngleUnit, ForceUnit, LengthUnit
+from jointplay.basics.units import ANGLES, AngleUnit, ForceUnit, LengthUnit
 from jointplay.errors import not_known, shown
 
 from .drives import Backlash, DriveBacklash, DriveStiffness
@@ -14,7 +14,7 @@ from .expressions import RESERVED, is_variable
 from .laws import Deviating, ToleranceLaw, check_law
 from .limits import ErrorLimits, PlanarErrorLimits
 from .places import PathNumber, PathPair, Place
-from .values import IN_SPACE, ClearanceLaw, Name, Number, Numbers, Table, Tolerance, problem, spaced
+from .values import IN_SPACE, ClearanceLaw, Name, Number, Numbers, Table, Tolerance, is_number, problem, spaced
 
 #: what the key `links` is
 LINKS = "how far one joint of a body is off against another one, by components"
@@ -301,7 +301,7 @@ class Load(LoadTable):
     moment: PathNumber = Field(0.0, description="moment, counter-clockwise, or one per configuration")
 
 
-Loads = Annotated[tuple[Load, ...], Field(strict=False)]
+LoadTables = Annotated[tuple[Load, ...], Field(strict=False)]
 
 
 class Dimension(Deviating):
@@ -338,3 +338,16 @@ VariableName = Annotated[
     AfterValidator(_variable),
     WithJsonSchema({"type": "string", "pattern": VARIABLE, "maxLength": 100}),
 ]
+
+
+def variables_of(raw: Mapping[str, Any]) -> tuple[Mapping[str, object], float]:
+    """What a file gives as variables, and its unit of angles in radians.
+
+    What is no table of numbers and texts is left for the model to refuse.
+    """
+    given, units = raw.get("variables"), raw.get("units")
+    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
+    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
+    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
+        given = {}
+    return given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0

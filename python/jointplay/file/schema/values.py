@@ -1,47 +1,37 @@
 """The values that a mechanism file is made of: numbers, names, points, axes, tolerances, and the strict table."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, StringConstraints, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    StringConstraints,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic.json_schema import SkipJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from jointplay.errors import shown, split_hint, suggestion
+
+from .expressions import SIGNS_OF_ONE, NotAnExpression, Variables, is_plain
 
 #: beyond this a number is a slip of the keyboard in any unit, and its square could overflow
 LARGEST = 1e12
 #: a direction shorter than this has no direction
 SHORTEST_AXIS = 1e-9
 
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
-Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
-Numbers = Annotated[tuple[Number, ...], Field(strict=False, min_length=1)]
-Pair = Annotated[tuple[Number, Number], Field(strict=False)]
-Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
-
-#: names are parts of dotted keys ("joints.J1.clearance") and of labels ("D/ED", "J1.x")
-NAME = r"""^[^\s\x00-\x1f\x7f./*"=\[\]]+$"""
-Name = Annotated[str, StringConstraints(pattern=NAME, max_length=100)]
-
-ClearanceLaw = Literal["uniform", "boundary", "normal"]
-
-#: where keys belong that a mechanism of the other kind does not have
-IN_SPACE = 'in space (space = "spatial")'
-IN_PLANE = 'in the plane (space = "planar")'
-
 
 def problem(message: str) -> PydanticCustomError:
     """An error whose message is already a sentence for people."""
     # The text travels as context, so that braces in it are not read as placeholders.
     return PydanticCustomError("problem", "{message}", {"message": message})
-
-
-def problem_of_text(message: str) -> PydanticCustomError:
-    """The same of a value that has to be a text, in whose place no expression can stand."""
-    return PydanticCustomError("problem_of_text", "{message}", {"message": message})
 
 
 def is_number(value: object) -> bool:
@@ -57,16 +47,83 @@ def is_finite(value: object) -> bool:
         return False
 
 
-def one_or_two(value: object) -> object:
-    """One number for two that are equal."""
-    return (value, value) if is_number(value) else value
+def _evaluated(value: Any, scope: Variables | None, *, alone: bool) -> Any:
+    """The value of an expression; anything else as it is.
 
+    A text that has no value is refused where only a number may stand; elsewhere only if it has signs of an expression.
+    """
+    if not isinstance(value, str) or scope is None or is_plain(value):
+        return value
+    try:
+        return scope.number(value)
+    except NotAnExpression as why:
+        if scope.given and (alone or SIGNS_OF_ONE.search(value)):
+            raise problem(str(why)) from None
+        return value
+
+
+def _number(value: Any, info: ValidationInfo) -> Any:
+    return _evaluated(value, info.context, alone=True)
+
+
+def evaluated(value: Any, info: ValidationInfo) -> Any:
+    """The value of an expression in whose place something else may stand as well, or of each in a list."""
+    if not isinstance(value, list | tuple):
+        return _evaluated(value, info.context, alone=False)
+    found = []
+    for place, one in enumerate(value):
+        try:
+            found.append(_evaluated(one, info.context, alone=False))
+        except PydanticCustomError as error:
+            mistake = InitErrorDetails(type=error, loc=(place,), input=one)
+            raise ValidationError.from_exception_data("list", [mistake]) from None
+    return found
+
+
+def short(means: Callable[[Any], object], schema: Any) -> BeforeValidator:
+    """A validator that makes of a single number what it is short for.
+
+    Parameters
+    ----------
+    means : callable
+        Makes it of the number.
+    schema : type
+        All that may stand there.
+    """
+
+    def check(value: Any, info: ValidationInfo) -> object:
+        value = _evaluated(value, info.context, alone=False)
+        return means(value) if is_number(value) else value
+
+    return BeforeValidator(check, json_schema_input_type=schema)
+
+
+#: where a number may stand, an expression may, too; its variables are the context of the validation
+EXPRESSION = BeforeValidator(_number)
+#: a number that is written as one
+Plain = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Number = Annotated[Plain, EXPRESSION]
+NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST), EXPRESSION]
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST), EXPRESSION]
+Numbers = Annotated[tuple[Number, ...], Field(strict=False, min_length=1)]
+Pair = Annotated[tuple[Number, Number], Field(strict=False)]
+Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
+
+#: names are parts of dotted keys ("joints.J1.clearance") and of labels ("D/ED", "J1.x")
+NAME = r"""^[^\s\x00-\x1f\x7f./*"=\[\]]+$"""
+Name = Annotated[str, StringConstraints(pattern=NAME, max_length=100)]
+
+ClearanceLaw = Literal["uniform", "boundary", "normal"]
+
+#: where keys belong that a mechanism of the other kind does not have
+IN_SPACE = 'in space (space = "spatial")'
+IN_PLANE = 'in the plane (space = "planar")'
 
 #: two numbers, such as of two directions; a single one stands for both
 OneOrTwo = Annotated[
     tuple[Positive, Positive],
     Field(strict=False),
-    BeforeValidator(one_or_two, json_schema_input_type=Positive | tuple[Positive, Positive]),
+    short(lambda value: (value, value), Positive | tuple[Positive, Positive]),
 ]
 
 
@@ -131,7 +188,8 @@ def _is_direction(value: Any, size: int) -> bool:
     return True
 
 
-def _axis(value: Any) -> float | tuple[float, float]:
+def _axis(value: Any, info: ValidationInfo) -> float | tuple[float, float]:
+    value = evaluated(value, info)
     if is_number(value) and abs(value) <= LARGEST:
         return float(value)
     if _is_direction(value, 2):
@@ -143,7 +201,8 @@ def _axis(value: Any) -> float | tuple[float, float]:
 Axis = Annotated[float | tuple[float, float], PlainValidator(_axis, json_schema_input_type=Number | Pair)]
 
 
-def _direction(value: Any) -> tuple[float, float, float]:
+def _direction(value: Any, info: ValidationInfo) -> tuple[float, float, float]:
+    value = evaluated(value, info)
     if _is_direction(value, 3):
         return (float(value[0]), float(value[1]), float(value[2]))
     raise problem(f"a direction [ux, uy, uz] is needed, not {shown(value)}{split_hint(value, 3)}")
@@ -180,9 +239,7 @@ class ToleranceTable(Table):
         return (self.plus or 0.0) if self.sigma is None else 3.0 * self.sigma
 
 
-def _tolerance(value: object) -> object:
-    return {"plus": value, "minus": value} if is_number(value) else value
-
-
 #: a number means plus and minus that number
-Tolerance = Annotated[ToleranceTable, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | ToleranceTable)]
+Tolerance = Annotated[
+    ToleranceTable, short(lambda value: {"plus": value, "minus": value}, NonNegative | ToleranceTable)
+]

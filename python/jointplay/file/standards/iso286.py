@@ -121,7 +121,7 @@ CLASS = re.compile(r"([A-Za-z]{1,3})(01|0|1[0-8]|[1-9])")
 
 
 @dataclass(frozen=True)
-class Limits:
+class SizeLimits:
     """Limits of a size, as deviations from the nominal size.
 
     Parameters
@@ -183,7 +183,7 @@ def fit(text: str) -> tuple[str, str]:
     return hole, shaft
 
 
-def limits(size: float, text: str) -> Limits:
+def limits(size: float, text: str) -> SizeLimits:
     """Limits of a hole or a shaft.
 
     Parameters
@@ -201,7 +201,7 @@ def limits(size: float, text: str) -> Limits:
     Examples
     --------
     >>> limits(12, "H7"), limits(12, "g6"), limits(30, "K7")
-    (Limits(lower=0.0, upper=18.0), Limits(lower=-17.0, upper=-6.0), Limits(lower=-15.0, upper=6.0))
+    (SizeLimits(lower=0.0, upper=18.0), SizeLimits(lower=-17.0, upper=-6.0), SizeLimits(lower=-15.0, upper=6.0))
     """
     letter, grade = parse(text)
     if not 0.0 < size <= LARGEST * (1.0 + ROUNDED):
@@ -209,7 +209,7 @@ def limits(size: float, text: str) -> Limits:
     _refuse_small(size, letter, grade, text)
     width = _row(IT, size)[grade]
     if letter in ("js", "JS"):
-        return Limits(-width / 2.0, width / 2.0)
+        return SizeLimits(-width / 2.0, width / 2.0)
     if letter in ("j", "J"):
         return _from(letter, _deviation(size, f"{letter}{grade}", text), width)
     if letter in ("h", "H"):
@@ -223,10 +223,10 @@ def limits(size: float, text: str) -> Limits:
     return _from(letter, _upper_of_hole(size, letter, grade, deviation, text), width)
 
 
-def _from(letter: str, fundamental: float, width: float) -> Limits:
+def _from(letter: str, fundamental: float, width: float) -> SizeLimits:
     """Limits from the fundamental deviation, which is the one that is nearer to the nominal size."""
     is_lower = (letter.lower() > "h") == letter.islower()
-    return Limits(fundamental, fundamental + width) if is_lower else Limits(fundamental - width, fundamental)
+    return SizeLimits(fundamental, fundamental + width) if is_lower else SizeLimits(fundamental - width, fundamental)
 
 
 def _upper_of_hole(size: float, letter: str, grade: str, deviation: float, text: str) -> float:

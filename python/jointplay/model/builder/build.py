@@ -10,9 +10,9 @@ from jointplay.file import document
 from jointplay.model.mechanism import Mechanism, plain
 
 from .entries import Repeated, Whole
-from .tables import About, GridRange, Temperature, Units
-from .values import Count, Number, Numbers
-from .writing import Tables
+from .tables import AboutDict, GridRangeDict, TemperatureDict, UnitsDict
+from .values import Count, NumberLike, NumbersLike
+from .writing import WrittenTables
 
 #: what stands for the name of a file in messages that no line of the program is to blame for
 NAME = "<builder>"
@@ -25,7 +25,7 @@ class Pattern(Repeated):
     limits. What they write is there once for every copy, under the name ``NAME_1``, ``NAME_2`` and so on.
     """
 
-    def __init__(self, tables: Tables, name: str) -> None:
+    def __init__(self, tables: WrittenTables, name: str) -> None:
         self._tables = tables
         self._above = ("patterns", name)
 
@@ -69,20 +69,20 @@ class Builder(Whole):
         self,
         *,
         space: Literal["planar", "spatial"],
-        units: Units,
+        units: UnitsDict,
         title: str | None = None,
-        gravity: Numbers | None = None,
-        temperature: Number | Temperature | None = None,
-        expansion: Number | None = None,
+        gravity: NumbersLike | None = None,
+        temperature: NumberLike | TemperatureDict | None = None,
+        expansion: NumberLike | None = None,
     ) -> None:
         head = {"title": title, "gravity": gravity, "temperature": temperature, "expansion": expansion}
         given = {key: value for key, value in head.items() if value is not None}
-        self._tables = Tables({"format": 1})
+        self._tables = WrittenTables({"format": 1})
         self._above = ()
         for key, value in {"space": space, "units": units, **given}.items():
             self._tables.put((key,), value)
 
-    def variables(self, **values: Number) -> None:
+    def variables(self, **values: NumberLike) -> None:
         """Numbers by name, or expressions, for the expressions that stand where a number may.
 
         Parameters
@@ -93,7 +93,7 @@ class Builder(Whole):
         for name, value in values.items():
             self._tables.put(("variables", name), value)
 
-    def grid(self, **axes: Number | Numbers | GridRange) -> None:
+    def grid(self, **axes: NumberLike | NumbersLike | GridRangeDict) -> None:
         """What is mapped: ranges of drives or of components of the output.
 
         Parameters
@@ -109,8 +109,8 @@ class Builder(Whole):
         /,
         *,
         count: Count | None = None,
-        about: About | None = None,
-        values: Mapping[str, Number | Sequence[Number] | Numbers] | None = None,
+        about: AboutDict | None = None,
+        values: Mapping[str, NumberLike | Sequence[NumberLike] | NumbersLike] | None = None,
         shared: Sequence[str] | None = None,
     ) -> Pattern:
         """A part of the mechanism that is repeated, such as the legs of a platform.

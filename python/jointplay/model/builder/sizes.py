@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Literal, Unpack
 
-from .tables import Clearance
-from .values import Number
+from .tables import ClearanceDict
+from .values import NumberLike
 
 
-def radial(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
+def radial(size: NumberLike, /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """A clearance by its radial size.
 
     Parameters
@@ -31,7 +31,7 @@ def radial(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
     return {"radial": size, **keys}
 
 
-def diametral(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
+def diametral(size: NumberLike, /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """A clearance by its diametral size.
 
     Parameters
@@ -49,7 +49,7 @@ def diametral(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
     return {"diametral": size, **keys}
 
 
-def gap(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
+def gap(size: NumberLike, /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """The clearance of a slider, of a plate, or of a pin in its slot.
 
     Parameters
@@ -67,7 +67,7 @@ def gap(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
     return {"gap": size, **keys}
 
 
-def fit(classes: str, /, **keys: Unpack[Clearance]) -> Clearance:
+def fit(classes: str, /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """A clearance by tolerance classes of ISO 286.
 
     Parameters
@@ -85,7 +85,7 @@ def fit(classes: str, /, **keys: Unpack[Clearance]) -> Clearance:
     return {"fit": classes, **keys}
 
 
-def bearing(group: Literal["C2", "CN", "N", "C3", "C4", "C5"], /, **keys: Unpack[Clearance]) -> Clearance:
+def bearing(group: Literal["C2", "CN", "N", "C3", "C4", "C5"], /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """The clearance of a deep groove ball bearing.
 
     Parameters
@@ -103,7 +103,7 @@ def bearing(group: Literal["C2", "CN", "N", "C3", "C4", "C5"], /, **keys: Unpack
     return {"bearing": group, **keys}
 
 
-def backlash(size: Number, /, **keys: Unpack[Clearance]) -> Clearance:
+def backlash(size: NumberLike, /, **keys: Unpack[ClearanceDict]) -> ClearanceDict:
     """Backlash of teeth.
 
     Parameters

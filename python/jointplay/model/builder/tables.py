@@ -7,123 +7,144 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
-from .values import Count, Number, Numbers
+from .values import Count, NumberLike, NumbersLike
 
 
-class About(TypedDict, total=False):
+class AboutDict(TypedDict, total=False):
     """What the copies of a pattern are turned about."""
 
-    point: Numbers
+    point: NumbersLike
     """The middle [x, y]; in space: a point [x, y, z] of the axis."""
-    angle: Number
+    angle: NumberLike
     """Angle from one copy to the next; a full turn divided by `count` if left out."""
-    axis: Numbers
+    axis: NumbersLike
     """Direction of the axis [ux, uy, uz] (in space only)."""
 
 
-class Backlash(TypedDict, total=False):
+class AxisDeviationDict(TypedDict, total=False):
+    """How far the axis of a joint is from its direction on a body."""
+
+    tolerance: NumberLike | ToleranceDict
+    """How far it may be off (in the plane only)."""
+    deviation: NumbersLike
+    """With a zone: the known rotations [about side, about normal]."""
+    law: Literal["uniform", "boundary", "normal"]
+    """How it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary."""
+    side: NumberLike | ComponentDeviationDict
+    """Rotation about the side."""
+    normal: NumberLike | ComponentDeviationDict
+    """Rotation about the normal (axis x side)."""
+    angle: NumberLike
+    """Largest angle to the drawn axis: a cone."""
+    diameter: NumberLike
+    """Instead, with length: diameter of the cylinder in which the axis lies (ISO 1101)."""
+    length: NumberLike
+    """With diameter: length of the cylinder."""
+
+
+class BacklashDict(TypedDict, total=False):
     """How far a driven coordinate can be on either side of its command until a flank stops it."""
 
-    plus: Number
+    plus: NumberLike
     """To its positive side."""
-    minus: Number
+    minus: NumberLike
     """To its negative side, as a positive number."""
 
 
-class BallClearance(TypedDict, total=False):
+class BallClearanceDict(TypedDict, total=False):
     """Play of a ball in its socket: its centre lies in a ball."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
 
 
-class BallStiffness(TypedDict, total=False):
+class BallStiffnessDict(TypedDict, total=False):
     """Ball in its socket."""
 
-    radial: Number
+    radial: NumberLike
     """In all directions, force per length."""
 
 
-class BearingClearance(TypedDict, total=False):
+class BearingClearanceDict(TypedDict, total=False):
     """Play of a pin in its hole and along it, or of a ball bearing, in space."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
     bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
     """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: Number
+    bore: NumberLike
     """With bearing: diameter of its bore."""
-    reduction: Number | Numbers
+    reduction: NumberLike | NumbersLike
     """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
-    length: Number
+    length: NumberLike
     """Length of the pin inside its hole."""
-    axial: Number
+    axial: NumberLike
     """How far the pin can slide to each side."""
 
 
-class BeltClearance(TypedDict, total=False):
+class BeltClearanceDict(TypedDict, total=False):
     """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    slack: Number | Numbers
+    slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
 
 
-class Bounds(TypedDict, total=False):
+class BoundsDict(TypedDict, total=False):
     """The lowest and the highest acceptable value; one of them where the other side does not matter."""
 
-    low: Number
+    low: NumberLike
     """Lowest acceptable value, not above zero."""
-    high: Number
+    high: NumberLike
     """Highest acceptable value, not below zero."""
 
 
-class Choice(TypedDict, total=False):
+class ChoiceDict(TypedDict, total=False):
     """One of the things that can be ordered, and its price."""
 
-    cost: Number
+    cost: NumberLike
     """Its price, in any currency, the same everywhere in the file."""
-    size: Number
+    size: NumberLike
     """The size of the clearance in its measure, or the tolerance or error."""
     fit: str
     """Tolerance classes of ISO 286, such as H7/g6."""
@@ -131,585 +152,565 @@ class Choice(TypedDict, total=False):
     """Clearance group of a deep groove ball bearing, such as C3."""
 
 
-class Clearance(TypedDict, total=False):
+class ClearanceDict(TypedDict, total=False):
     """Play of a joint of any kind."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
     bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
     """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: Number
+    bore: NumberLike
     """With bearing: diameter of its bore."""
-    reduction: Number | Numbers
+    reduction: NumberLike | NumbersLike
     """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    length: Number
+    length: NumberLike
     """Length of the pin inside its hole."""
-    axial: Number
+    axial: NumberLike
     """How far the nut can shift on the thread to each side."""
-    slack: Number | Numbers
+    slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
-    backlash: Number
+    backlash: NumberLike
     """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
-    backlash_angle: Number
+    backlash_angle: NumberLike
     """Instead: angle that the second body turns from flank to flank while the first is held."""
-    gap: Number
+    gap: NumberLike
     """Gap on each side."""
-    nominal: Number
+    nominal: NumberLike
     """With fit: nominal width of the slot."""
-    slot: Slot
+    slot: SlotDict
     """Instead, with slider: width and limits of the slot."""
-    slider: Slider
+    slider: SliderDict
     """Width and limits of what is in the slot."""
-    width: Number
+    width: NumberLike
     """Size of its section along `side` (in the plane only)."""
-    height: Number
+    height: NumberLike
     """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
-    size: Numbers
+    size: NumbersLike
     """Size of the plate [along `side`, across it]."""
 
 
-class ComponentDeviation(TypedDict, total=False):
+class ComponentDeviationDict(TypedDict, total=False):
     """One component of a deviation: its tolerance, and its known value in a built specimen."""
 
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far it may be off."""
-    deviation: Number
+    deviation: NumberLike
     """The known error of one built specimen."""
-    law: Literal["normal", "uniform", "triangular"] | Law
+    law: Literal["normal", "uniform", "triangular"] | LawDict
     """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
-class Direction(TypedDict, total=False):
-    """How far the axis of a joint is from its direction on a body."""
-
-    tolerance: Number | Tolerance
-    """How far it may be off (in the plane only)."""
-    deviation: Numbers
-    """With a zone: the known rotations [about side, about normal]."""
-    law: Literal["uniform", "boundary", "normal"]
-    """How it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary."""
-    side: Number | ComponentDeviation
-    """Rotation about the side."""
-    normal: Number | ComponentDeviation
-    """Rotation about the normal (axis x side)."""
-    angle: Number
-    """Largest angle to the drawn axis: a cone."""
-    diameter: Number
-    """Instead, with length: diameter of the cylinder in which the axis lies (ISO 1101)."""
-    length: Number
-    """With diameter: length of the cylinder."""
-
-
-class ErrorLimits(TypedDict, total=False):
+class ErrorLimitsDict(TypedDict, total=False):
     """Acceptable errors of an output."""
 
-    position: Number
+    position: NumberLike
     """Largest acceptable position error."""
-    rotation: Number
+    rotation: NumberLike
     """Largest acceptable rotation error."""
-    x: Number | Numbers | Bounds
+    x: NumberLike | NumbersLike | BoundsDict
     """Acceptable error along the ground's x axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
     }."""
-    y: Number | Numbers | Bounds
+    y: NumberLike | NumbersLike | BoundsDict
     """Acceptable error along the ground's y axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
     }."""
-    angle: Number | Numbers | Bounds
+    angle: NumberLike | NumbersLike | BoundsDict
     """Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high =
     0.1 } (in the plane only)."""
-    z: Number | Numbers | Bounds
+    z: NumberLike | NumbersLike | BoundsDict
     """Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
     } (in space only)."""
-    rx: Number | Numbers | Bounds
+    rx: NumberLike | NumbersLike | BoundsDict
     """Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as {
     high = 0.1 } (in space only)."""
-    ry: Number | Numbers | Bounds
+    ry: NumberLike | NumbersLike | BoundsDict
     """Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as {
     high = 0.1 } (in space only)."""
-    rz: Number | Numbers | Bounds
+    rz: NumberLike | NumbersLike | BoundsDict
     """Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as {
     high = 0.1 } (in space only)."""
 
 
-class FlankClearance(TypedDict, total=False):
+class FlankClearanceDict(TypedDict, total=False):
     """Backlash of teeth: how far one flank can go until the other touches."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    backlash: Number
+    backlash: NumberLike
     """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
-    backlash_angle: Number
+    backlash_angle: NumberLike
     """Instead: angle that the second body turns from flank to flank while the first is held."""
 
 
-class FlankStiffness(TypedDict, total=False):
+class FlankStiffnessDict(TypedDict, total=False):
     """Teeth in mesh, with what bends behind them."""
 
-    flank: Number
+    flank: NumberLike
     """Along the pitch circle, force per length."""
 
 
-GridRange = TypedDict(
-    "GridRange", {"values": "Numbers", "from": "Number", "to": "Number", "count": "Count"}, total=False
+GridRangeDict = TypedDict(
+    "GridRangeDict", {"values": "NumbersLike", "from": "NumberLike", "to": "NumberLike", "count": "Count"}, total=False
 )
 
 
-class GuideClearance(TypedDict, total=False):
+class GuideClearanceDict(TypedDict, total=False):
     """Play of a slider of rectangular section in its guide: it may shift, tilt over its length, and roll."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    gap: Number
+    gap: NumberLike
     """Gap on each side."""
-    nominal: Number
+    nominal: NumberLike
     """With fit: nominal width of the slot."""
-    slot: Slot
+    slot: SlotDict
     """Instead, with slider: width and limits of the slot."""
-    slider: Slider
+    slider: SliderDict
     """Width and limits of what is in the slot."""
-    length: Number
+    length: NumberLike
     """Length of the slider inside its guide."""
-    width: Number
+    width: NumberLike
     """Size of its section along `side` (in the plane only)."""
-    height: Number
+    height: NumberLike
     """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
 
 
-class GuideStiffness(TypedDict, total=False):
+class GuideStiffnessDict(TypedDict, total=False):
     """Bearing of a slider in its guide, in space."""
 
-    normal: Number
+    normal: NumberLike
     """Across the guide, force per length; in space: across axis and `side`, force per length."""
-    tilt: Number | Numbers
+    tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; in space: against tilting, moment
     per angle, in the file's unit of angles; two of them for tilting about `side` and about the direction
     across."""
-    side: Number
+    side: NumberLike
     """Along `side`, force per length (in the plane only)."""
-    roll: Number
+    roll: NumberLike
     """About the axis, moment per angle, in the file's unit of angles (in the plane only)."""
 
 
-Hole = TypedDict(
-    "Hole",
+HoleDict = TypedDict(
+    "HoleDict",
     {
-        "tolerance": "Number | Tolerance",
-        "plus": "Number",
-        "minus": "Number",
+        "tolerance": "NumberLike | ToleranceDict",
+        "plus": "NumberLike",
+        "minus": "NumberLike",
         "class": "str",
-        "deviation": "Number",
-        "law": "Literal['normal', 'uniform', 'triangular'] | Law",
-        "diameter": "Number",
+        "deviation": "NumberLike",
+        "law": "Literal['normal', 'uniform', 'triangular'] | LawDict",
+        "diameter": "NumberLike",
     },
     total=False,
 )
 
 
-class JournalStiffness(TypedDict, total=False):
+class JournalStiffnessDict(TypedDict, total=False):
     """Bearing of a pin, in space."""
 
-    radial: Number
+    radial: NumberLike
     """Across the pin, force per length."""
-    tilt: Number | Numbers
+    tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
     and about the direction across."""
-    axial: Number
+    axial: NumberLike
     """Along the pin, force per length."""
 
 
-class Law(TypedDict, total=False):
+class LawDict(TypedDict, total=False):
     """A law with numbers of its own; exactly one of its kinds."""
 
-    normal: Process
+    normal: ProcessDict
     """A process with its sigma, shift and drift."""
-    triangular: Number
+    triangular: NumberLike
     """The likeliest value, as the tolerance is given."""
-    beta: Numbers
+    beta: NumbersLike
     """Beta law: exponents [a, b] at the lower and at the upper limit."""
-    pert: Number
+    pert: NumberLike
     """PERT: the likeliest value, as the tolerance is given."""
-    measured: Numbers
+    measured: NumbersLike
     """Measured values, two or more."""
     csv: str
     """File in the same folder with measured values."""
     column: str
     """With csv: the name of the column in its first row."""
-    nominal: Number
+    nominal: NumberLike
     """With measured values: what is subtracted from them, if they are whole sizes."""
 
 
-class LockedAngle(TypedDict, total=False):
+class LockedAngleDict(TypedDict, total=False):
     """The angle at which two bodies are locked together, as an error around the mounting angle."""
 
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far it may be off."""
-    deviation: Number
+    deviation: NumberLike
     """The known error of one built specimen."""
-    law: Literal["normal", "uniform", "triangular"] | Law
+    law: Literal["normal", "uniform", "triangular"] | LawDict
     """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
-class MountStiffness(TypedDict, total=False):
+class MountStiffnessDict(TypedDict, total=False):
     """What locks two bodies together, in space."""
 
-    along: Number
+    along: NumberLike
     """Along the joint's axis, force per length."""
-    normal: Number
+    normal: NumberLike
     """Across the joint's axis, force per length; in space: across axis and `side`, force per length."""
-    tilt: Number | Numbers
+    tilt: NumberLike | NumbersLike
     """Against turning, moment per angle, in the file's unit of angles; in space: against tilting, moment
     per angle, in the file's unit of angles; two of them for tilting about `side` and about the direction
     across."""
-    side: Number
+    side: NumberLike
     """Along `side`, force per length (in the plane only)."""
-    roll: Number
+    roll: NumberLike
     """About the axis, moment per angle, in the file's unit of angles (in the plane only)."""
 
 
-Pin = TypedDict(
-    "Pin",
+PinDict = TypedDict(
+    "PinDict",
     {
-        "tolerance": "Number | Tolerance",
-        "plus": "Number",
-        "minus": "Number",
+        "tolerance": "NumberLike | ToleranceDict",
+        "plus": "NumberLike",
+        "minus": "NumberLike",
         "class": "str",
-        "deviation": "Number",
-        "law": "Literal['normal', 'uniform', 'triangular'] | Law",
-        "diameter": "Number",
+        "deviation": "NumberLike",
+        "law": "Literal['normal', 'uniform', 'triangular'] | LawDict",
+        "diameter": "NumberLike",
     },
     total=False,
 )
 
 
-class Placement(TypedDict, total=False):
+class PlacementDict(TypedDict, total=False):
     """Where a joint sits on one of its bodies, in body axes."""
 
-    at: Numbers
+    at: NumbersLike
     """The point [x, y] in body axes; in space: the point [x, y, z] in body axes."""
-    axis: Number | Numbers
+    axis: NumberLike | NumbersLike
     """Direction of the joint: [ux, uy] or an angle; in space: direction of the joint [ux, uy, uz]."""
-    side: Numbers
+    side: NumbersLike
     """Direction across the axis [ux, uy, uz]: where a guide is wide, where an angle is zero (in space
     only)."""
 
 
-class PlateClearance(TypedDict, total=False):
+class PlateClearanceDict(TypedDict, total=False):
     """Play of a plate between two planes: it may rise, and tilt over its size."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    gap: Number
+    gap: NumberLike
     """Gap on each side."""
-    nominal: Number
+    nominal: NumberLike
     """With fit: nominal width of the slot."""
-    slot: Slot
+    slot: SlotDict
     """Instead, with slider: width and limits of the slot."""
-    slider: Slider
+    slider: SliderDict
     """Width and limits of what is in the slot."""
-    size: Numbers
+    size: NumbersLike
     """Size of the plate [along `side`, across it]."""
 
 
-class PlateStiffness(TypedDict, total=False):
+class PlateStiffnessDict(TypedDict, total=False):
     """Plate between its planes."""
 
-    along: Number
+    along: NumberLike
     """Along the axis, the normal of the planes, force per length."""
-    tilt: Number | Numbers
+    tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
     and about the direction across."""
 
 
-class Position(TypedDict, total=False):
+class PositionDict(TypedDict, total=False):
     """How far a joint is from its place on a body."""
 
     law: Literal["uniform", "boundary", "normal"]
     """How it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary."""
-    x: Number | ComponentDeviation
+    x: NumberLike | ComponentDeviationDict
     """Deviation along the x axis of the body."""
-    y: Number | ComponentDeviation
+    y: NumberLike | ComponentDeviationDict
     """Deviation along the y axis of the body."""
-    diameter: Number
+    diameter: NumberLike
     """Diameter of the zone in which it lies (ISO 1101): it is off by up to half of it; a cylinder about its
     axis."""
-    deviation: Numbers
+    deviation: NumbersLike
     """With diameter: the known deviation, [side, normal]; of a ball [x, y, z] in body axes."""
-    z: Number | ComponentDeviation
+    z: NumberLike | ComponentDeviationDict
     """Deviation along the z axis of the body."""
-    length: Number
+    length: NumberLike
     """With diameter: length of the cylinder, in which the axis shifts and tilts."""
     spherical: bool
     """With diameter: a ball instead of a cylinder."""
 
 
-class Process(TypedDict, total=False):
+class ProcessDict(TypedDict, total=False):
     """What a process makes: normal about a mean that may be shifted and may drift."""
 
-    sigma: Number
+    sigma: NumberLike
     """Standard deviation; a third of the way from the middle to the limits if left out."""
-    cpk: Number
+    cpk: NumberLike
     """Instead of sigma: (distance from the mean to the nearer limit) / (3 sigma)."""
-    shift: Number
+    shift: NumberLike
     """How far the mean is above the middle of the limits, in sigmas."""
-    drift: Number
+    drift: NumberLike
     """How far the mean drifts to either side, evenly, in sigmas."""
     sorted: bool
     """Whether what is beyond the limits is sorted out."""
 
 
-class RatioError(TypedDict, total=False):
+class RatioErrorDict(TypedDict, total=False):
     """Transmission error: how far the second body is from where the first one should bring it, as a length."""
 
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far it may be off."""
-    deviation: Number
+    deviation: NumberLike
     """The known error of one built specimen."""
-    law: Literal["normal", "uniform", "triangular"] | Law
+    law: Literal["normal", "uniform", "triangular"] | LawDict
     """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
-class RevoluteClearance(TypedDict, total=False):
+class RevoluteClearanceDict(TypedDict, total=False):
     """Play of a pin in its hole: the pin's centre lies in a disc."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
     bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
     """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: Number
+    bore: NumberLike
     """With bearing: diameter of its bore."""
-    reduction: Number | Numbers
+    reduction: NumberLike | NumbersLike
     """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
 
 
-class RunOut(TypedDict, total=False):
+class RunOutDict(TypedDict, total=False):
     """Eccentricity of a wheel: how far its centre is from where it is drawn, in any direction."""
 
-    tolerance: Number
+    tolerance: NumberLike
     """Largest eccentricity, a radius."""
-    deviation: Numbers
+    deviation: NumbersLike
     """The known eccentricity of one built specimen, in body axes."""
     law: Literal["uniform", "boundary", "normal"]
     """How it scatters: normal (three sigma to the radius), uniform in the disc, or boundary."""
 
 
-class ScrewClearance(TypedDict, total=False):
+class ScrewClearanceDict(TypedDict, total=False):
     """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
-    length: Number
+    length: NumberLike
     """Length of the pin inside its hole."""
-    axial: Number
+    axial: NumberLike
     """How far the nut can shift on the thread to each side."""
 
 
-class SleeveClearance(TypedDict, total=False):
+class SleeveClearanceDict(TypedDict, total=False):
     """Play of a pin in its hole, in space: both of its ends lie in a disc, so that it may shift and tilt."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    radial: Number
+    radial: NumberLike
     """Hole radius minus pin radius."""
-    diametral: Number
+    diametral: NumberLike
     """Hole diameter minus pin diameter."""
-    diameter: Number
+    diameter: NumberLike
     """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: Hole
+    hole: HoleDict
     """Instead, with pin: diameter and limits of the hole."""
-    pin: Pin
+    pin: PinDict
     """Diameter and limits of the pin."""
-    length: Number
+    length: NumberLike
     """Length of the pin inside its hole."""
 
 
-class SleeveStiffness(TypedDict, total=False):
+class SleeveStiffnessDict(TypedDict, total=False):
     """Bearing of a pin that slides, in space."""
 
-    radial: Number
+    radial: NumberLike
     """Across the pin, force per length."""
-    tilt: Number | Numbers
+    tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
     and about the direction across."""
 
 
-Slider = TypedDict(
-    "Slider",
+SliderDict = TypedDict(
+    "SliderDict",
     {
-        "tolerance": "Number | Tolerance",
-        "plus": "Number",
-        "minus": "Number",
+        "tolerance": "NumberLike | ToleranceDict",
+        "plus": "NumberLike",
+        "minus": "NumberLike",
         "class": "str",
-        "deviation": "Number",
-        "law": "Literal['normal', 'uniform', 'triangular'] | Law",
-        "width": "Number",
-    },
-    total=False,
-)
-
-Slot = TypedDict(
-    "Slot",
-    {
-        "tolerance": "Number | Tolerance",
-        "plus": "Number",
-        "minus": "Number",
-        "class": "str",
-        "deviation": "Number",
-        "law": "Literal['normal', 'uniform', 'triangular'] | Law",
-        "width": "Number",
+        "deviation": "NumberLike",
+        "law": "Literal['normal', 'uniform', 'triangular'] | LawDict",
+        "width": "NumberLike",
     },
     total=False,
 )
 
 
-class SlotClearance(TypedDict, total=False):
+class SlotClearanceDict(TypedDict, total=False):
     """Play of a pin across its slot."""
 
     law: Literal["uniform", "boundary", "normal"]
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | Law
+    size_law: Literal["normal", "uniform", "triangular"] | LawDict
     """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
     uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
     csv = 'lot.csv', column = 'd' }."""
-    gap: Number
+    gap: NumberLike
     """Gap on each side."""
-    nominal: Number
+    nominal: NumberLike
     """With fit: nominal width of the slot."""
-    slot: Slot
+    slot: SlotDict
     """Instead, with slider: width and limits of the slot."""
-    slider: Slider
+    slider: SliderDict
     """Width and limits of what is in the slot."""
 
 
-class SlotStiffness(TypedDict, total=False):
+SlotDict = TypedDict(
+    "SlotDict",
+    {
+        "tolerance": "NumberLike | ToleranceDict",
+        "plus": "NumberLike",
+        "minus": "NumberLike",
+        "class": "str",
+        "deviation": "NumberLike",
+        "law": "Literal['normal', 'uniform', 'triangular'] | LawDict",
+        "width": "NumberLike",
+    },
+    total=False,
+)
+
+
+class SlotStiffnessDict(TypedDict, total=False):
     """Flank of a slot: how hard it is across the slot."""
 
-    normal: Number
+    normal: NumberLike
     """Across the slot, force per length."""
 
 
-class StrandStiffness(TypedDict, total=False):
+class StrandStiffnessDict(TypedDict, total=False):
     """Belt or chain between its pulleys."""
 
-    strand: Number
+    strand: NumberLike
     """At the rim, along the strand that pulls, force per length."""
 
 
-class Temperature(TypedDict, total=False):
+class TemperatureDict(TypedDict, total=False):
     """How far the temperature is from the one at which the lengths of the file hold, in kelvin."""
 
-    tolerance: Number | Tolerance
+    tolerance: NumberLike | ToleranceDict
     """How far it may be off."""
-    deviation: Number
+    deviation: NumberLike
     """The known error of one built specimen."""
-    law: Literal["normal", "uniform", "triangular"] | Law
+    law: Literal["normal", "uniform", "triangular"] | LawDict
     """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
-class Tolerance(TypedDict, total=False):
+class ToleranceDict(TypedDict, total=False):
     """How far a value may be off: two bounds, or a standard deviation."""
 
-    plus: Number
+    plus: NumberLike
     """How far above."""
-    minus: Number
+    minus: NumberLike
     """How far below, as a positive number."""
-    sigma: Number
+    sigma: NumberLike
     """Standard deviation, a third of the bounds."""
 
 
-class Units(TypedDict, total=False):
+class UnitsDict(TypedDict, total=False):
     """Units of every number in the file."""
 
     length: Literal["mm", "cm", "m", "um", "in"]

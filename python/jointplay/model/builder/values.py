@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: a number, of NumPy as well, or an expression in variables of the file
-Number: TypeAlias = float | str | np.floating[Any] | np.integer[Any]
+NumberLike: TypeAlias = float | str | np.floating[Any] | np.integer[Any]
 #: a whole number
 Count: TypeAlias = int | np.integer[Any]
 #: a point, a direction or a list of numbers
-Numbers: TypeAlias = Sequence[Number] | NDArray[Any]
+NumbersLike: TypeAlias = Sequence[NumberLike] | NDArray[Any]
 #: a list of them
-Rows: TypeAlias = Sequence[Numbers] | NDArray[Any]
+RowsLike: TypeAlias = Sequence[NumbersLike] | NDArray[Any]

@@ -19,7 +19,7 @@ PLACEMENT = ("at", "axis", "side")
 FRONT = ("type", "on", "bodies", *PLACEMENT, "axes")
 
 
-class Tables:
+class WrittenTables:
     """The tables of a file that is being written.
 
     Attributes
@@ -70,7 +70,7 @@ class Tables:
 class Writing:
     """What the methods of a builder and of its patterns write by."""
 
-    _tables: Tables
+    _tables: WrittenTables
     #: where its sections are: at the top, or in a pattern
     _above: tuple[str, ...]
 

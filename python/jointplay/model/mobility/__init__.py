@@ -24,7 +24,7 @@ from jointplay.model.mechanism import Mechanism
 
 from .attempt import Attempt, attempt
 from .misfit import Misfit, gaps_words, misfit, misfit_words
-from .motions import Motion, free_motions
+from .motions import FreeMotion, free_motions
 from .probe import RANK, Probe, Sample, motors, takes_part
 from .report import sentences
 from .self_stress import SelfStress, self_stresses
@@ -34,9 +34,9 @@ from .words import count, joined
 __all__ = [
     "RANK",
     "Attempt",
+    "FreeMotion",
     "Misfit",
     "Mobility",
-    "Motion",
     "Probe",
     "Sample",
     "SelfStress",
@@ -71,7 +71,7 @@ class Mobility:
         Independent motions with no drive held.
     drives : int
         Number of drives.
-    motions : tuple of Motion
+    motions : tuple of FreeMotion
         Independent motions that are left with all drives held.
     joint_redundancy : int
         Number of redundant constraints of the joints alone.
@@ -96,7 +96,7 @@ class Mobility:
     assembled: bool
     degrees_of_freedom: int
     drives: int
-    motions: tuple[Motion, ...]
+    motions: tuple[FreeMotion, ...]
     joint_redundancy: int
     drive_redundancy: int
     redundant_constraints: tuple[str, ...]
@@ -344,7 +344,7 @@ def _drive_problems(mobility: Mobility) -> list[str]:
     return problems
 
 
-def _free(motion: Motion) -> str:
+def _free(motion: FreeMotion) -> str:
     if not motion.joints:
         return f"{motion.words} and no joint's coordinate drives it"
     return f"{motion.words}; drive " + ("" if len(motion.joints) == 1 else "one of ") + listed(motion.joints)

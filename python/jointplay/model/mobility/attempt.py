@@ -19,12 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.basics import poses
-from jointplay.core.compile import ANGULAR, LENGTHS, TURNS, coordinate
-from jointplay.core.spec import Spec
+from jointplay.basics.arrays import Floats
+from jointplay.core.compile import ANGULAR, LENGTHS, TURNS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
-from .closing import Closing, Floats, in_order, is_closed, starts
+from .closing import Closing, in_order, is_closed, starts
 
 #: unknowns beyond which only the nearest attempt is searched, and beyond which nothing is: six per body in space
 LARGE, LARGEST = 60, 100
@@ -145,7 +145,7 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
         return None
     closing, first = Closing(m), int(missing[0])
     before = np.flatnonzero(np.isfinite(placed[:first]).all(axis=(1, 2)))
-    guess = np.array(m.core_spec["guess"])
+    guess = m.guess
     near = placed[before[-1]] if len(before) else guess
     some = LOOKED_AT if closing.is_small else 1
     looked_at = missing[np.unique(np.linspace(0, len(missing) - 1, some).round().astype(int))]
@@ -197,22 +197,12 @@ def _gaps(closing: Closing, gaps: Floats, loop: list[int]) -> list[tuple[int, fl
     return sorted(found, key=lambda one: -math.hypot(one[1] / m.length, one[2]))
 
 
-def _bodies(m: Mechanism, joint: int) -> tuple[int, int]:
-    first, second = (m.core_spec["points"][point]["body"] for point in _points(m, joint))
-    return first, second
-
-
-def _points(m: Mechanism, joint: int) -> tuple[int, int]:
-    spec = m.core_spec["joints"][joint]
-    return spec["first"], spec["second"]
-
-
 def _loop(closing: Closing, gaps: Floats) -> tuple[list[int], bool]:
     """The joints that cannot all close, in the order of their loop where it is one."""
     sizes = np.abs(gaps)
     taking = closing.joints[sizes > TAKES_PART * sizes.max()]
     names = [int(k) for k in dict.fromkeys(np.sort(taking).tolist())]
-    order = in_order([_bodies(closing.m, k) for k in names], names)
+    order = in_order([closing.m.joint_bodies[k] for k in names], names)
     return (names, False) if order is None else (order, True)
 
 
@@ -238,24 +228,18 @@ def _open(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> tupl
     return best and best[1:]
 
 
-def _spec(m: Mechanism, end: int, at: Floats) -> Spec:
-    spec = m.spec()
-    spec["points"][end]["at"] = at.tolist()
-    return spec
-
-
 def _cures(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> Iterator[Cure]:
     """Lengths of the bodies of a loop, from one of its joints to the next, that close it."""
-    m, points = closing.m, closing.m.core_spec["points"]
+    m = closing.m
     inner = {member.joint for member in m.members}
     own = [k for k in loop if k not in inner]
     names = (*m.owners, "ground")
     for one, other in zip(own, [*own[1:], own[0]], strict=True):
-        ends = [{names[points[p]["body"]]: p for p in _points(m, k)} for k in (one, other)]
+        ends = [{names[m.points[p].body]: p for p in m.joint_points[k]} for k in (one, other)]
         for name in (name for name in ends[0] if name in ends[1] and "." not in name):
             start, end = ends[0][name], ends[1][name]
             # All pieces of an elastic body have its axes.
-            between = np.array(points[end]["at"]) - np.array(points[start]["at"])
+            between = np.subtract(m.points[end].at, m.points[start].at)
             now = float(np.linalg.norm(between))
             reach = _range(closing, drives, at, start, end, now, between / now) if now > 1e-9 * m.length else None
             if reach is not None:
@@ -267,10 +251,10 @@ def _range(
 ) -> tuple[float, float] | None:
     """The range of a length next to what it is in which the loop closes."""
     m = closing.m
-    origin = np.array(m.core_spec["points"][start]["at"])
+    origin = np.array(m.points[start].at)
 
     def made(length: float) -> Closing:
-        return Closing(m, _spec(m, end, origin + length * along))
+        return Closing(m, m.moved({end: origin + length * along}))
 
     def limit(length: float, near: Floats) -> tuple[float, Floats] | None:
         """Where the gap vanishes, from a length at which it does not."""
@@ -401,7 +385,7 @@ def _reach(closing: Closing, guess: Floats, known: tuple[Floats, Floats] | None)
         if not is_closed(gaps[: closing.joint_rows]):
             return None
         joint, coefficient = m.drive_moves[0][0]
-        there = np.array([float(coordinate(m.core_spec, joint, near)) / coefficient])
+        there = np.array([float(m.coordinate(joint, near)) / coefficient])
     turns = m.joint_kinds[m.drive_joints[0]] in ANGULAR
     far = (2.0 * math.pi if turns else FARTHEST * m.length) / abs(m.drive_moves[0][0][1])
     ends = []

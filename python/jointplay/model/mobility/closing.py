@@ -12,14 +12,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
-from jointplay.core.spec import Spec
-from jointplay.model.mechanism import Mechanism, in_core
-
-Floats = NDArray[np.float64]
+from jointplay.core.spec import Changes, PointSpec
+from jointplay.model.mechanism import Mechanism
 
 #: largest residual, in characteristic lengths and radians, of what is closed
 CLOSED = 1e-9
@@ -41,14 +39,14 @@ class Closing:
     Parameters
     ----------
     m : Mechanism
-    spec : Spec, optional
-        Another specification with the same rows.
+    points : list of PointSpec, optional
+        Other points, see `Mechanism.moved`.
     """
 
-    def __init__(self, m: Mechanism, spec: Spec | None = None) -> None:
+    def __init__(self, m: Mechanism, points: list[PointSpec] | None = None) -> None:
         self.m = m
-        self.spec = m.core_spec if spec is None else spec
-        self.core = m.core if spec is None else in_core(spec)
+        self._changes: Changes = {} if points is None else {"points": points}
+        self.core = m.core if points is None else m.varied(points=points)
         self.rows = self.core.rows
         self.joints = np.array([joint for joint, _ in self.rows])
         turns = np.array([component in TURNS for _, component in self.rows])
@@ -92,8 +90,8 @@ class Closing:
         if not self.is_small:
             found_poses, gaps = self.least(drives, start)
             return found_poses if is_closed(gaps) else None
-        near: Spec = {**self.spec, "guess": start.tolist(), "sources": [], "loads": []}
-        found = in_core(near).assemble(np.ascontiguousarray(drives))
+        near: Changes = {**self._changes, "guess": start.tolist(), "sources": [], "loads": []}
+        found = self.m.varied(**near).assemble(np.ascontiguousarray(drives))
         return found["poses"] if found["converged"] else None
 
     @property

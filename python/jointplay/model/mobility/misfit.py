@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
-from jointplay.model.mechanism import Mechanism, in_core
-
-from .probe import Floats
+from jointplay.model.mechanism import Mechanism
 
 #: gaps below this share of the characteristic length (or angle in radians) are rounding
 CLOSED = 1e-9
@@ -84,11 +83,8 @@ def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[t
 
     missing, found = observable(gaps), []
     for body, first, second, moves in _lengths(m, placed[0]):
-        spec = m.spec()
-        for point, along in moves.items():
-            at = np.array(spec["points"][point]["at"]) + STEP * m.length * along
-            spec["points"][point]["at"] = at.tolist()
-        core = in_core(spec)
+        places = {point: m.points[point].at + STEP * m.length * along for point, along in moves.items()}
+        core = m.varied(points=m.moved(places))
         slope = observable(core.gaps(drives, placed) - gaps) / (STEP * m.length)
         if not slope @ slope > 0.0:
             continue
@@ -112,16 +108,15 @@ def _lengths(m: Mechanism, placed: Floats) -> Iterator[tuple[str, str, str, dict
 
     Yields the body, the two joints, and the points that move with the second one, each with the direction in which.
     """
-    points = m.core_spec["points"]
     inner = {member.joint for member in m.members}
     on: dict[str, dict[int, str]] = {}
-    for k, joint in enumerate(m.core_spec["joints"]):
-        for end in ("first", "second"):
-            body = points[joint[end]]["body"]
+    for k, ends in enumerate(m.joint_points):
+        for end in ends:
+            body = m.points[end].body
             if k not in inner and body >= 0 and body not in m.crosses:
-                on.setdefault(m.owners[body], {}).setdefault(joint[end], m.joints[k])
+                on.setdefault(m.owners[body], {}).setdefault(end, m.joints[k])
     for owner, joints in on.items():
-        places = {k: poses.place(placed[points[k]["body"]], points[k]["at"]) for k in joints}
+        places = {k: poses.place(placed[m.points[k].body], m.points[k].at) for k in joints}
         (start, first), *others = joints.items()
         taken = [places[start]]
         for point, name in others:
@@ -130,7 +125,7 @@ def _lengths(m: Mechanism, placed: Floats) -> Iterator[tuple[str, str, str, dict
             taken.append(places[point])
             direction = (places[point] - places[start]) / np.linalg.norm(places[point] - places[start])
             there = [k for k in joints if np.linalg.norm(places[k] - places[point]) <= CLOSED * m.length]
-            turned = {k: poses.matrix(placed[points[k]["body"]]).T @ direction for k in there}
+            turned = {k: poses.matrix(placed[m.points[k].body]).T @ direction for k in there}
             yield owner, first, name, turned
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
-from jointplay.core.spec import ENDS
 from jointplay.errors import nearest
 from jointplay.model.mechanism import Mechanism
 
-from .probe import TAKES_PART, Floats, Probe, Sample
+from .probe import TAKES_PART, Probe, Sample
 from .spins import spin_words
 from .words import joined
 
@@ -21,7 +21,7 @@ MOST_NAMES = 8
 
 
 @dataclass(frozen=True)
-class Motion:
+class FreeMotion:
     """One free motion.
 
     Parameters
@@ -44,7 +44,7 @@ class Motion:
         return self.told()
 
 
-def free_motions(probe: Probe, sample: Sample, motions: Floats) -> list[Motion]:
+def free_motions(probe: Probe, sample: Sample, motions: Floats) -> list[FreeMotion]:
     """Motions over the relative coordinates as those of one joint each, and of few bodies each, as far as that goes."""
     null, rates = sample.relative.twists @ motions, sample.rates @ motions
     left = list(range(null.shape[1]))
@@ -72,14 +72,14 @@ def free_motions(probe: Probe, sample: Sample, motions: Floats) -> list[Motion]:
     return [_motion(probe, null[:, k], rates[:, k]) for k in range(null.shape[1])]
 
 
-def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
+def _motion(probe: Probe, twists: Floats, rates: Floats) -> FreeMotion:
     m = probe.m
     parts = np.abs(twists.reshape(-1, len(m.components)))
     moving = parts.max(axis=1) > TAKES_PART * parts.max()
     bodies = tuple(dict.fromkeys(owner for owner, moves in zip(m.owners, moving, strict=True) if moves))
     turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
-    return Motion(bodies, joints, lambda: f"{_words(m, bodies, parts[moving])}{_namesake(m, bodies)}")
+    return FreeMotion(bodies, joints, lambda: f"{_words(m, bodies, parts[moving])}{_namesake(m, bodies)}")
 
 
 def _words(m: Mechanism, bodies: tuple[str, ...], parts: Floats) -> str:
@@ -96,11 +96,7 @@ def _words(m: Mechanism, bodies: tuple[str, ...], parts: Floats) -> str:
 
 def _namesake(m: Mechanism, bodies: tuple[str, ...]) -> str:
     """A body that moves on a single joint, and one with almost the same name: they may be one."""
-    points = m.core_spec["points"]
-    ends = [
-        {m.owners[points[joint[end]]["body"]] for end in ENDS if points[joint[end]]["body"] >= 0}
-        for joint in m.core_spec["joints"]
-    ]
+    ends = [{m.owners[body] for body in pair if body >= 0} for pair in m.joint_bodies]
     for body in bodies:
         if sum(body in pair for pair in ends) > 1:
             continue

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import ANGULAR, DRIVABLE, LENGTHS, TURNS
 from jointplay.core.spec import DriveSpec
-from jointplay.model.mechanism import Mechanism, in_core
+from jointplay.model.mechanism import Mechanism
 
 from .relative import Relative, null, rank
 
@@ -47,8 +47,6 @@ OPEN, ALL = 12, 30
 LITTLE = 1e-3
 #: singular values with which a step would be rounding
 NONE = 1e-10
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -127,23 +125,21 @@ class Probe:
 
     def __init__(self, m: Mechanism) -> None:
         self.m = m
-        self.spec = m.spec() | {"loads": [], "sources": [], "correlations": []}
         self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind in DRIVABLE]
         #: rows of the drives among the rows of all coordinates
         self.driven = [self.drivable.index(joint) for moves in m.drive_moves for joint, _ in moves]
         #: the drive that each of these rows is of
         self.drives = [drive for drive, moves in enumerate(m.drive_moves) for _ in moves]
-        self.core = self._core([{"joint": joint} for joint in self.drivable], self.spec["guess"])
-        self.free = self._core([], self.spec["guess"])
+        self.core = self._core([{"joint": joint} for joint in self.drivable], m.guess)
+        self.free = self._core([], m.guess)
         self.rows = self.core.rows
-        points = self.spec["points"]
-        self.ends = [(points[joint["first"]]["body"], points[joint["second"]]["body"]) for joint in self.spec["joints"]]
+        self.ends = m.joint_bodies
         self.unit = np.where(np.isin(m.components, LENGTHS), m.length, 1.0)
         turns = np.array([component in TURNS for _, component in self.rows], dtype=bool)
         self.units = np.where(turns, 1.0, m.length)
 
-    def _core(self, drives: list[DriveSpec], guess: list[list[float]]) -> _core.Mechanism:
-        return in_core(self.spec | {"drives": drives, "guess": guess})
+    def _core(self, drives: list[DriveSpec], guess: Floats) -> _core.Mechanism:
+        return self.m.varied(drives=drives, guess=guess.tolist(), loads=[], sources=[], correlations=[])
 
     def samples(self) -> Iterator[Sample]:
         """Configurations in which the joints are closed, whatever the drives say: at the start, and away from it."""
@@ -161,13 +157,13 @@ class Probe:
     def _near(self, perturbation: float) -> Sample:
         """Where the joints close near the (moved) guess."""
         rng = np.random.default_rng(int(1000 * perturbation))
-        guess = np.array(self.spec["guess"])
+        guess = self.m.guess
         twists = perturbation * self.unit * rng.uniform(-1.0, 1.0, (len(guess), len(self.unit)))
         moved = poses.moved(guess, twists, self.core.origins)
         sample = self.at(moved)
         if sample.residual <= CLOSED:
             return sample
-        return self.at(self._core([], moved.tolist()).assemble(np.zeros(0))["poses"])
+        return self.at(self._core([], moved).assemble(np.zeros(0))["poses"])
 
     def _ways(self, start: Sample) -> Iterator[Sample]:
         """Where motions that are free at a configuration lead."""

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from jointplay.basics.arrays import Floats
 
 #: directions in which the rows of a joint, of length one, move its outer body by less are free
 FREE = 1e-6

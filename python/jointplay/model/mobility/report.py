@@ -9,11 +9,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import ANGULAR
 from jointplay.model.mechanism import Mechanism
 
 from .attempt import Attempt, Cure
-from .closing import Floats
 
 #: lengths, and joints that are open together, that are named
 MOST_CURES = 3

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, TURNS
 from jointplay.model.mechanism import Mechanism
 
-from .probe import RANK, TAKES_PART, Floats, Probe, Sample
+from .probe import RANK, TAKES_PART, Probe, Sample
 from .relative import null
 from .words import joined
 
@@ -123,7 +124,6 @@ def _told(probe: Probe, sample: Sample, stress: Floats) -> SelfStress:
     # Lengths of the rows were divided by the characteristic one.
     multipliers = np.where(turns, stress, stress / m.length)
     joints = np.array([joint for joint, _ in rows])
-    spec = m.core_spec
     reactions = np.zeros((len(m.joints), len(m.components)))
     for joint in range(len(m.joints)):
         mine = joints == joint
@@ -136,12 +136,11 @@ def _told(probe: Probe, sample: Sample, stress: Floats) -> SelfStress:
     scale = np.sign(multipliers[np.flatnonzero(stress)[0]]) / (forces.max() or moments.max())
     part = [k for k in range(len(m.joints)) if np.any(stress[joints == k])]
     inner = {member.joint: member.body for member in m.members}
-    ends = {m.owners[b] for k in part for b in _ends(m, k) if b >= 0}
+    ends = {m.owners[b] for k in part for b in m.joint_bodies[k] if b >= 0}
     gives: list[str] = []
     for k in part:
-        compliance = spec["joints"][k].get("compliance")
-        w = multipliers[joints == k]
-        if compliance is not None and w @ np.reshape(compliance, (len(w), len(w))) @ w > 0.0:
+        compliance, w = m.compliance(k), multipliers[joints == k]
+        if compliance is not None and w @ compliance @ w > 0.0:
             gives.append(inner.get(k, m.joints[k]))
     return SelfStress(
         # Names of the file have no dot: that is the cross of a universal joint.
@@ -152,18 +151,13 @@ def _told(probe: Probe, sample: Sample, stress: Floats) -> SelfStress:
     )
 
 
-def _ends(m: Mechanism, joint: int) -> tuple[int, int]:
-    first, second = (m.core_spec["points"][m.core_spec["joints"][joint][end]] for end in ("first", "second"))
-    return int(first["body"]), int(second["body"])
-
-
 def _reaction(m: Mechanism, sample: Sample, joint: int, generalised: Floats) -> Floats:
     """Wrench on the second body at the joint, from what the joint's rows do on the twists of all bodies."""
-    first, second = _ends(m, joint)
+    first, second = m.joint_bodies[joint]
     body, sign = (first, -1.0) if second < 0 else (second, 1.0)
     size = len(m.components)
     wrench = sign * generalised[body * size : (body + 1) * size]
-    point = m.core_spec["points"][m.core_spec["joints"][joint]["second"]]["at"]
+    point = m.points[m.joint_points[joint][1]].at
     at = np.array(point) if second < 0 else poses.place(sample.poses[second], point)
     lever = at - poses.place(sample.poses[body], m.core.origins[body])
     lengths = sum(component in LENGTHS for component in m.components)

@@ -28,7 +28,7 @@ from jointplay.file.schema import (
 )
 
 from .copies import CopiedEntry, Copy, entries
-from .names import Names
+from .names import PatternNames
 from .turn import Turn
 
 __all__ = ["Written", "written_out"]
@@ -82,10 +82,10 @@ def written_out(raw: dict[str, Any], file: str) -> Written:
     """
     if "patterns" not in raw:
         return Written(raw, {})
-    reader = _Reader(raw, file)
+    reader = _PatternReader(raw, file)
     data = copy.deepcopy({key: value for key, value in raw.items() if key != "patterns"})
     parts = {name: reader.copies(name, head) for name, head in reader.heads().items()}
-    names = {name: Names(name, copies[0].table, len(copies), file) for name, copies in parts.items()}
+    names = {name: PatternNames(name, copies[0].table, len(copies), file) for name, copies in parts.items()}
     for own in names.values():
         own.check(data, [other for other in names.values() if other is not own])
     origins: dict[tuple[str, ...], tuple[str, int]] = {}
@@ -116,7 +116,7 @@ def _join(data: dict[str, Any], entry: CopiedEntry) -> tuple[str, ...] | None:
     return (*entry.section, entry.name)
 
 
-class _Reader:
+class _PatternReader:
     """The patterns of a file with their numbers."""
 
     def __init__(self, raw: Mapping[str, Any], file: str) -> None:
@@ -137,7 +137,7 @@ class _Reader:
                 name: {key: value for key, value in table.items() if key in known} if isinstance(table, dict) else table
                 for name, table in tables.items()
             }
-        checked_heads, _ = checked({"patterns": tables}, self._scope(), HEADS[self.space], self.file)
+        checked_heads = checked({"patterns": tables}, self._scope(), HEADS[self.space], self.file)
         heads: dict[str, PatternHead] = checked_heads.patterns  # type: ignore[attr-defined]
         for name, head in heads.items():
             for taken in set(head.values) & set(self.given):
@@ -152,11 +152,11 @@ class _Reader:
             own = {key: value[number - 1] if isinstance(value, tuple) else value for key, value in head.values.items()}
             scope = self._scope({**own, COPY: number}, f"patterns.{name}.values")
             try:
-                model, data = checked({"patterns": {name: self.tables[name]}}, scope, PARTS[self.space], self.file)
+                model = checked({"patterns": {name: self.tables[name]}}, scope, PARTS[self.space], self.file)
             except InputError as error:
                 raise of_copy(number, error, error.key) from None
             table: PatternTable = model.patterns[name]  # type: ignore[attr-defined]
-            found.append(Copy(number, table, data["patterns"][name], self._turn(head, number)))
+            found.append(Copy(number, table, self._turn(head, number)))
         return found
 
     def _turn(self, head: PatternHead, number: int) -> Turn | None:

@@ -9,8 +9,9 @@ from typing import Any
 
 from jointplay.file.schema import PatternTable
 
-from .names import GROUND, OF_BODY, Names
+from .names import GROUND, OF_BODY, PatternNames
 from .turn import (
+    Data,
     Turn,
     check_link,
     open_start,
@@ -21,8 +22,6 @@ from .turn import (
     turned_spring,
     turned_start,
 )
-
-Data = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -45,16 +44,19 @@ class Copy:
         Counted from 1.
     table : PatternTable
         Checked, with the numbers of this copy.
-    data : dict
-        The same as data.
     turn : Turn or None
         How it is turned; not at all if None.
     """
 
     number: int
     table: PatternTable
-    data: Data
     turn: Turn | None
+
+    @cached_property
+    def data(self) -> Data:
+        """The same as data, with numbers for its expressions."""
+        # An axis is a number or a list; pydantic would remark on each list that is no number.
+        return self.table.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
 
     @cached_property
     def drawn(self) -> set[str]:
@@ -78,7 +80,7 @@ class Copy:
         return self.turn.angle * ((first in self.turning) - (second in self.turning))
 
 
-def entries(copy: Copy, names: Names) -> Iterator[CopiedEntry]:
+def entries(copy: Copy, names: PatternNames) -> Iterator[CopiedEntry]:
     """What one copy puts into the file."""
     data, turn = copy.data, copy.turn
     name_of = names.of(copy.number)
@@ -126,12 +128,12 @@ def entries(copy: Copy, names: Names) -> Iterator[CopiedEntry]:
             yield CopiedEntry(("limits", kind), own, turned_angle(limits, shift), key)
 
 
-def _is_own(body: str | None, copy: Copy, names: Names) -> bool:
+def _is_own(body: str | None, copy: Copy, names: PatternNames) -> bool:
     """Whether a body turns with the copy, with all that is in its axes."""
     return body in names.bodies and body not in copy.turning
 
 
-def _starts(copy: Copy, names: Names) -> dict[str, Data]:
+def _starts(copy: Copy, names: PatternNames) -> dict[str, Data]:
     """The starts of the bodies of a copy, with what its turn adds to what the file leaves open."""
     given: dict[str, Data] = copy.data.get("start", {})
     if copy.turn is None:
@@ -147,7 +149,7 @@ def _starts(copy: Copy, names: Names) -> dict[str, Data]:
     return {name: start for name, start in turned.items() if start}
 
 
-def _motor_shift(copy: Copy, name: str, names: Names) -> float:
+def _motor_shift(copy: Copy, name: str, names: PatternNames) -> float:
     """What is added to the values of a drive.
 
     Raises

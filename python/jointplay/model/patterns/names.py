@@ -26,7 +26,7 @@ BODY_KEYS = ("body", "relative_to")
 OF_BODIES = ("bodies", "start")
 
 
-class Names:
+class PatternNames:
     """The names of one pattern.
 
     Parameters
@@ -83,7 +83,7 @@ class Names:
         """The names of all copies in a section, each with that of the pattern."""
         return ((f"{name}_{k}", name) for name in self.own(section) for k in range(1, self.count + 1))
 
-    def check(self, data: Mapping[str, Any], others: Sequence[Names]) -> None:
+    def check(self, data: Mapping[str, Any], others: Sequence[PatternNames]) -> None:
         """Refuse names that are given outside, and know those that are.
 
         Raises
@@ -157,7 +157,7 @@ def _said(node: Any) -> Iterator[str]:
 class NamesOfCopy:
     """Gives what a copy says the names of the copy."""
 
-    names: Names
+    names: PatternNames
     number: int
 
     def own(self, name: str) -> str:

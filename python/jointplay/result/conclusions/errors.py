@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import Array, Result, figure, typical
+from jointplay.basics.arrays import Array
+from jointplay.result import Result, figure, typical
 from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
 
 from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Array, Result, size, unit_of
+from jointplay.result import Result, size, unit_of
 from jointplay.result.verdict import RANK, rounding, there, verdict
 
 from .errors import judged_in

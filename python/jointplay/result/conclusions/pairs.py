@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay.result import Array, Result, figure, figures, first_largest
+from jointplay.basics.arrays import Array
+from jointplay.result import Result, figure, figures, first_largest
 from jointplay.result.verdict import Verdict, there, verdict
 
 from .errors import blamed

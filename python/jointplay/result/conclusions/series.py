@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from jointplay.basics.arrays import Array, Flags
 from jointplay.result import (
-    Array,
     Result,
     figure,
     figures,
@@ -25,8 +25,6 @@ from jointplay.result.verdict.shares import CONTACTS
 from .errors import WORDS, blamed, proved
 from .motion import largest_change
 from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say, without_path
-
-Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 def judged(result: Result) -> list[Verdict]:
@@ -208,7 +206,7 @@ def of_map(result: Result) -> Conclusion:
     return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
 
 
-def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
+def _over_nodes(result: Result, good: Flags) -> Iterator[Sentence]:
     """The worst value of every quantity, and where it is."""
     for name in figures(result):
         variable = quantity(result, name)
@@ -232,7 +230,7 @@ def _node(result: Result, node: Sequence[np.intp]) -> str:
     )
 
 
-def _outside_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
+def _outside_nodes(result: Result, good: Flags) -> Iterator[Sentence]:
     """The largest share of the specimens outside, where no yield is required."""
     own = CONTACTS.get(str(result.attrs.get("contact", "")), "")
     for name, words in (("outside", own), ("outside_loaded", CONTACTS["loaded"])):
@@ -273,7 +271,7 @@ def _beyond_nodes(result: Result) -> Iterator[Sentence]:
         yield Sentence(text, is_alarm=True, is_answer=True, state=NOT_SHOWN)
 
 
-def _blamed_over_nodes(result: Result, good: Nodes, name: str) -> str:
+def _blamed_over_nodes(result: Result, good: Flags, name: str) -> str:
     if "contribution" not in result.data:
         return ""
     causes, found = shares_over_nodes(result, good)
@@ -284,7 +282,7 @@ def _blamed_over_nodes(result: Result, good: Nodes, name: str) -> str:
     return f"; to blame, over all nodes: {in_words(*top)}" if top is not None else ""
 
 
-def shares_over_nodes(result: Result, good: Nodes) -> tuple[tuple[str, ...], dict[str, Array]]:
+def shares_over_nodes(result: Result, good: Flags) -> tuple[tuple[str, ...], dict[str, Array]]:
     """The causes, and what each adds to the first-order error, summed over the nodes: (cause)."""
     if "extreme" in result.data["contribution"].dims:
         extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}

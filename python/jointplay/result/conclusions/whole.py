@@ -13,10 +13,10 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, lef
 from .words import Sentence
 
 #: the results of a question, of every output and load case, each with its heading
-Parts = Sequence[tuple[str, Result]]
+NamedResults = Sequence[tuple[str, Result]]
 
 
-def decide(answers: Mapping[str, Parts]) -> Sentence | None:
+def decide(answers: Mapping[str, NamedResults]) -> Sentence | None:
     """Whether limits hold in all questions that were asked together, and what this rests on.
 
     Parameters
@@ -49,14 +49,14 @@ def decide(answers: Mapping[str, Parts]) -> Sentence | None:
     return Sentence(f"Limits hold {_listed(held)}{out}.", is_answer=True, state=HELD) if held else None
 
 
-def _left_out(answers: Mapping[str, Parts]) -> str:
+def _left_out(answers: Mapping[str, NamedResults]) -> str:
     """Configurations at which the machine cannot be, as the end of a sentence."""
     every = [counted(part.get("status")) for parts in answers.values() for _, part in parts]
     out = sorted({k for counts in every if counts.any() for k in np.flatnonzero(~counts).tolist()})
     return left_out(out)
 
 
-def _judged(parts: Parts) -> list[tuple[str, Result, Verdict]]:
+def _judged(parts: NamedResults) -> list[tuple[str, Result, Verdict]]:
     return [(heading, part, verdict(part)) for heading, part in parts]
 
 

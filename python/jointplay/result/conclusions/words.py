@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Array
 from jointplay.errors import listed
-from jointplay.result import Array, Result, first_largest
+from jointplay.result import Result, first_largest
 from jointplay.result.verdict import READABLE
 
 OUTSIDE = "outside_limits"

@@ -2,7 +2,7 @@
 
 from jointplay.result.conclusions import VERDICTS
 
-from .layout import Column, Table, decimals, numbers
+from .layout import Column, ResultTable, decimals, numbers
 from .questions import tables
 from .render import Answer, Console, show, show_names
 from .screen import screen
@@ -12,7 +12,7 @@ __all__ = [
     "Answer",
     "Column",
     "Console",
-    "Table",
+    "ResultTable",
     "decimals",
     "numbers",
     "screen",

@@ -9,7 +9,7 @@ import numpy as np
 from jointplay.errors import listed
 from jointplay.result import Result, first_largest
 
-from .layout import Column, Table, numbers, words
+from .layout import Column, ResultTable, numbers, words
 
 QUESTIONS = {"worst": "in the worst case", "random": "for {:.6g} % of the specimens"}
 #: outcomes with sizes whose limits hold
@@ -18,7 +18,7 @@ FOUND = ("ok", "unfinished")
 SAME = 5e-4
 
 
-def overview(result: Result) -> list[Table]:
+def overview(result: Result) -> list[ResultTable]:
     """The tables of `allocate`."""
     asked = QUESTIONS[str(result.attrs["asked"])].format(100.0 * float(result.attrs.get("probability", 1.0)))
     if "size" not in result.data:
@@ -28,9 +28,9 @@ def overview(result: Result) -> list[Table]:
     else:
         title = f"The tightest sizes, which do not hold the limits {asked}"
     if "size" not in result.data:
-        return [Table(title, tuple(_columns(result)))]
-    found = [Table(title, tuple(_columns(result)), tuple(_notes(result)))]
-    found.append(Table("Limits", tuple(_limits(result)), tuple(_about_limits(result))))
+        return [ResultTable(title, tuple(_columns(result)))]
+    found = [ResultTable(title, tuple(_columns(result)), tuple(_notes(result)))]
+    found.append(ResultTable("Limits", tuple(_limits(result)), tuple(_about_limits(result))))
     if "curve_cost" in result.data:
         columns = [
             numbers("limits times", "", result.labels("limit")),
@@ -39,7 +39,7 @@ def overview(result: Result) -> list[Table]:
         status = result.get("curve_status").tolist()
         if any(s != "ok" for s in status):
             columns.append(words("status", status))
-        found.append(Table("Least cost by the limits", tuple(columns)))
+        found.append(ResultTable("Least cost by the limits", tuple(columns)))
     return found
 
 

@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats, Texts
 from jointplay.errors import listed
 from jointplay.result import Result
 from jointplay.result.conclusions import MOST_NAMES, first_missed, share_of
 
 from .fit import MOST_ROWS
-from .layout import DIGITS, NOTHING, Column, Table, decimals, fixed, numbers, words
+from .layout import DIGITS, NOTHING, Column, ResultTable, decimals, fixed, numbers, words
 
 TITLES = {
     "worst": "Largest sizes with which the limits hold in the worst case",
@@ -39,17 +40,14 @@ WITHOUT_FIT = {
     "no_group_holds": "the limits do not hold with the tightest group of bearings",
 }
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
 
-
-def overview(result: Result) -> list[Table]:
+def overview(result: Result) -> list[ResultTable]:
     """The table of `allow`."""
     asked = str(result.attrs["asked"])
     title = TITLES[asked].format(share_of(float(result.attrs.get("probability", 1.0))))
     # Where there are many, those that bring most are shown.
     first = np.argsort(np.nan_to_num(result.get("used_without"), nan=np.inf), kind="stable")[:MOST_ROWS]
-    return [Table(title, tuple(_columns(result)), tuple(_notes(result)), rows=tuple(sorted(first.tolist())))]
+    return [ResultTable(title, tuple(_columns(result)), tuple(_notes(result)), rows=tuple(sorted(first.tolist())))]
 
 
 def _columns(result: Result) -> Iterator[Column]:
@@ -89,7 +87,7 @@ def _has_needed(result: Result) -> bool:
     return "needed" in result.data and bool(np.isfinite(result.get("needed")).any())
 
 
-def _by_unit(units: Names, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
+def _by_unit(units: Texts, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
     """Cells of columns with as many decimals as the numbers of one unit need.
 
     What is allowed is rounded down and what is needed up, so that the numbers in the table still hold.

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
 from jointplay.result import Result, split, typical, unit_of
 from jointplay.result.conclusions import FITS, VERDICTS
 
-from .layout import NOTHING, Column, Table, fixed, numbers, sentence, words
+from .layout import NOTHING, Column, ResultTable, fixed, numbers, sentence, words
 
 KINDS = {
     "fixed": "fix the link",
@@ -35,14 +36,12 @@ SEVERAL = 2
 #: share of the largest slope below which differences of specimens are rounding
 NO_SLOPE = 1e-6
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-
-def overview(result: Result) -> list[Table]:
+def overview(result: Result) -> list[ResultTable]:
     """The sequence, the links that are locked together, and where every joint is in the end."""
     if "kind" not in result.data:
         steps = [Column("step", "", tuple(str(step) for step in result.labels("step")), is_key=True)]
-        return [Table(_title(result), (*steps, words("add", result.get("members").tolist()), _verdict(result)))]
+        return [ResultTable(_title(result), (*steps, words("add", result.get("members").tolist()), _verdict(result)))]
     tables = [SEQUENCES[str(result.attrs["assemble"])](result)]
     if "link" in result.coords:
         tables.append(_links(result))
@@ -54,7 +53,7 @@ def overview(result: Result) -> list[Table]:
     return tables
 
 
-def centres(result: Result, step: int) -> Table:
+def centres(result: Result, step: int) -> ResultTable:
     """Where the centres of every joint are after a step."""
     joints = np.array(result.labels("joint"), dtype=str)
     there = np.isfinite(result.get("error_shaft", step=step)).any(axis=-1)
@@ -75,10 +74,10 @@ def centres(result: Result, step: int) -> Table:
     note = (
         "Shaft: centre on the first body of the joint; bearing: on the second. ±: indeterminacy that the loads leave."
     )
-    return Table(f"Position errors after step {step}", tuple(columns), (note,))
+    return ResultTable(f"Position errors after step {step}", tuple(columns), (note,))
 
 
-def _unit(result: Result) -> Table:
+def _unit(result: Result) -> ResultTable:
     output = (_output(result, "error"), _output(result, "undetermined"))
     error, half, where = _farthest(result, _sizes(result, "error"), _sizes(result, "undetermined"), output)
     scale, unit = _scale(unit_of(result, "position"), error, half)
@@ -87,10 +86,10 @@ def _unit(result: Result) -> Table:
     if (half * scale > noise).any():
         columns.append(numbers("\n±", unit, half * scale, noise))
     columns += [words("of", where), *_forces(result, result.get("member_force")), *_factors(result, "clearance_factor")]
-    return Table(_title(result), tuple(columns), (*_notes(result),))
+    return ResultTable(_title(result), tuple(columns), (*_notes(result),))
 
 
-def _worst(result: Result) -> Table:
+def _worst(result: Result) -> ResultTable:
     errors = np.stack([result.get(f"worst_{end}") for end in ENDS], axis=-1)
     output = result.get("worst_position")
     error, _, where = _farthest(result, errors, np.zeros_like(errors), (output, np.zeros_like(output)))
@@ -103,10 +102,10 @@ def _worst(result: Result) -> Table:
     ]
     columns += [*_forces(result, result.get("worst_force")), *_factors(result, "worst_clearance_factor")]
     note = "Largest over all clearances and tolerances."
-    return Table(_title(result), tuple(columns), (note, *_notes(result)))
+    return ResultTable(_title(result), tuple(columns), (note, *_notes(result)))
 
 
-def _random(result: Result) -> Table:
+def _random(result: Result) -> ResultTable:
     level = typical(result)
     errors = np.stack([result.get(f"quantile_{end}", probability=level) for end in ENDS], axis=-1)
     output = result.get("quantile_position", probability=level)
@@ -119,10 +118,10 @@ def _random(result: Result) -> Table:
     columns.append(Column("fits without\nstrain", "%", tuple(fixed(100.0 * float(share), 2) for share in shares)))
     units = f"{result.attrs['samples']} specimens, seed {result.attrs['seed']}"
     said = f"{units}; {100 * level:g} % of them are below these values."
-    return Table(_title(result), tuple(columns), (said, *_notes(result)))
+    return ResultTable(_title(result), tuple(columns), (said, *_notes(result)))
 
 
-SEQUENCES: dict[str, Callable[[Result], Table]] = {"unit": _unit, "worst": _worst, "random": _random}
+SEQUENCES: dict[str, Callable[[Result], ResultTable]] = {"unit": _unit, "worst": _worst, "random": _random}
 
 
 def _title(result: Result) -> str:
@@ -187,7 +186,7 @@ def _forces(result: Result, forces: Floats) -> list[Column]:
     return [numbers("largest\nforce", unit, values, NO_FORCE), words("in", where)]
 
 
-def _carried(result: Result) -> list[Table]:
+def _carried(result: Result) -> list[ResultTable]:
     """What every member carries after every step, where several carry something."""
     forces = result.get("member_force")
     carry = np.flatnonzero((np.abs(np.nan_to_num(forces)) > NO_FORCE).any(axis=0))
@@ -198,7 +197,7 @@ def _carried(result: Result) -> list[Table]:
     columns = [words("member", [result.labels("member")[k] for k in carry], is_key=True)]
     for k, step in enumerate(steps):
         columns.append(Column(f"step {step}", unit, cells[k * len(carry) : (k + 1) * len(carry)]))
-    return [Table("Forces along the members, tension positive", tuple(columns))]
+    return [ResultTable("Forces along the members, tension positive", tuple(columns))]
 
 
 def _factors(result: Result, name: str, **at: float) -> list[Column]:
@@ -210,7 +209,7 @@ def _factors(result: Result, name: str, **at: float) -> list[Column]:
     return [Column("clearances\ntimes", "", tuple(fixed(float(f), 3) if r else NOTHING for f, r in pairs))]
 
 
-def _links(result: Result) -> Table:
+def _links(result: Result) -> ResultTable:
     unit = result.data["link_nominal"].units
     keys = ("nominal", "actual", "shortest", "longest")
     every = numbers("", unit, np.concatenate([result.get(f"link_{key}") for key in keys]), digits=7).cells
@@ -219,7 +218,9 @@ def _links(result: Result) -> Table:
     note = (
         "Actual: with the known deviations, clearances in their middle; shortest and longest: over all that can be off."
     )
-    return Table("Members locked into one link", (words("link", result.labels("link"), is_key=True), *columns), (note,))
+    return ResultTable(
+        "Members locked into one link", (words("link", result.labels("link"), is_key=True), *columns), (note,)
+    )
 
 
 def _deviations(result: Result) -> list[int]:
@@ -228,7 +229,7 @@ def _deviations(result: Result) -> list[int]:
     return [k for k, owner in enumerate(result.coords["parameter_source"].values.tolist()) if kinds[owner] not in LOOSE]
 
 
-def _adjustment(result: Result) -> Table:
+def _adjustment(result: Result) -> ResultTable:
     """What to adjust: by how much every deviation moves the output in the end, the largest effect first."""
     last, rows = result.labels("step")[-1], _deviations(result)
     lengths, _ = split(result.labels("component"))
@@ -244,7 +245,7 @@ def _adjustment(result: Result) -> Table:
             for i, c in enumerate(lengths)
         ),
     ]
-    return Table(f"What to adjust: the output after step {last}", tuple(columns))
+    return ResultTable(f"What to adjust: the output after step {last}", tuple(columns))
 
 
 def _notes(result: Result) -> list[str]:

@@ -8,14 +8,14 @@ from jointplay.core.compile import LENGTHS
 from jointplay.result import Result
 from jointplay.result.conclusions import owners, plural
 
-from .layout import Column, Table, fixed, in_one_unit, words
+from .layout import Column, ResultTable, fixed, in_one_unit, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
 #: what is listed by name where the file has several
 SEVERAL = {"outputs": "Outputs", "load_cases": "Load cases"}
 
 
-def overview(result: Result) -> list[Table]:
+def overview(result: Result) -> list[ResultTable]:
     """Joints, sources of error, drives, and how it all can move."""
     tables = [_joints(result)]
     if "member" in result.coords:
@@ -30,7 +30,7 @@ def overview(result: Result) -> list[Table]:
     return tables
 
 
-def _joints(result: Result) -> Table:
+def _joints(result: Result) -> ResultTable:
     inner = set(result.get("member_joint").tolist()) if "member" in result.coords else set()
     rows = [k for k, name in enumerate(result.labels("joint")) if name not in inner]
     names = [result.labels("joint")[k] for k in rows]
@@ -47,7 +47,7 @@ def _joints(result: Result) -> Table:
     if drives:
         columns.append(words("driven by", [drives.get(name, "") for name in names]))
     title = f"{plural(len(_bodies(result)), 'body', 'bodies')}, {plural(len(names), 'joint', 'joints')}"
-    return Table(title, tuple(columns))
+    return ResultTable(title, tuple(columns))
 
 
 def _bodies(result: Result) -> list[int]:
@@ -56,7 +56,7 @@ def _bodies(result: Result) -> list[int]:
     return [names.index(owner) for owner in dict.fromkeys(names)]
 
 
-def _members(result: Result) -> Table:
+def _members(result: Result) -> ResultTable:
     stiffness, length = result.get("member_stiffness"), result.get("member_length")
     axially = tuple("rigid" if value == float("inf") else f"{value:.6g}" for value in stiffness.tolist())
     columns = (
@@ -64,10 +64,10 @@ def _members(result: Result) -> Table:
         Column("length", result.unit("member_length"), tuple(f"{value:.4g}" for value in length.tolist())),
         Column("stiffness along it", result.unit("member_stiffness"), axially),
     )
-    return Table(plural(len(stiffness), "elastic member", "elastic members"), columns)
+    return ResultTable(plural(len(stiffness), "elastic member", "elastic members"), columns)
 
 
-def _springs(result: Result) -> Table:
+def _springs(result: Result) -> ResultTable:
     names = result.labels("spring")
     stiffness = tuple(f"{value:.6g}" for value in result.get("spring_stiffness").tolist())
     columns = (
@@ -75,10 +75,10 @@ def _springs(result: Result) -> Table:
         words("on", result.get("spring_on").tolist()),
         *in_one_unit([Column("stiffness", "", stiffness)], result.coords["spring_unit"].values.tolist()),
     )
-    return Table(plural(len(names), "spring", "springs"), columns)
+    return ResultTable(plural(len(names), "spring", "springs"), columns)
 
 
-def _sources(result: Result) -> Table:
+def _sources(result: Result) -> ResultTable:
     names = result.labels("source")
     sizes = tuple(f"{value:.4g}" for value in result.get("size").tolist())
     units = result.coords["source_unit"].values.tolist()
@@ -87,10 +87,10 @@ def _sources(result: Result) -> Table:
         words("kind", result.coords["source_kind"].values.tolist()),
         *in_one_unit([Column("up to", "", sizes)], units),
     )
-    return Table(plural(len(names), "source of error", "sources of error"), columns)
+    return ResultTable(plural(len(names), "source of error", "sources of error"), columns)
 
 
-def _plays(result: Result) -> Table:
+def _plays(result: Result) -> ResultTable:
     """The clearances whose size scatters, with the travel of the pin from side to side."""
     names, play = result.labels("clearance"), result.get("play")
     columns = (
@@ -102,10 +102,10 @@ def _plays(result: Result) -> Table:
     tight = [name for name, value in zip(names, play[:, 0].tolist(), strict=True) if value < 0.0]
     notes = (f"Pairs with interference have no play: {', '.join(tight)}.",) if tight else ()
     count = plural(len(names), "clearance whose size scatters", "clearances whose sizes scatter")
-    return Table(f"{count}: travel from side to side", columns, notes)
+    return ResultTable(f"{count}: travel from side to side", columns, notes)
 
 
-def _mobility(result: Result) -> Table:
+def _mobility(result: Result) -> ResultTable:
     frame = result.labels("component")
     guess = result.get("guess")
     rows = _bodies(result)
@@ -121,7 +121,7 @@ def _mobility(result: Result) -> Table:
         *(f"Hint: {hint}" for hint in str(result.attrs.get("hints", "")).splitlines()),
         *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
-    return Table("Start, from which it is assembled", tuple(columns), notes)
+    return ResultTable("Start, from which it is assembled", tuple(columns), notes)
 
 
 def _spins(result: Result) -> Iterator[str]:

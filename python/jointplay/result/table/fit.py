@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .layout import NOTHING, Column, Table
+from .layout import NOTHING, Column, ResultTable
 
 #: tables of more rows are shown in part, as many rows of them
 MANY_ROWS, MOST_ROWS = 16, 12
@@ -43,7 +43,7 @@ class Fitted:
     notes: tuple[str, ...]
 
 
-def fitted(table: Table, width: int, *, every: bool = False) -> Fitted:
+def fitted(table: ResultTable, width: int, *, every: bool = False) -> Fitted:
     """A table for a terminal.
 
     Parameters

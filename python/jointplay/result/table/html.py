@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from .layout import Table
+from .layout import ResultTable
 
 #: rows of a table that a page has; files have all
 MOST_ROWS = 400
 
 
-def table(found: Table, *, title: bool = False) -> str:
+def table(found: ResultTable, *, title: bool = False) -> str:
     """A table as on the screen, with its notes."""
     head = "".join(
         f"<th{_side(column.left)}>{escape(column.name)}<br><small>{escape(column.unit)}</small></th>"

@@ -11,8 +11,6 @@ from jointplay.result import Result, in_words
 
 from .layout import NOTHING
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-
 #: indices and shares that differ by no more standard errors than this, and this, are alike
 ERRORS, ALIKE = 3.0, 0.01
 

@@ -68,7 +68,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """A table with what it is, what follows from it, and what one must know to read it.
 
     Attributes

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from jointplay.basics.arrays import Flags
 from jointplay.result import UNREACHABLE, Result, figures, quantity
 from jointplay.result.conclusions import shares_over_nodes
 from jointplay.result.verdict import READABLE
 
-from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
+from .layout import NOTHING, Column, ResultTable, commands, numbers, sentence, words
 from .notes import OUTCOMES, sizes_taken
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 SHARES = (0.5, 0.9, 0.99)
 #: sources that are listed
 MOST_SOURCES = 12
 
 
-def overview(result: Result) -> list[Table]:
+def overview(result: Result) -> list[ResultTable]:
     """The tables of a map."""
     axes = str(result.attrs["grid"]).split(", ")
     tables = [_outcomes(result, axes)]
@@ -30,7 +29,7 @@ def overview(result: Result) -> list[Table]:
     return tables
 
 
-def _outcomes(result: Result, axes: list[str]) -> Table:
+def _outcomes(result: Result, axes: list[str]) -> ResultTable:
     status = result.get("status")
     found, counts = np.unique(status, return_counts=True)
     order = np.argsort(-counts, kind="stable")
@@ -54,10 +53,10 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
             if count:
                 notes.append(f"At {count} nodes the {name} is beyond its limit.")
     notes += sizes_taken(result)
-    return Table(f"Map over {', '.join(axes)}: {shape} nodes", columns, tuple(notes))
+    return ResultTable(f"Map over {', '.join(axes)}: {shape} nodes", columns, tuple(notes))
 
 
-def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
+def _sizes(result: Result, axes: list[str], good: Flags) -> ResultTable:
     """Quantiles of every quantity over the nodes, its extreme, and where that is."""
     found = {name: quantity(result, name) for name in figures(result)}
     rows = []
@@ -80,7 +79,7 @@ def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
         along = result.coords[axis]
         columns.append(commands(f"at {axis}", along.units, [along.values[at[k]] for _, _, at in rows]))
     note = "Quantiles are over the nodes: half of them, 90 % and 99 % of them are better."
-    return Table("How far off, and where", tuple(columns), (note,))
+    return ResultTable("How far off, and where", tuple(columns), (note,))
 
 
 def _mixed(header: str, values: list[float]) -> Column:
@@ -88,7 +87,7 @@ def _mixed(header: str, values: list[float]) -> Column:
     return Column(header, "", tuple(numbers("", "", [value]).cells[0] for value in values))
 
 
-def _shares(result: Result, good: Nodes) -> Table:
+def _shares(result: Result, good: Flags) -> ResultTable:
     """Shares of the sources in the error of all nodes together, which counts a node by the size of its error."""
     causes, found = shares_over_nodes(result, good)
     shares = {which: parts / parts.sum() for which, parts in found.items() if parts.sum() > 0.0}
@@ -98,4 +97,4 @@ def _shares(result: Result, good: Nodes) -> Table:
         columns.append(Column(which, "%", tuple(f"{100 * share[k]:.1f}" for k in order)))
     more = len(causes) - len(order)
     notes = (f"{more} more sources have smaller shares.",) if more else ()
-    return Table("To blame, over all nodes", tuple(columns), notes)
+    return ResultTable("To blame, over all nodes", tuple(columns), notes)

@@ -9,11 +9,11 @@ import numpy as np
 from jointplay.result import Result
 from jointplay.result.conclusions import Tops, missed, rounding, tops
 
-from .layout import Column, Table, commands, numbers, words
+from .layout import Column, ResultTable, commands, numbers, words
 from .notes import notes
 
 
-def overview(result: Result, title: str) -> list[Table]:
+def overview(result: Result, title: str) -> list[ResultTable]:
     """A table for every figure, with the worst one over the configurations in each cell."""
     counts = missed(result)
     over = result.sizes["configuration"]
@@ -25,7 +25,7 @@ def overview(result: Result, title: str) -> list[Table]:
         if np.nan_to_num(top.values).any():
             kind = {"position": "position error"}.get(top.name, top.name)
             head = f"{title}: {'smallest' if top.is_least else 'largest'} {kind}{among}{axes}"
-            found.append(Table(head, _columns(result, top, counts)))
+            found.append(ResultTable(head, _columns(result, top, counts)))
     if found:
         found[-1] = replace(found[-1], notes=(*found[-1].notes, *notes(result)))
     return found

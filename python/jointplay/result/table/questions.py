@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from jointplay.basics.arrays import Floats
 from jointplay.questions import QUESTIONS, Question, named
 from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
 from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, quantile, rounded_up, rounding
@@ -14,7 +15,7 @@ from jointplay.result.verdict import limits_in_words, verdict
 
 from .fit import chosen_rows
 from .indices import largest
-from .layout import NOTHING, Column, Table, commands, missed, numbers, statuses, words
+from .layout import NOTHING, Column, ResultTable, commands, missed, numbers, statuses, words
 from .map import overview as map_overview
 from .notes import notes
 from .pairs import overview as pairs_overview
@@ -22,10 +23,8 @@ from .pairs import overview as pairs_overview
 #: shares below which all of a column are shown in ppm
 RARE = 1e-3
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-
-def tables(result: Result) -> list[Table]:
+def tables(result: Result) -> list[ResultTable]:
     """The tables of a result, by the question in its attributes."""
     several = parts(result)
     if len(several) > 1 or several[0][0]:
@@ -34,7 +33,7 @@ def tables(result: Result) -> list[Table]:
     question = _question(result)
     if "mechanism" in result.sizes:
         sizes = [values for name in figures(result) for values in figure(result, name)[0]]
-        return [Table(question.title, _compare(result), notes(result), rows=_rows(result, *sizes))]
+        return [ResultTable(question.title, _compare(result), notes(result), rows=_rows(result, *sizes))]
     if "sweep_by" in result.attrs:
         return pairs_overview(result, question.title)
     if "sweep" in result.attrs:
@@ -50,16 +49,16 @@ def tables(result: Result) -> list[Table]:
     marks = verdict(result).marks
     if any(marks):
         columns.append(missed("beyond limit", marks))
-    return [Table(question.title, tuple(columns), notes(result), rows=_rows(result, *_sizes(result)))]
+    return [ResultTable(question.title, tuple(columns), notes(result), rows=_rows(result, *_sizes(result)))]
 
 
-def _headed(heading: str, number: int, table: Table, part: Result) -> Table:
+def _headed(heading: str, number: int, table: ResultTable, part: Result) -> ResultTable:
     """A table of one output in one load case; the first one has the answer."""
     lead = () if number else conclude(part).sentences
     return replace(table, title=f"{heading}: {table.title}", lead=lead)
 
 
-def _envelopes(result: Result) -> list[Table]:
+def _envelopes(result: Result) -> list[ResultTable]:
     """Of every output the largest errors over the load cases, configuration by configuration."""
     if "envelope_position" not in result.data or "configuration" not in result.data["envelope_position"].dims:
         return []
@@ -71,7 +70,7 @@ def _envelopes(result: Result) -> list[Table]:
     ]
 
 
-def _envelope(result: Result, heading: str) -> list[Table]:
+def _envelope(result: Result, heading: str) -> list[ResultTable]:
     if "sweep" in result.attrs or "mechanism" in result.sizes:
         return []
     drives = [commands(name, drive.units, drive.values) for name, drive in result.drives.items()]
@@ -91,7 +90,7 @@ def _envelope(result: Result, heading: str) -> list[Table]:
         columns += [Column(n, unit, cells[k * count : (k + 1) * count], spare=1) for k, n in enumerate(ends)]
     sizes = [result.get(f"envelope_{word}") for word in ("position", "rotation")]
     rows = chosen_rows(result.sizes["configuration"], sizes)
-    return [Table(f"{heading}Envelope: the largest errors over the load cases", tuple(columns), rows=rows)]
+    return [ResultTable(f"{heading}Envelope: the largest errors over the load cases", tuple(columns), rows=rows)]
 
 
 def _question(result: Result) -> Question:
@@ -334,7 +333,7 @@ def _corrections_of_both(result: Result) -> Iterator[Column]:
                 yield numbers(f"{label}\n{drive} change", unit, values, rounding(result, unit))
 
 
-def _sweep(result: Result) -> list[Table]:
+def _sweep(result: Result) -> list[ResultTable]:
     """One row per value: smallest, mean and largest figure over the configurations, and where it is largest."""
     dim = str(result.attrs["sweep"])
     along = result.coords[dim]
@@ -368,7 +367,7 @@ def _sweep(result: Result) -> list[Table]:
     count = result.sizes["configuration"]
     over = f"over {count} configuration{'s' * (count != 1)}, by {along.long_name or dim}"
     rows = chosen_rows(len(along.values), worst)
-    return [Table(f"{_question(result).title} {over}", tuple(columns), notes(result), rows=rows)]
+    return [ResultTable(f"{_question(result).title} {over}", tuple(columns), notes(result), rows=rows)]
 
 
 def _counted(name: str, counts: list[int]) -> Column:

@@ -15,7 +15,7 @@ from jointplay.result.conclusions import Sentence
 from jointplay.result.verdict import HELD, NOT_SHOWN
 
 from .fit import fitted
-from .layout import Column, Table
+from .layout import Column, ResultTable
 
 #: colour of what is not ok: the vermilion that readers with every kind of colour vision see, on light and dark ground
 ALARM = "bold #d55e00"
@@ -46,7 +46,7 @@ class Console(terminal.Console):
 def show(
     title: str,
     answers: Sequence[Answer],
-    tables: Iterable[Table],
+    tables: Iterable[ResultTable],
     console: Console,
     *,
     remarks: Iterable[str] = (),
@@ -59,7 +59,7 @@ def show(
     title : str
         The first line.
     answers : sequence of Answer
-    tables : iterable of Table
+    tables : iterable of ResultTable
     console : Console
     remarks : iterable of str, optional
         What is said at the end.
@@ -90,7 +90,7 @@ def show_names(first: str, titles: Mapping[str, str], console: Console) -> None:
         _wrapped(Sentence(title), console, f"{name:<{wide}}  ")
 
 
-def _print_table(table: Table, console: Console, every: bool) -> None:
+def _print_table(table: ResultTable, console: Console, every: bool) -> None:
     fit = fitted(table, console.width, every=every)
     _wrapped(Sentence(table.title), console, style="bold")
     for sentence in table.lead:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from jointplay.result import Result, parts
 from jointplay.result.conclusions import Sentence, conclude, decide
 
-from .layout import Table
+from .layout import ResultTable
 from .questions import tables
 from .render import Answer
 
@@ -16,7 +16,7 @@ from .render import Answer
 MOST = 3
 
 
-def screen(results: Mapping[str, Result]) -> tuple[list[Answer], list[Table]]:
+def screen(results: Mapping[str, Result]) -> tuple[list[Answer], list[ResultTable]]:
     """The answers and the tables of the results, by question.
 
     Of several questions the verdict over all comes first; each has its answer in front, with what says that something

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import SIDES, Array, Result, ResultBuilder, Variable
+from jointplay.result import SIDES, Result, ResultBuilder, Variable
 
 from .words import ROUNDING, SIZES
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Array, Result, first_largest
+from jointplay.result import Result, first_largest
 
 from .judging import PLAYS, ends, ends_of_plays, judged, room
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict

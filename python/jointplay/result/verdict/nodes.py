@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import Array, Result, counted
+from jointplay.basics.arrays import Array
+from jointplay.result import Result, counted
 
 from .margins import TAKEN
 from .outcome import HELD, MISSED, NOT_SHOWN, UNRELIABLE

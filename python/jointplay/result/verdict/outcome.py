@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointplay.result import Array, Result, counted
+from jointplay.basics.arrays import Array
+from jointplay.result import Result, counted
 
 from .words import configurations, left_out
 

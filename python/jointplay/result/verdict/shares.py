@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.result import LOAD, Array, Result, in_words
+from jointplay.basics.arrays import Array
+from jointplay.result import LOAD, Result, in_words
 
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict, worst_of
 from .words import cause, percent, there

@@ -9,13 +9,14 @@ import os
 from pathlib import Path
 
 from jointplay.analyses import random
+from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
 from . import printing
-from .answers import SAMPLES, Progress, ask
+from .answers import SAMPLES, ask
 from .notebook import View, view
 from .page import page
 

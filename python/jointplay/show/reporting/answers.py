@@ -20,7 +20,8 @@ from jointplay.analyses import (
     worst,
 )
 from jointplay.analyses.displaced import Displaced, shifts
-from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.analyses.nominal import Nominal, Progress, carried, nominal
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
@@ -29,10 +30,6 @@ from jointplay.result import Result, Variable, parts, size, stack
 from jointplay.result.verdict import is_good
 
 from . import maps
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-#: called with how many steps are done and how many there are
-Progress = Callable[[int, int], None]
 
 SAMPLES = 32_768
 #: factors of all clearances and tolerances against which the error is drawn

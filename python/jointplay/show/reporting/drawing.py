@@ -13,7 +13,7 @@ from jointplay.questions import QUESTIONS
 from jointplay.result import figure, figures, in_words
 from jointplay.result.verdict import cause, place, verdict
 from jointplay.show import viewer
-from jointplay.show.viewer import Displaced, scene
+from jointplay.show.viewer import DisplacedScene, scene
 
 from .answers import Chapter, reproduces, shown
 
@@ -32,7 +32,7 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
     """The data of the viewer."""
     m, at = chapter.m.first, chapter.at
     kept = shown(len(at))
-    states = [Displaced(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
+    states = [DisplacedScene(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
     own = at.chosen(kept)
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
     limit = float(bounds["position"][1]) / m.units.length

@@ -16,9 +16,10 @@ import numpy as np
 
 from jointplay.analyses import pressed, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
-from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
+from jointplay.analyses.nominal import WITHOUT_ERRORS, Nominal
 from jointplay.analyses.questions import computation, options_of
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, around
+from jointplay.basics.arrays import Floats
 from jointplay.core.compile import ANGULAR, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
@@ -27,10 +28,10 @@ from jointplay.result import STATUSES, Result, blame, figure, in_words
 from jointplay.result.conclusions import Sentence, conclude, rests, rounding
 from jointplay.result.verdict import cause, verdict
 from jointplay.show.reporting.answers import reproduces, specimens
-from jointplay.show.viewer import Displaced, scene
+from jointplay.show.viewer import DisplacedScene, scene
 
 from .knobs import drives, offsets
-from .session import Asked, Session, placed
+from .session import PageQuestion, Session, placed
 
 #: specimens while sliders move, and when they rest: as many as there is time for, one after the other
 FEW = 256
@@ -59,13 +60,13 @@ class AtSliders:
     region: Floats
 
 
-def now(session: Session, asked: Asked, check: Check) -> Json:
+def now(session: Session, asked: PageQuestion, check: Check) -> Json:
     """What is shown while sliders move.
 
     Parameters
     ----------
     session : Session
-    asked : Asked
+    asked : PageQuestion
     check : callable
         Raises when the page has asked something newer.
 
@@ -91,7 +92,7 @@ def now(session: Session, asked: Asked, check: Check) -> Json:
     return told
 
 
-def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
+def settled(session: Session, asked: PageQuestion, samples: int, check: Check) -> Json:
     """What is shown when sliders rest: the same on the exact closure.
 
     Parameters
@@ -137,7 +138,7 @@ def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
     return told
 
 
-def _standing(m: Mechanism, at: Nominal, asked: Asked) -> Json:
+def _standing(m: Mechanism, at: Nominal, asked: PageQuestion) -> Json:
     """What keeps the machine from standing at a position, where something does, and where it would be."""
     if not np.isfinite(at.poses).all():
         return {"problem": f"cannot be assembled at {_drives(m, asked.drives)}"}
@@ -176,14 +177,14 @@ def _takes_offsets(question: str) -> bool:
     return question in asked_by("studio") and "offsets" in options_of(question)
 
 
-def _given(m: Mechanism, at: Nominal, asked: Asked) -> dict[str, Result]:
+def _given(m: Mechanism, at: Nominal, asked: PageQuestion) -> dict[str, Result]:
     """What is asked about the offsets that the sliders give."""
     if not _takes_offsets(asked.question):
         return {}
     return {asked.question: computation(asked.question, "studio")(m, offsets=dict(asked.offsets), at=at)}
 
 
-def _here(m: Mechanism, at: Nominal, asked: Asked) -> AtSliders:
+def _here(m: Mechanism, at: Nominal, asked: PageQuestion) -> AtSliders:
     answers = _questions(m, at) | _given(m, at, asked)
     axes = _axes(m)
     towards = around(axes, (IN_PLANE if axes == 2 else IN_SPACE) if m.core.isostatic else ROUGH)
@@ -208,7 +209,7 @@ def _drives(m: Mechanism, values: tuple[float, ...]) -> str:
     return ", ".join(told)
 
 
-def _drawing(here: AtSliders, asked: Asked) -> Json:
+def _drawing(here: AtSliders, asked: PageQuestion) -> Json:
     """The drawing at a position."""
     m, at = here.m, here.at
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
@@ -226,7 +227,7 @@ def _drawing(here: AtSliders, asked: Asked) -> Json:
     return {"scene": drawn | {"blamed": _blamed(m, shown, drawn["shapes"])}}
 
 
-def _displaced(here: AtSliders, question: str) -> list[Displaced]:
+def _displaced(here: AtSliders, question: str) -> list[DisplacedScene]:
     """The mechanism where the answer to a question has it."""
     m, at = here.m, here.at
     if question not in here.answers or not QUESTIONS[question].displaced:
@@ -238,7 +239,9 @@ def _displaced(here: AtSliders, question: str) -> list[Displaced]:
     moved = under_load(m, at) if is_elastic else at_offsets(m, at, offset)
     # Where offsets alone tell the poses there is nothing to compare; to first order they are not those of the error.
     is_known = _takes_offsets(question) or (question == "worst" and m.core.isostatic)
-    return [Displaced(QUESTIONS[question].displaced, *moved)] if is_known or reproduces(m, at, result, moved) else []
+    return (
+        [DisplacedScene(QUESTIONS[question].displaced, *moved)] if is_known or reproduces(m, at, result, moved) else []
+    )
 
 
 def _numbers(answers: Mapping[str, Result]) -> Json:
@@ -288,7 +291,7 @@ def _blamed(m: Mechanism, result: Result | None, shapes: list[Json]) -> list[int
             ends = m.data.dimensions[name].between
             joints |= {k: None for k, joint in enumerate(m.joints) if joint.split("/")[0] in ends}
         elif name in m.sources:
-            source = m.core_spec["sources"][m.sources.index(name)]
+            source = m.compiled_sources[m.sources.index(name)].spec
             if "joint" in source:
                 joints[source["joint"]] = None
             elif "drive" in source:
@@ -299,7 +302,7 @@ def _blamed(m: Mechanism, result: Result | None, shapes: list[Json]) -> list[int
         name = m.joints[k].split("/")[0]
         # Both pins of a universal joint stand under its name.
         at = named.get(name, named.get(name.rpartition(".")[0]))
-        points.append(m.core_spec["joints"][k]["second"] if at is None else at)
+        points.append(m.joint_points[k][1] if at is None else at)
     return points
 
 

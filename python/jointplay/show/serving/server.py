@@ -30,11 +30,11 @@ from jointplay.show import viewer
 from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import page as report
 
-from .answers import STAGES, now, opened, settled
+from .answers import STAGES, Json, now, opened, settled
 from .door import HOST, PIECE, Connection, Door
 from .folder import Folder, Opened, example, from_text
 from .replies import reply
-from .session import Asked, Cancelled, Session
+from .session import Cancelled, PageQuestion, Session
 
 #: names of this machine that a browser may have been given
 NAMES = ("127.0.0.1", "localhost")
@@ -48,8 +48,6 @@ VERSIONS = ("HTTP/1.0", "HTTP/1.1")
 #: what is said with a refusal
 REFUSED = {403: "refused: open the address that `jointplay studio` printed"}
 HTML, CSS, JS, JSON = "text/html", "text/css", "text/javascript", "application/json"
-
-Json = dict[str, Any]
 
 
 def _own(name: str) -> str:
@@ -127,12 +125,12 @@ class Studio:
 
     def now(self, told: Json) -> Json:
         session, _ = self._page(told)
-        asked = Asked.of(told)
+        asked = PageQuestion.of(told)
         return now(session, asked, session.begin(asked))
 
     def settled(self, told: Json) -> Json:
         session, _ = self._page(told)
-        asked, samples = Asked.of(told), told.get("samples", 0)
+        asked, samples = PageQuestion.of(told), told.get("samples", 0)
         if samples not in (0, *STAGES):
             raise InputError(f"{shown(samples)} is not a number of specimens that the page asks for", key="samples")
         return settled(session, asked, samples, session.begin(asked))
@@ -140,7 +138,7 @@ class Studio:
     def save(self, told: Json) -> Json:
         """Write the mechanism with the values of the sliders. The page goes on with it under the same number."""
         session, found = self._page(told)
-        m = session.changed(Asked.of(told).values)
+        m = session.changed(PageQuestion.of(told).values)
         saved = self.folder.save(found, m, str(told.get("name") or found.name))
         self._keep(str(told["page"]), session, saved)
         return {"file": saved.name, "files": self.folder.names()}
@@ -148,13 +146,13 @@ class Studio:
     def text(self, told: Json) -> Json:
         """The file with the values of the sliders."""
         session, _ = self._page(told)
-        m = session.changed(Asked.of(told).values)
+        m = session.changed(PageQuestion.of(told).values)
         return {"text": m.text(m.file)}
 
     def report(self, told: Json) -> Json:
         """A report on the mechanism with the values of the sliders."""
         session, found = self._page(told)
-        values = Asked.of(told).values
+        values = PageQuestion.of(told).values
         name = found.name or "FILE"
         # With sliders moved it is the file that the page prints.
         command = shlex.join(["jointplay", "report", "FILE" if values else name])

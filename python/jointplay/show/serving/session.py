@@ -14,7 +14,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from jointplay.analyses.nominal import Floats, Nominal, at_drives, bounded, nominal
+from jointplay.analyses.nominal import Nominal, at_drives, bounded, nominal
+from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
@@ -32,7 +33,7 @@ class Cancelled(Exception):
 
 
 @dataclass(frozen=True)
-class Asked:
+class PageQuestion:
     """What a page asks about.
 
     Attributes
@@ -60,7 +61,7 @@ class Asked:
     offsets: Mapping[str, float] = field(default_factory=dict)
 
     @staticmethod
-    def of(told: Mapping[str, Any]) -> Asked:
+    def of(told: Mapping[str, Any]) -> PageQuestion:
         """From what a page sends.
 
         Raises
@@ -69,7 +70,7 @@ class Asked:
             When it is something else than a page of ours sends.
         """
         try:
-            return Asked(
+            return PageQuestion(
                 int(told.get("serial", 0)),
                 {str(key): float(value) for key, value in dict(told.get("values", {})).items()},
                 tuple(float(value) for value in told.get("drives", ())),
@@ -104,7 +105,7 @@ class Session:
         self._newest = 0
         self._kept: OrderedDict[object, Any] = OrderedDict()
 
-    def begin(self, asked: Asked) -> Callable[[int, int], None]:
+    def begin(self, asked: PageQuestion) -> Callable[[int, int], None]:
         """Note a question; gives what its work calls between its steps.
 
         Raises
@@ -139,12 +140,12 @@ class Session:
                 changes |= self.knobs[key].changes(value)
         return self.m.with_(changes) if changes else self.m
 
-    def mechanism(self, asked: Asked) -> Mechanism:
+    def mechanism(self, asked: PageQuestion) -> Mechanism:
         """The mechanism that is asked about: with one output, in one load case."""
         key = (tuple(sorted(asked.values.items())), asked.output, asked.load_case)
         return self.kept(("mechanism", key), lambda: self._chosen(asked))
 
-    def _chosen(self, asked: Asked) -> Mechanism:
+    def _chosen(self, asked: PageQuestion) -> Mechanism:
         m = self.changed(asked.values)
         output = asked.output or next(iter(m.outputs), None)
         return m.only(output, asked.load_case or next(iter(m.load_cases), None))

@@ -6,9 +6,9 @@ projection from any side, so that a page prints as sharp as it is seen and needs
 
 from importlib.resources import files
 
-from .scene import Displaced, scene
+from .scene import DisplacedScene, scene
 
-__all__ = ["Displaced", "scene", "script", "style"]
+__all__ = ["DisplacedScene", "scene", "script", "style"]
 
 
 def script() -> str:

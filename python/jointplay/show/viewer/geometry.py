@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
@@ -21,7 +22,6 @@ from jointplay.plot.plan import SLIDER
 from jointplay.plot.sketch import AXIS, SLIDING
 from jointplay.plot.style import using
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: a shape as the page reads it
 Shape = dict[str, Any]
 

@@ -14,11 +14,12 @@ import numpy as np
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot.bodies import on_ground, path_of_output
 from jointplay.plot.words import automatic
 
-from .geometry import Floats, Geometry
+from .geometry import Geometry
 
 #: how large, as a share of the mechanism, a magnified error is drawn
 VISIBLE = 0.08
@@ -29,7 +30,7 @@ DIGITS = 4
 
 
 @dataclass(frozen=True)
-class Displaced:
+class DisplacedScene:
     """A mechanism that is not at its nominal poses.
 
     Attributes
@@ -51,7 +52,7 @@ def scene(
     m: Mechanism,
     at: Nominal,
     *,
-    displaced: Sequence[Displaced] = (),
+    displaced: Sequence[DisplacedScene] = (),
     region: Floats | None = None,
     cloud: Floats | None = None,
     limit: float | None = None,
@@ -65,7 +66,7 @@ def scene(
         With one output.
     at : Nominal
         The configurations to be shown.
-    displaced : sequence of Displaced
+    displaced : sequence of DisplacedScene
         States beside the nominal one.
     region, cloud : ndarray, optional
         Errors of the output point in its own axes, shape (configuration, any, axis), in units of the file: points
@@ -93,7 +94,7 @@ def scene(
     sizes = [np.linalg.norm(array, axis=-1) for array in (region, cloud) if array is not None]
     largest = max((float(np.nanmax(size, initial=0.0)) for size in sizes), default=0.0)
     if not largest:
-        output = m.core_spec["output"]["point"]
+        output = m.output_point
         moves = [geometry.places(state.poses, state.points)[:, output] - places[:, output] for state in displaced]
         largest = max((float(np.nanmax(np.linalg.norm(move, axis=-1), initial=0.0)) for move in moves), default=0.0)
     path = path_of_output(m, at)[:, :axes] / m.units.length
@@ -102,8 +103,8 @@ def scene(
         "unit": m.units.length_name,
         "extent": geometry.extent,
         "shapes": geometry.shapes,
-        "output": m.core_spec["output"]["point"],
-        "relative": "relative_to" in m.core_spec["output"],
+        "output": m.output_point,
+        "relative": m.seen_from is not None,
         "places": _rounded(places[..., :axes], digits),
         "path": _rounded(path, digits),
         "states": states,

@@ -1,6 +1,6 @@
 use serde_json::json;
 
-use super::{Budget, NEWTON_STEPS, State};
+use super::{Begun, Budget, NEWTON_STEPS, State};
 use crate::closure::equations::Inputs;
 use crate::mechanism::Mechanism;
 use crate::mechanism::testing::{pin, point};
@@ -43,12 +43,13 @@ fn no_part_of_a_way_is_given_up_that_would_be_accepted() {
             assert_eq!(given_up.as_ref().map(numbers), whole.as_ref().map(numbers), "{near} {k}");
             let took = |in_vain: fn(f64, f64) -> bool| {
                 let mut budget = Budget::of(NEWTON_STEPS);
-                let found = solver.newton(&mut from.coordinates.clone(), &to, Some(&mut budget), in_vain);
+                let begun = Begun::at(&m, from.coordinates.clone(), &to);
+                let found = solver.newton(begun, &to, Some(&mut budget), in_vain);
                 (found, NEWTON_STEPS - budget.left())
             };
             let (converged, steps) = took(|_, _| false);
             if whole.is_some() {
-                let converged = converged.expect("it was accepted");
+                let (_, converged) = converged.expect("it was accepted");
                 accepted += 1;
                 just_accepted += i32::from(converged.later_moves > 0.4 * converged.first_move);
             } else {

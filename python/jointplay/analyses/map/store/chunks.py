@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.analyses.map.lattice import Block
+from jointplay.basics.arrays import Array
 from jointplay.basics.files import remove_folder, require_writable, said_of
 from jointplay.errors import InputError
 from jointplay.result import Attribute, Result, Variable
@@ -27,7 +29,7 @@ from jointplay.result import Attribute, Result, Variable
 from .checks import Damaged, Stamps, put_sealed, sealed, stamp, sync_folder
 from .lock import Lock
 from .netcdf import fingerprint_of, to_netcdf
-from .plan import DIMENSIONS, Array, Entry, Region, StorePlan
+from .plan import DIMENSIONS, Entry, StorePlan
 from .writer import JOURNAL, RUN, Writer
 
 if TYPE_CHECKING:
@@ -266,16 +268,16 @@ class ChunkStore:
             self._pending.add(number)
             self._put_pending()
 
-    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+    def put(self, number: int, region: Block, part: Result, entry: Entry) -> None:
         """Keep what has a value per node of a chunk, then what the journal says of it."""
         self.announce(number)
         self.record(number, entry, self._writer.write(region, part))
 
-    def values(self, name: str, region: Region) -> Array:
+    def values(self, name: str, region: Block) -> Array:
         """Values of a variable in a part of the grid."""
         return np.array(self._writer.array(name)[region])
 
-    def replace(self, number: int, name: str, region: Region, values: Array) -> None:
+    def replace(self, number: int, name: str, region: Block, values: Array) -> None:
         """Change values of a variable in a part of a chunk."""
         # A run that was killed may have written them without saying so in the journal.
         if number not in self._pending and np.array_equal(values, self.values(name, region)):

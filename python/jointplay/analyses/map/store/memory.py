@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from jointplay.analyses.map.lattice import Block
+from jointplay.basics.arrays import Array
 from jointplay.errors import InputError
 from jointplay.result import Attribute, Result, Variable
 
-from .plan import Array, Entry, Region, StorePlan
+from .plan import Entry, StorePlan
 
 #: bytes from which a map has to go to a file
 LARGEST = 2_000_000_000
@@ -51,18 +53,18 @@ class MemoryStore:
         """The position from which the work goes on."""
         return self.position
 
-    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+    def put(self, number: int, region: Block, part: Result, entry: Entry) -> None:
         """Keep what has a value per node of a chunk, then what the journal says of it."""
         for name, variable in {**part.coords, **part.data}.items():
             if self.plan.has_nodes(name, variable):
                 self.replace(number, name, region, variable.values)
         self._journal[number] = entry
 
-    def values(self, name: str, region: Region) -> Array:
+    def values(self, name: str, region: Block) -> Array:
         """Values of a variable in a part of the grid."""
         return np.array(self.result.get(name)[region])
 
-    def replace(self, number: int, name: str, region: Region, values: Array) -> None:  # noqa: ARG002
+    def replace(self, number: int, name: str, region: Block, values: Array) -> None:  # noqa: ARG002
         """Change values of a variable in a part of a chunk."""
         self.result.get(name)[region] = values
 

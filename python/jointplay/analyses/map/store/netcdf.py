@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.analyses.map.lattice import Block
 from jointplay.basics.files import replacing
 
 from .patient import Patient
-from .plan import DIMENSIONS, Region, StorePlan
+from .plan import DIMENSIONS, StorePlan
 
 if TYPE_CHECKING:
     import zarr
@@ -104,7 +105,7 @@ def _copied(array: Any, variable: Any, plan: StorePlan) -> Iterator[None]:
         yield
 
 
-def _regions(plan: StorePlan) -> Iterator[Region]:
+def _regions(plan: StorePlan) -> Iterator[Block]:
     starts = (range(0, size, step) for size, step in zip(plan.shape, plan.chunk, strict=True))
     for corner in itertools.product(*starts):
         yield tuple(

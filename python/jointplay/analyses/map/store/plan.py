@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
-from numpy.typing import NDArray
-
+from jointplay.analyses.map.lattice import Block
+from jointplay.basics.arrays import Array
 from jointplay.result import Attribute, Result, Variable
 
-Array = NDArray[Any]
-Region = tuple[slice, ...]
 Entry = Mapping[str, Array]
 #: attribute of an array with its dimensions, where xarray looks for them
 DIMENSIONS = "_ARRAY_DIMENSIONS"
@@ -72,13 +70,13 @@ class Store(Protocol):
     def begin(self, first: Result) -> None:
         """Make room for the whole map; the result on some chunk has the variables and coordinates."""
 
-    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+    def put(self, number: int, region: Block, part: Result, entry: Entry) -> None:
         """Keep what has a value per node of a chunk, then what the journal says of it."""
 
-    def values(self, name: str, region: Region) -> Array:
+    def values(self, name: str, region: Block) -> Array:
         """Values of a variable in a part of the grid, as a copy."""
 
-    def replace(self, number: int, name: str, region: Region, values: Array) -> None:
+    def replace(self, number: int, name: str, region: Block, values: Array) -> None:
         """Change values of a variable in a part of a chunk."""
 
     def entry(self, number: int) -> Entry | None:

@@ -8,11 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from jointplay.analyses.map.lattice import Block
+from jointplay.basics.arrays import Array
 from jointplay.errors import InputError
 from jointplay.result import Result
 
 from .checks import Stamps, stamp
-from .plan import Array, Region, StorePlan
+from .plan import StorePlan
 
 if TYPE_CHECKING:
     import zarr
@@ -53,7 +55,7 @@ class Writer:
         """An array of the group."""
         return self.group[name]
 
-    def write(self, region: Region, part: Result) -> Stamps:
+    def write(self, region: Block, part: Result) -> Stamps:
         """Write what has a value per node of a chunk; the stamps of its files, which have reached the disk.
 
         Raises
@@ -68,12 +70,12 @@ class Writer:
             self.array(name)[region] = values
         return self.written(arrays, region)
 
-    def replace(self, name: str, region: Region, values: Array) -> Stamps:
+    def replace(self, name: str, region: Block, values: Array) -> Stamps:
         """Change values of a variable in a part of a chunk; the stamp of its file."""
         self.array(name)[region] = values
         return self.written([name], region)
 
-    def written(self, names: Iterable[str], region: Region) -> Stamps:
+    def written(self, names: Iterable[str], region: Block) -> Stamps:
         """The files of a chunk of the map, which is a chunk of every array, when they have reached the disk."""
         place = [part.start // step for part, step in zip(region, self.plan.chunk, strict=True)]
         stamps: Stamps = {}

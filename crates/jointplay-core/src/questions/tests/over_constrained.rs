@@ -1,18 +1,13 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: a cantilever, links that stay
 //! parallel.
 
-use jointplay_core::{Case, Keep, Mechanism, Spec, Status};
+use crate::mechanism::Case;
+use crate::mechanism::dim::Keep;
+use crate::mechanism::status::Status;
+use crate::questions::tests::build;
 use serde_json::{Value, json};
 
-#[path = "../src/mechanism/testing.rs"]
-mod testing;
-
-use testing::{pin, point};
-
-fn build(spec: &Value) -> Mechanism {
-    let spec: Spec = serde_json::from_value(spec.clone()).expect("a specification");
-    Mechanism::new(&spec).expect("a mechanism")
-}
+use crate::mechanism::testing::{pin, point};
 
 fn assert_near(found: &[f64], wanted: &[f64], tolerance: f64) {
     assert_eq!(found.len(), wanted.len());

@@ -1,9 +1,12 @@
 //! Random cone programs of all kinds of sets.
 
-#![allow(dead_code)] // every file of tests is compiled with this one, and uses a part of it
+mod answers;
+mod lanes;
+mod newton;
+mod programs;
 
-use jointplay_core::clearance::Set;
-use jointplay_core::cone::{Block, Kind, Program};
+use crate::clearance::Set;
+use crate::cone::{Block, Kind, Program};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

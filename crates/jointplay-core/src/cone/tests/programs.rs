@@ -2,10 +2,10 @@
 //! definitions of the sets, solved by Clarabel (Goulart and Chen, arXiv 2405.12762), against closed
 //! forms written with vectors, and against each other.
 
+use crate::clearance::Set;
+use crate::math::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SupportedConeT};
-use jointplay_core::clearance::Set;
-use jointplay_core::math::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

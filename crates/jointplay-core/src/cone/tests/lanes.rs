@@ -1,12 +1,10 @@
 //! Eight programs at a time against the same programs one at a time.
 
-mod common;
+use crate::cone::lanes::{Answers, Programs};
+use crate::cone::{Outcome, Program, Question};
+use crate::math::lanes::{Width, limit};
 
-use jointplay_core::cone::lanes::{Answers, Programs};
-use jointplay_core::cone::{Outcome, Program, Question};
-use jointplay_core::math::lanes::{Width, limit};
-
-use common::{random_program, rng};
+use super::{random_program, rng};
 
 const QUESTIONS: [Question; 2] = [Question::Pose, Question::Assembly];
 

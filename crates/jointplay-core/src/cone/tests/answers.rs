@@ -1,12 +1,10 @@
 //! Poses and assemblability as cone programs, against closed forms, brute force and their own duals.
 
-mod common;
-
-use jointplay_core::clearance::Set;
-use jointplay_core::cone::{Block, Kind, Outcome, Program, Springs};
+use crate::clearance::Set;
+use crate::cone::{Block, Kind, Outcome, Program, Springs};
 use rand::Rng;
 
-use common::{numbers, random_program, rng};
+use super::{numbers, random_program, rng};
 
 #[test]
 fn poses_and_self_stresses_prove_each_other() {

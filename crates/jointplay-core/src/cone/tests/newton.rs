@@ -1,13 +1,11 @@
 //! Newton's method on the multipliers, from answers nearby and from anywhere.
 
-mod common;
-
-use jointplay_core::clearance::Set;
-use jointplay_core::cone::{Answer, Block, Kind, Outcome, Program, Question, Springs};
+use crate::clearance::Set;
+use crate::cone::{Answer, Block, Kind, Outcome, Program, Question, Springs};
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
-use common::{block, compliance, displace, inside, numbers, random_program, rng, sets};
+use super::{block, compliance, displace, inside, numbers, random_program, rng, sets};
 
 fn alone(program: &Program, question: Question) -> Answer {
     match question {
