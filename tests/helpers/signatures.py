@@ -28,6 +28,7 @@ NAMED = {
     "bodies": "body",
     "start": "start",
     "drives": "drive",
+    "followers": "follower",
     "dimensions": "dimension",
     "links": "link",
     "springs": "spring",

@@ -19,6 +19,32 @@ class PointSpec(TypedDict):
     at: list[float]
 
 
+class ContactSpec(TypedDict):
+    """How two wheels touch whose axes are not parallel, in axes common to both."""
+
+    axes: list[list[float]]
+    apart: list[float]
+    at: list[float]
+    normal: list[float]
+    opening: list[float]
+
+
+class CurveSpec(TypedDict):
+    """A curve by polynomials between knots."""
+
+    knots: list[float]
+    pieces: list[list[float]]
+
+
+class FollowerSpec(TypedDict):
+    """A joint coordinate over that of another joint."""
+
+    of: int
+    leader: int
+    curve: CurveSpec
+    middle: float
+
+
 class CouplingSpec(TypedDict, total=False):
     """What a coupling needs beside its points and axes; every kind has its own part of it."""
 
@@ -30,6 +56,7 @@ class CouplingSpec(TypedDict, total=False):
     lead: float
     distance: float | None
     marks: list[float] | None
+    contact: ContactSpec | None
 
 
 class JointSpec(TypedDict):
@@ -44,6 +71,7 @@ class JointSpec(TypedDict):
     side_second: NotRequired[list[float]]
     compliance: NotRequired[list[float]]
     coupling: NotRequired[CouplingSpec]
+    follows: NotRequired[FollowerSpec]
     settled: NotRequired[bool]
 
 

@@ -19,9 +19,11 @@ from .contact_spatial import Spatial
 REFUSED: Mapping[str, str] = MappingProxyType(
     {
         "gear": "a gear pair, whose flanks are no convex pieces",
+        "crossed_gear": "a crossed gear pair, whose flanks are no convex pieces",
         "rack": "a rack, whose flanks are no convex pieces",
         "belt": "a belt, which pulls and winds and is no solid",
         "screw": "a screw, whose thread is no convex piece",
+        "follower": "a coordinate that follows another one",
     }
 )
 

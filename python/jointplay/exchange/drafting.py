@@ -130,7 +130,7 @@ class _Sheet:
         self.shown = [
             (PIECES.split(name)[0], joint)
             for name, joint in zip(m.joints, self.spec["joints"], strict=True)
-            if self.owner(joint["first"]) != self.owner(joint["second"])
+            if self.owner(joint["first"]) != self.owner(joint["second"]) and "follows" not in joint
         ]
 
     def at(self, body: int, on_body: Vector) -> Vector:

@@ -42,12 +42,12 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[],
         When a name is no joint that can be driven, or a drive is redundant.
     """
     joints = {joint.name: joint for joint in skeleton.joints}
-    can = [name for name, joint in joints.items() if joint.kind in (*ANGULAR, *LINEAR) and not joint.follows]
+    can = [name for name, joint in joints.items() if joint.kind in (*ANGULAR, *LINEAR) and not leader_of(joint)]
     if wanted is None:
         far = distances(skeleton)
         near = {name: min(far.get(body, len(far)) for body in joints[name].bodies) for name in can}
         # What follows a joint does so by its drive.
-        leaders = {joint.follows[0] for joint in joints.values() if joint.follows}
+        leaders = {leader_of(joint) for joint in joints.values()}
         order = sorted(
             can,
             key=lambda name: (not joints[name].is_driven, not joints[name].spring, name not in leaders, near[name]),
@@ -70,6 +70,12 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[],
             others = f"what {listed(taken)} already move" if taken else "nothing: the joint cannot move"
             raise InputError(f"the drive of '{name}' is redundant: it would move {others}", key="drives")
     return tuple(name for name in can if name in taken)
+
+
+def leader_of(joint: Joint) -> str | None:
+    """The joint whose coordinate it follows, if it does."""
+    leading = joint.follows or joint.curve
+    return leading and leading[0]
 
 
 def has_loops(skeleton: Skeleton) -> bool:
@@ -120,9 +126,9 @@ def _take(name: str, *spaces: _Space) -> bool:
 def _check(name: str, joints: Mapping[str, Joint], can: list[str]) -> None:
     """Refuse what cannot be driven."""
     if name not in can:
-        follows = joints[name].follows if name in joints else None
-        if follows:
-            raise InputError(f"'{name}' follows '{follows[0]}', which can be driven", key="drives")
+        leader = leader_of(joints[name]) if name in joints else None
+        if leader:
+            raise InputError(f"'{name}' follows '{leader}', which can be driven", key="drives")
         raise InputError(not_known(name, "a joint that can be driven", can), key="drives")
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from jointplay.basics import poses
 from jointplay.errors import InputError, listed, one_line
@@ -174,6 +175,7 @@ class _Reading:
     def _constrained(self, joints: list[Joint]) -> Iterator[Joint]:
         """The joints with what equality constraints add: laws, and joints that close loops."""
         laws: dict[str, tuple[str, float, float]] = {}
+        curves: dict[str, tuple[str, tuple[float, ...]]] = {}
         closing: list[Joint] = []
         ignored = []
         for k, equality in enumerate(self.found["equalities"]):
@@ -193,6 +195,11 @@ class _Reading:
                 offset, factor = equality["data"][:2]
                 follower, leader = (self.joint_names[j] for j in ends)
                 laws[follower] = leader, factor, zero + offset - factor * ahead
+            elif kind == "JOINT" and ends[1] >= 0 and any(equality["data"][1:5]):
+                zero, ahead = (self.joints[j]["zero"] for j in ends)
+                curve = zero + Polynomial(equality["data"][:5])(Polynomial([-ahead, 1.0]))
+                follower, leader = (self.joint_names[j] for j in ends)
+                curves[follower] = leader, tuple(curve.coef.tolist())
             else:
                 ignored.append(name)
         if ignored:
@@ -201,7 +208,7 @@ class _Reading:
         if held:
             self.notes.append(f"Equality constraints hold these joints, which are fixed: {listed(held)}.")
         for joint in joints:
-            yield replace(joint, follows=laws.get(joint.name))
+            yield replace(joint, follows=laws.get(joint.name), curve=curves.get(joint.name))
         yield from closing
 
     def _ends(self, equality: dict[str, Any]) -> tuple[tuple[int, Frame], tuple[int, Frame]]:

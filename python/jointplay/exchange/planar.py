@@ -47,7 +47,10 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
             within.append(joint.name)
         else:
             kept.append(_joint(joint, plane))
-    exact = {*driven, *(name for joint in kept if joint.follows for name in (joint.name, joint.follows[0]))}
+    exact = {
+        *driven,
+        *(name for joint in kept if (led := joint.follows or joint.curve) for name in (joint.name, led[0])),
+    }
     angles = _angles(skeleton.bodies, sorted(kept, key=lambda joint: joint.name not in exact))
     joints = tuple(_closed(joint, angles) for joint in kept)
     gravity = plane @ np.array(skeleton.gravity)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from jointplay.errors import InputError, listed, not_known
 
@@ -44,8 +45,9 @@ def renamed(skeleton: Skeleton) -> Skeleton:
             if follows[0] not in joints:
                 raise InputError(not_known(follows[0], "a joint", joints), key=f"joint '{old.name}' <mimic>")
             follows = (joints[follows[0]], *follows[1:])
+        curve = old.curve and (joints[old.curve[0]], old.curve[1])
         first, second = old.bodies
-        return replace(old, name=joints[old.name], bodies=(bodies[first], bodies[second]), follows=follows)
+        return replace(old, name=joints[old.name], bodies=(bodies[first], bodies[second]), follows=follows, curve=curve)
 
     named = {frames[name]: (bodies[body], frame) for name, (body, frame) in skeleton.frames.items() if name in frames}
     if skeleton.ground != GROUND and legal(skeleton.ground) not in bodies.values():
@@ -223,11 +225,19 @@ def leading(skeleton: Skeleton) -> Skeleton:
             name, follows = leader, joints[leader].follows
         return name, factor, offset
 
+    def curve(joint: Joint) -> tuple[str, tuple[float, ...]] | None:
+        """Its polynomial of a coordinate whose zero is shifted."""
+        if joint.curve is None or joint.curve[0] not in joints:
+            return None
+        leader, coefficients = joint.curve
+        return leader, tuple(Polynomial(coefficients)(Polynomial([law(leader)[2], 1.0])).coef.tolist())
+
+    gone += [joint.name for joint in skeleton.joints if joint.curve and joint.curve[0] not in joints]
     made = []
     for joint in skeleton.joints:
         leader, factor, offset = law(joint.name)
         if leader == joint.name:
-            made.append(replace(joint, follows=None))
+            made.append(replace(joint, follows=None, curve=curve(joint)))
             continue
         key = f"joint '{joint.name}' <mimic>"
         if not factor:
@@ -239,7 +249,7 @@ def leading(skeleton: Skeleton) -> Skeleton:
         if offset:
             shifted.append(joint.name)
     notes = skeleton.notes
-    following = [joint.name for joint in made if joint.follows]
+    following = [joint.name for joint in made if joint.follows or joint.curve]
     if following:
         exactly = (
             "What this stands for has play, which is in no result: --loop NAME={on=..,instead=[JOINT]} closes a "

@@ -104,6 +104,8 @@ class Joint:
         Whether the format says that a motor moves it.
     follows : tuple or None
         ``(joint, factor, offset)``: its coordinate is factor times that of the other joint plus the offset.
+    curve : tuple or None
+        ``(joint, coefficients)``: its coordinate is a polynomial of that of the other joint, from the constant on, SI.
     lead : float
         Of a screw: m along the axis for one turn.
     spring : tuple or None
@@ -125,6 +127,7 @@ class Joint:
     limits: tuple[float, float] | None = None
     is_driven: bool = False
     follows: tuple[str, float, float] | None = None
+    curve: tuple[str, tuple[float, ...]] | None = None
     lead: float = 0.0
     spring: tuple[float, float] | None = None
     play: tuple[float, float] | None = None

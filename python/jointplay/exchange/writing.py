@@ -17,7 +17,7 @@ from jointplay.file.toml import number, numbers
 
 from .driving import has_loops
 from .rotations import across, aligning
-from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector
+from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector, free
 
 #: of every file that is written
 UNITS = Units("mm", "deg", "N")
@@ -58,7 +58,7 @@ def text(
     """
     parts = ["\n".join(_head(skeleton, source, drives, clearance)), "\n".join(_top(skeleton))]
     parts += [_joint(skeleton, joint, clearance.get(joint.name)) for joint in skeleton.joints]
-    parts += [*_start(skeleton), *_drives(skeleton, drives), _output(skeleton, *output)]
+    parts += [*_start(skeleton), *_drives(skeleton, drives), *_followers(skeleton), _output(skeleton, *output)]
     parts += [*_bodies(skeleton), *_springs(skeleton), *_limits(skeleton, drives)]
     return "\n\n".join(parts) + "\n"
 
@@ -269,6 +269,19 @@ def _stiffness(joint: Joint, stiffness: float) -> float:
     """A stiffness in file units: moment per angle, or force per length."""
     arm = UNITS.length if joint.kind in ANGULAR else 1.0
     return stiffness * unit_of(joint) / (UNITS.force * arm)
+
+
+def _followers(skeleton: Skeleton) -> Iterator[str]:
+    joints = {joint.name: joint for joint in skeleton.joints}
+    for joint in skeleton.joints:
+        if joint.curve is None:
+            continue
+        leader, coefficients = joint.curve
+        unit, own = unit_of(joints[leader]), unit_of(joint)
+        law = [c * unit**k / own for k, c in enumerate(coefficients)]
+        lines = [f"joint      = {_string(joint.name)}", f"follows    = {_string(leader)}"]
+        name = free(f"{joint.name}-follower", set(joints))
+        yield "\n".join([f"[followers.{key(name)}]", *lines, f"polynomial = {numbers(law)}", "# error = 0.01"])
 
 
 def _proposal(skeleton: Skeleton, joint: Joint, count: int) -> list[str]:

@@ -1,4 +1,4 @@
-"""Paths and drive values from columns of a table in the folder of the mechanism.
+"""Paths, drive values and tables of followers from columns of a table in the folder of the mechanism.
 
 A column may say its unit behind its name, ``x [mm]``; without one its numbers are in the unit of the file.
 """
@@ -45,7 +45,7 @@ def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
     # What gives values as well is refused where the table is checked.
     if _refers(targets) and not set(targets) & set(components):
         found["path"] = reader.targets(targets, components)
-    return reader.with_drives(found, ())
+    return reader.with_followers(reader.with_drives(found, ()))
 
 
 def _refers(table: object) -> TypeGuard[Mapping[str, Any]]:
@@ -89,6 +89,33 @@ class _PathReader:
             tables = tables | {"patterns": made}
         return tables
 
+    def with_followers(self, tables: dict[str, Any]) -> dict[str, Any]:
+        """The tables of a file with the values of the tables that its followers name."""
+        followers = tables.get("followers")
+        if not isinstance(followers, Mapping):
+            return tables
+        made = {
+            name: self._follower(follower, tables.get("joints"), f"followers.{name}")
+            for name, follower in followers.items()
+        }
+        return tables | {"followers": made}
+
+    def _follower(self, follower: Any, joints: Any, key: str) -> Any:
+        names = follower.get("columns") if _refers(follower) else None
+        if not isinstance(names, list) or len(names) != 2 or set(follower) & {"at", "values", "polynomial"}:
+            return follower
+        columns = self.tables.beside(follower["csv"], f"{key}.csv")
+        words = {_split(word)[0]: word for word in columns.header}
+        found = {}
+        for place, (name, given, joint) in enumerate(zip(names, ("at", "values"), ("follows", "joint"), strict=True)):
+            word = name if name in columns.header else words.get(name)
+            if word is None:
+                problem = not_known(str(name), "a column of its first row", columns.header)
+                raise InputError(problem, file=columns.name, key=f"{key}.columns.{place}")
+            is_length = _kind(joints, follower.get(joint)) not in with_coordinate("angle")
+            found[given] = self._values(columns, word, is_length, f"{key}.columns.{place}")
+        return {k: v for k, v in follower.items() if k not in ("csv", "columns")} | found
+
     def _drive(self, name: str, drive: Any, joints: Any, key: str) -> Any:
         if not _refers(drive) or set(drive) & set(VALUES):
             return drive
@@ -102,9 +129,8 @@ class _PathReader:
         moved = drive.get(
             "joint", next(iter(drive["joints"]), None) if isinstance(drive.get("joints"), Mapping) else None
         )
-        joint = joints.get(str(moved).partition("/")[0]) if isinstance(joints, Mapping) else None
-        kind = joint.get("type") if isinstance(joint, Mapping) else None
-        values = self._values(columns, word, kind not in with_coordinate("angle"), f"{key}.column")
+        is_length = _kind(joints, moved) not in with_coordinate("angle")
+        values = self._values(columns, word, is_length, f"{key}.column")
         return {**{k: v for k, v in drive.items() if k not in REFERENCE}, "values": values}
 
     def _values(self, columns: Columns, word: str, is_length: bool, key: str) -> list[float]:
@@ -123,6 +149,12 @@ class _PathReader:
             raise InputError(problem, file=columns.name, key=key)
         # The same unit leaves every digit as it is.
         return values if unit == own else [value * known[unit] / known[own] for value in values]
+
+
+def _kind(joints: Any, name: object) -> Any:
+    """The type of a joint of the file by the name of it, or of one of its riders."""
+    joint = joints.get(str(name).partition("/")[0]) if isinstance(joints, Mapping) else None
+    return joint.get("type") if isinstance(joint, Mapping) else None
 
 
 def _split(word: str) -> tuple[str, str]:

@@ -28,6 +28,8 @@ from jointplay.file.schema import (
     BearingKeys,
     ComponentDeviation,
     Deviating,
+    Drive,
+    Follower,
     LawTable,
     Mesh,
     SizedClearance,
@@ -186,6 +188,8 @@ def _sizing(m: Mechanism, index: int, name: str) -> Sizing | None:
         case "angle":
             return _deviating(name, f"joints.{joint}.angle", getattr(data.joints[joint], "angle"), "angle")  # noqa: B009
         case "ratio":
+            if joint in data.followers:
+                return _of_follower(m, name)
             key = f"joints.{joint}.ratio_error"
             return _deviating(name, key, getattr(data.joints[joint], "ratio_error"), "length")  # noqa: B009
         case "runout":
@@ -248,23 +252,41 @@ def _deviating(name: str, key: str, entry: Any, kind: str) -> Sizing:
 
 def _drive(m: Mechanism, index: int, name: str) -> Sizing:
     drive = list(m.data.drives)[m.compiled_sources[index].spec["drive"]]
-    entry = m.data.drives[drive]
+    kind = m.coordinate_kind(m.driven_joint(index))
+    return _off_its_command(name, f"drives.{drive}", m.data.drives[drive], kind)
+
+
+def _off_its_command(name: str, key: str, entry: Drive | Follower, kind: str) -> Sizing:
     size = max(map(abs, limits_of(entry.error, entry.law)))
-    key = f"drives.{drive}.error"
 
     def changes(new: float) -> RawTable:
         told = _toleranced(entry.error, entry.law, size, new)
-        return {key: told["tolerance"]} | ({f"drives.{drive}.law": told["law"]} if "law" in told else {})
+        return {f"{key}.error": told["tolerance"]} | ({f"{key}.law": told["law"]} if "law" in told else {})
 
-    kind = m.coordinate_kind(m.driven_joint(index))
-    return Sizing(name, (name,), key, "tolerance", kind, size, _changes=changes)
+    return Sizing(name, (name,), f"{key}.error", "tolerance", kind, size, _changes=changes)
 
 
 def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
-    source, kind = m.compiled_sources[index].spec, m.coordinate_kind(m.driven_joint(index))
+    source = m.compiled_sources[index].spec
+    if "drive" not in source:
+        return _of_follower(m, name)
+    kind = m.coordinate_kind(m.driven_joint(index))
     key = f"drives.{name}"
     play = m.data.drives[m.drives[source["drive"]]].backlashes[m.joints[source["joint"]]]
     return Sizing(name, (name,), key, "backlash", kind, play.width, _changes=lambda new: {key: play.resized(new)})
+
+
+def _of_follower(m: Mechanism, name: str) -> Sizing:
+    """Lost motion or error of a follower."""
+    follower, what = name.rsplit(".", 1)
+    entry, key = m.data.followers[follower], f"followers.{follower}"
+    kind = m.coordinate_kind(m.joints.index(entry.joint))
+    if what == "backlash":
+        play = entry.backlash
+        assert play is not None
+        at = f"{key}.backlash"
+        return Sizing(name, (name,), at, "backlash", kind, play.width, _changes=lambda new: {at: play.resized(new)})
+    return _off_its_command(name, key, entry, kind)
 
 
 def _toleranced(tolerance: ToleranceTable | None, law: object, size: float, new: float) -> RawTable:

@@ -66,9 +66,18 @@ def strands(first: Points, second: Points, across: Points, radii: tuple[float, f
     return [np.array([first + radii[0] * out, second + (-radii[1] if crossed else radii[1]) * out]) for out in outward]
 
 
-def contact(joint: JointSpec, ends: tuple[Points, Points], along: Points, unit: float) -> Points:
-    """Where a coupling acts: the pitch point of teeth, the middle between pulleys. `along`: of a rack's pitch line."""
+def contact(joint: JointSpec, ends: tuple[Points, Points], along: Points, unit: float,
+            axes: tuple[Points, Points] | None = None) -> Points:  # fmt: skip
+    """Where a coupling acts: the pitch point of teeth, the middle between pulleys.
+
+    `along` is the pitch line of a rack, `axes` are those of two wheels in space.
+    """
     apart = ends[1] - ends[0]
+    told = joint["coupling"].get("contact")
+    if told is not None and axes is not None:
+        drawn, now = (np.stack([a, b, np.cross(a, b)], axis=-1) for a, b in (told["axes"], axes))
+        met: Points = ends[0] + now @ np.linalg.solve(drawn, np.array(told["at"])) / unit
+        return met
     distance = float(np.linalg.norm(apart))
     radius = abs(joint["coupling"]["radii"][0]) / unit
     if joint["kind"] == "rack":

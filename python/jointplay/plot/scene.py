@@ -96,7 +96,9 @@ class Scene(ABC):
             self.places = self.places + times * (there - self.places)
         inner = {member.joint for member in m.members}
         #: joints of the file; the pieces of elastic bodies hang together by others
-        self.joints_drawn = [(k, joint) for k, joint in enumerate(self.spec["joints"]) if k not in inner]
+        self.joints_drawn = [
+            (k, joint) for k, joint in enumerate(self.spec["joints"]) if k not in inner and "follows" not in joint
+        ]
 
     @abstractmethod
     def bodies(self) -> None:

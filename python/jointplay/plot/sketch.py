@@ -25,7 +25,7 @@ ACROSS = 0.2
 #: how joints without an axis are marked
 MARKERS = {"spherical": "o", "fixed": "x"}
 SLIDING = ("prismatic", "cylindrical")
-WHEELS = ("gear", "rack", "belt")
+WHEELS = ("gear", "crossed_gear", "rack", "belt")
 
 
 class Sketch(Scene):
@@ -100,7 +100,8 @@ class Sketch(Scene):
         if joint["kind"] not in WHEELS:
             return super().named_at(joint)
         ends = (self.places[joint["first"]], self.places[joint["second"]])
-        return couplings.contact(joint, ends, self.frame_of(joint)[1], self.m.units.length)
+        axes = (self.frame_of(joint, "first")[0], self.frame_of(joint, "second")[0])
+        return couplings.contact(joint, ends, self.frame_of(joint)[1], self.m.units.length, axes)
 
     def pins(self, times: float, result: Result) -> None:
         """Pins in space are not drawn in their clearances: they tilt as well."""

@@ -84,7 +84,7 @@ impl Mechanism {
             for (side, body) in self.row_bodies(row).into_iter().enumerate() {
                 let Some(b) = body else { continue };
                 for c in 0..size {
-                    matrix[(row, b * size + c)] += derivatives[(2 * row + side) * size + c];
+                    matrix[(row, b * size + c)] += derivatives[self.side(row, side) * size + c];
                 }
             }
         }

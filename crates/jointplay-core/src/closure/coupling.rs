@@ -14,8 +14,8 @@ impl Mechanism {
         coupled.filter_map(|(k, row)| Some((k, self.joints[row.joint].coupling.as_ref()?)))
     }
 
-    /// The joints whose couplings slide along an axis, in the order of their commands after those of the drives.
-    pub(crate) fn sliding(&self) -> impl Iterator<Item = (usize, &Coupling, usize)> {
+    /// The joints whose couplings slide, with what measures it, in the order of their commands after those of the drives.
+    pub(crate) fn sliding(&self) -> impl Iterator<Item = (usize, &Coupling, Measure)> {
         let joints = self.joints.iter().enumerate();
         joints.filter_map(|(number, joint)| {
             let coupling = joint.coupling.as_ref()?;
@@ -34,8 +34,8 @@ impl Mechanism {
             return Vec::new();
         }
         let (poses, parameters) = (self.poses(coordinates), vec![0.0; self.n_parameters()]);
-        let reference = |(joint, coupling, axis): (usize, &Coupling, usize)| {
-            let value = self.pair(joint, &poses, &parameters).slid(axis);
+        let reference = |(joint, coupling, slid): (usize, &Coupling, Measure)| {
+            let value = self.pair(joint, &poses, &parameters).measure(slid);
             let (sine, cosine) = (value / coupling.radian).sin_cos();
             Command { value, sine, cosine }
         };
@@ -163,10 +163,7 @@ impl<'m> Mesh<'m> {
         let terms = self.mechanism.coupled_rows().flat_map(|(_, coupling)| &coupling.terms);
         for (((moved, way), expected), (measure, _)) in self.moved.iter_mut().zip(ways).zip(expected).zip(terms) {
             let turn = std::f64::consts::TAU;
-            *moved += match measure {
-                Measure::Along(_) => way,
-                Measure::Bearing { .. } | Measure::Roll => way - turn * ((way - expected) / turn).round(),
-            };
+            *moved += if measure.turns() { way - turn * ((way - expected) / turn).round() } else { way };
         }
         self.measures = measures;
     }

@@ -28,13 +28,15 @@
 //! S = a_2.b_1 - a_1.b_2,  C = a_1.b_1 + a_2.b_2        derivative: (a_0 + b_0) / (1 + a_0.b_0) . (w2 - w1)
 //! ```
 //!
-//! A row that couples (see [`crate::mechanism::coupling`]) tells its rate as a force on body 2 through P2, the
+//! A row that follows another joint (see [`crate::closure::follower`]) has the derivatives along that joint's bodies
+//! besides. A row that couples (see [`crate::mechanism::coupling`]) tells its rate as a force on body 2 through P2, the
 //! opposite of it on body 1 through P1, and a moment on each. What a drive commands is its value times the row's
 //! coefficient.
 
 use std::cell::OnceCell;
 
 use crate::closure::carried::Carried;
+use crate::closure::follower::Led;
 use crate::math::real::Real;
 use crate::math::rotation::turn_back;
 use crate::math::space::{Component, Pose, Space};
@@ -193,8 +195,8 @@ impl Mechanism {
         }
     }
 
-    /// Residual of every row, and the derivatives of each row along the twist of its first body and
-    /// then of its second (zeros for the ground): `2 size()` numbers per row.
+    /// Residual of every row, and the derivatives of each row along the twists of its bodies, as [`Self::row_bodies`] has
+    /// them (zeros for none): `n_sides size()` numbers per row.
     pub(crate) fn evaluate<S: Real>(
         &self,
         poses: &[Pose<S>],
@@ -202,12 +204,13 @@ impl Mechanism {
         residual: &mut [S],
         derivatives: &mut [S],
     ) {
-        let mut rows = residual.iter_mut().zip(derivatives.chunks_exact_mut(2 * self.size()));
+        let mut rows = residual.iter_mut().zip(derivatives.chunks_exact_mut(self.n_sides * self.size()));
         for of_joint in self.rows.chunk_by(|a, b| a.joint == b.joint) {
             let ends = Ends::new(self, of_joint[0].joint, poses, &inputs.parameters);
             for (row, (residual, derivatives)) in of_joint.iter().zip(&mut rows) {
+                let led = self.lead(row, poses, &inputs.parameters);
                 let rate;
-                (*residual, rate) = self.evaluate_row(row, &ends, inputs);
+                (*residual, rate) = self.evaluate_row(row, &ends, inputs, led.as_ref());
                 let sides = derivatives.chunks_exact_mut(self.size()).zip([
                     (ends.joint.first, rate.linear.map(|v| -v), rate.first),
                     (ends.joint.second, rate.linear, rate.second),
@@ -221,6 +224,33 @@ impl Mechanism {
                         };
                     }
                 }
+                if let Some(led) = &led {
+                    self.put_leader(row, led, poses, &inputs.parameters, derivatives);
+                }
+            }
+        }
+    }
+
+    /// Adds the derivatives along the bodies of a leading joint; one that the row's own joint has, too, has them there.
+    fn put_leader<S: Real>(&self, row: &Row, led: &Led<S>, poses: &[Pose<S>], parameters: &[S], derivatives: &mut [S]) {
+        let (own, leader) = (&self.joints[row.joint], &self.joints[led.joint]);
+        let [p1, p2] = [leader.first, leader.second].map(|point| self.place(point, poses, parameters));
+        let rate = &led.rate;
+        let ends = [
+            (leader.first, rate.linear.map(|v| -v), add(rate.first, cross(rate.linear, p1.lever))),
+            (leader.second, rate.linear, add(rate.second, cross(p2.lever, rate.linear))),
+        ];
+        let own = [own.first, own.second].map(|point| self.points[point].body);
+        for (k, (point, linear, angular)) in ends.into_iter().enumerate() {
+            let Some(body) = self.points[point].body else { continue };
+            let side = own.iter().position(|of| *of == Some(body)).unwrap_or(2 + k);
+            let derivatives = &mut derivatives[side * self.size()..][..self.size()];
+            for (slot, &component) in derivatives.iter_mut().zip(self.space.components()) {
+                *slot = *slot
+                    + match component {
+                        Component::Along(i) => linear[i],
+                        Component::About(i) => angular[i],
+                    };
             }
         }
     }
@@ -228,14 +258,21 @@ impl Mechanism {
     /// The same in memory of its own: residuals and derivatives.
     pub(crate) fn evaluated<S: Real>(&self, poses: &[Pose<S>], inputs: &Inputs<Command<S>, S>) -> (Vec<S>, Vec<S>) {
         let mut residual = vec![S::from_f64(0.0); self.n_rows()];
-        let mut derivatives = vec![S::from_f64(0.0); 2 * self.size() * self.n_rows()];
+        let mut derivatives = vec![S::from_f64(0.0); self.n_derivatives()];
         self.evaluate(poses, inputs, &mut residual, &mut derivatives);
         (residual, derivatives)
     }
 
     /// Residual of a row, and its derivatives along the twists of both bodies: along the linear velocity of the second
     /// one (the opposite of that along the first one's) and along both angular velocities.
-    fn evaluate_row<S: Real>(&self, row: &Row, ends: &Ends<'_, S>, inputs: &Inputs<Command<S>, S>) -> (S, Rate<S>) {
+    fn evaluate_row<S: Real>(
+        &self,
+        row: &Row,
+        ends: &Ends<'_, S>,
+        inputs: &Inputs<Command<S>, S>,
+        led: Option<&Led<S>>,
+    ) -> (S, Rate<S>) {
+        let driven = row.drive.map(|by| &inputs.drives[by.command]);
         let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
         let none = [S::from_f64(0.0); 3];
         let turning = |angular: Vec3<S>| Rate { linear: none, first: angular.map(|v| -v), second: angular };
@@ -249,7 +286,8 @@ impl Mechanism {
             }
             Component::Along(i) => {
                 let (e, d) = (ends.axes()[i], sub(p2.position, p1.position));
-                let command = row.drive.map_or(S::from_f64(0.0), |by| inputs.drives[by.command].value);
+                let command = driven.map(|command| command.value).or_else(|| led.map(|led| led.value));
+                let command = command.unwrap_or_else(|| S::from_f64(0.0));
                 let mut first = cross(e, p1.lever);
                 if ends.joint.frame == Frame::First {
                     first = add(first, cross(e, d));
@@ -258,9 +296,9 @@ impl Mechanism {
             }
             Component::About(i) if row.component == ends.joint.roll() => {
                 let mut left = ends.carried().roll(i);
-                if let Some(by) = row.drive {
-                    let command = &inputs.drives[by.command];
-                    left = turn_back(left, (command.sine, command.cosine));
+                let turned = driven.map(|command| (command.sine, command.cosine));
+                if let Some(turned) = turned.or_else(|| led.map(|led| led.value.wide_sin_cos())) {
+                    left = turn_back(left, turned);
                 }
                 let (sine, cosine) = turn_back(left, parameter.sin_cos());
                 let gradient = ends.carried().rotation_gradient(i);
@@ -298,10 +336,24 @@ impl Mechanism {
         }
     }
 
-    /// The bodies of a row.
-    pub(crate) fn row_bodies(&self, row: usize) -> [Option<usize>; 2] {
+    /// The bodies of a row: those of its joint, and of the joint that it follows where they are others.
+    pub(crate) fn row_bodies(&self, row: usize) -> [Option<usize>; 4] {
+        let bodies = |joint: &Joint| [joint.first, joint.second].map(|point| self.points[point].body);
         let joint = &self.joints[self.rows[row].joint];
-        [self.points[joint.first].body, self.points[joint.second].body]
+        let own = bodies(joint);
+        let others = joint.follows.as_ref().map_or([None; 2], |follower| bodies(&self.joints[follower.leader]));
+        let [third, fourth] = others.map(|body| body.filter(|_| !own.contains(&body)));
+        [own[0], own[1], third, fourth]
+    }
+
+    /// Derivatives of all rows.
+    pub(crate) fn n_derivatives(&self) -> usize {
+        self.n_sides * self.size() * self.n_rows()
+    }
+
+    /// The place of a body of a row among those of all rows.
+    pub(crate) const fn side(&self, row: usize, side: usize) -> usize {
+        self.n_sides * row + side
     }
 
     /// Adds `-(d residual / d inputs)^T multipliers` to the gradient along drives and parameters.
@@ -338,17 +390,38 @@ impl Mechanism {
         if let Some(by) = row.drive {
             gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
         }
-        let joint = &self.joints[row.joint];
-        let ends = [(joint.first, true), (joint.second, false)];
-        let is_moved = |point: &Point| match row.component {
+        let is_moved = |point: &Point, component| match component {
             Component::About(_) => point.turns(),
             Component::Along(_) => point.moves(),
         };
-        if ends.iter().all(|&(point, _)| !is_moved(&self.points[point])) {
-            return;
+        let moves = |joint: usize, component| {
+            let joint = &self.joints[joint];
+            [joint.first, joint.second].iter().any(|&point| is_moved(&self.points[point], component))
+        };
+        if moves(row.joint, row.component) {
+            let rate = self.row_rate(row, poses, parameters);
+            self.pull_rate_back(row.joint, &rate, poses, parameters, l, gradient);
         }
-        let rate = self.row_rate(row, poses, parameters);
-        for (point, is_first) in ends {
+        if let Some(follower) = &self.joints[row.joint].follows
+            && moves(follower.leader, follower.component)
+            && let Some(led) = self.lead(row, poses, parameters)
+        {
+            self.pull_rate_back(led.joint, &led.rate, poses, parameters, l, gradient);
+        }
+    }
+
+    /// The part of a row that is gained while the points and axes of a joint move.
+    fn pull_rate_back<S: Real>(
+        &self,
+        joint: usize,
+        rate: &Rate<S>,
+        poses: &[Pose<S>],
+        parameters: &[S],
+        l: S,
+        gradient: &mut Inputs<S>,
+    ) {
+        let joint = &self.joints[joint];
+        for (point, is_first) in [(joint.first, true), (joint.second, false)] {
             let (away, turning) =
                 if is_first { (rate.linear, rate.first) } else { (rate.linear.map(|v| -v), rate.second) };
             for (parameter, [velocity, rotation]) in self.ground_rates(point, poses, parameters) {
@@ -360,19 +433,38 @@ impl Mechanism {
 
     /// What a row gains while the points of its joint and the axes that each body carries there move.
     fn row_rate<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> Rate<S> {
-        let joint = &self.joints[row.joint];
-        match row.component {
-            _ if row.is_coupled => self.coupled_row(row, poses, parameters, &[]).rate,
+        if row.is_coupled {
+            return self.coupled_row(row, poses, parameters, &[]).rate;
+        }
+        // Rows of perfect directions ask for less.
+        if let Component::Along(i) = row.component
+            && !self.points[self.joints[row.joint].first].turns()
+        {
+            return Rate { linear: self.axes(row.joint, poses, parameters)[i], ..Rate::zero() };
+        }
+        self.component_rate(row.joint, row.component, poses, parameters)
+    }
+
+    /// The same of a component of a joint's displacement.
+    pub(crate) fn component_rate<S: Real>(
+        &self,
+        number: usize,
+        component: Component,
+        poses: &[Pose<S>],
+        parameters: &[S],
+    ) -> Rate<S> {
+        let joint = &self.joints[number];
+        match component {
             Component::Along(i) => {
-                let linear = self.axes(row.joint, poses, parameters)[i];
-                if joint.frame == Frame::Ground || !self.points[joint.first].turns() {
+                let linear = self.axes(number, poses, parameters)[i];
+                if joint.frame == Frame::Ground {
                     return Rate { linear, ..Rate::zero() };
                 }
                 let place = |point| self.place(point, poses, parameters).position;
                 Rate { linear, first: cross(linear, sub(place(joint.second), place(joint.first))), ..Rate::zero() }
             }
             Component::About(i) => {
-                let second = self.rotation_gradient(row.joint, i, poses, parameters);
+                let second = self.rotation_gradient(number, i, poses, parameters);
                 Rate { first: second.map(|v| -v), second, ..Rate::zero() }
             }
         }

@@ -6,6 +6,7 @@ mod carried;
 pub(crate) mod coupling;
 pub(crate) mod equations;
 mod escape;
+pub(crate) mod follower;
 pub(crate) mod newton;
 mod output;
 pub(crate) mod recorded;

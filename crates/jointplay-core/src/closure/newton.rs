@@ -172,7 +172,7 @@ impl<'m> Solver<'m> {
             for (side, body) in mechanism.row_bodies(row).into_iter().enumerate() {
                 let Some(b) = body else { continue };
                 for c in 0..size {
-                    let pick = (2 * row + side) * size + c;
+                    let pick = mechanism.side(row, side) * size + c;
                     if sparse[pick] {
                         pattern.push((row, b * size + c));
                         picks.push(pick);
@@ -574,7 +574,7 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
         parameters: vec![1e-3 * mechanism.length; mechanism.n_parameters()],
     };
     let mut residual = vec![0.0; mechanism.n_rows()];
-    let mut derivatives = vec![0.0; 2 * mechanism.size() * mechanism.n_rows()];
+    let mut derivatives = vec![0.0; mechanism.n_derivatives()];
     let mut found = vec![false; derivatives.len()];
     for k in 1..=3_u32 {
         let mut moved = coordinates.to_vec();
@@ -584,6 +584,13 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
         }
         mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(mechanism), &mut residual, &mut derivatives);
         found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
+    }
+    // A curve may be level wherever it was tried.
+    let width = mechanism.n_sides * mechanism.size();
+    for (row, found) in mechanism.rows.iter().zip(found.chunks_exact_mut(width.max(1))) {
+        if mechanism.joints[row.joint].follows.is_some() {
+            found.fill(true);
+        }
     }
     found
 }

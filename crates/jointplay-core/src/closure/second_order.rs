@@ -78,7 +78,7 @@ impl Solver<'_> {
         }
         let drives: Vec<Dual> = state.inputs.drives.iter().map(|&q| Dual::from_f64(q)).collect();
         let zero = Dual::from_f64(0.0);
-        let (mut residual, mut derivatives) = (vec![zero; m.n_rows()], vec![zero; 2 * m.size() * m.n_rows()]);
+        let (mut residual, mut derivatives) = (vec![zero; m.n_rows()], vec![zero; m.n_derivatives()]);
         m.evaluate(&poses, &m.commands(&drives, parameters.clone()), &mut residual, &mut derivatives);
         let cost = m.load_cost(&poses, &parameters);
         let mut right: Vec<[f64; DIRECTIONS]> = cost.twists.iter().map(|c| c.slopes).collect();

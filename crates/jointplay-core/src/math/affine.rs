@@ -19,6 +19,7 @@ use std::rc::Rc;
 
 use crate::math::affine::unknowns::{Finite, Sum};
 pub(crate) use crate::math::affine::unknowns::{Group, Unknowns};
+use crate::math::curve::Curve;
 use crate::math::interval::Interval;
 use crate::math::lanes::dispatch;
 use crate::math::real::Real;
@@ -361,6 +362,10 @@ impl Real for Form<'_> {
     }
     fn root(self, _: f64) -> Self {
         self.mapped(Interval::root, |x| Interval::from_f64(0.5) / Interval::root(x))
+    }
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        let of = |order| self.mapped(|x| x.of_curve(curve, order), |x| x.of_curve(curve, order + 1));
+        (of(0), of(1))
     }
 }
 

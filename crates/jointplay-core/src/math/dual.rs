@@ -3,6 +3,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math::curve::Curve;
 use crate::math::real::Real;
 
 /// Directions that are taken at once.
@@ -130,6 +131,10 @@ impl Real for Dual {
     fn root(self, near: f64) -> Self {
         let value = Real::root(self.value, near);
         self.mapped(value, if value > 0.0 { 0.5 / value } else { 0.0 })
+    }
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        let [value, slope, bend] = [0, 1, 2].map(|order| curve.at(self.value, order));
+        (self.mapped(value, slope), self.mapped(slope, bend))
     }
 }
 

@@ -13,6 +13,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math::curve::{Curve, polynomial};
 use crate::math::real::Real;
 
 /// All numbers between two, these included.
@@ -238,6 +239,48 @@ impl Div for Interval {
     }
 }
 
+impl Interval {
+    /// What holds the derivative of some order of a curve there.
+    pub fn of_curve(self, curve: &Curve, order: usize) -> Self {
+        if !self.is_finite() {
+            return Self::LINE;
+        }
+        if curve.is_polynomial() {
+            return self.of_piece(curve, 0, order);
+        }
+        let (knots, last) = (curve.knots(), curve.knots().len() - 2);
+        let mut found: Option<Self> = None;
+        let mut add = |part: Self| found = Some(found.map_or(part, |sum| sum.hull(part)));
+        for (k, ends) in knots.windows(2).enumerate() {
+            if self.high >= ends[0] && self.low <= ends[1] {
+                add(Self::new(self.low.max(ends[0]), self.high.min(ends[1])).of_piece(curve, k, order));
+            }
+        }
+        for (k, end) in [(0, knots[0]), (last, knots[last + 1])] {
+            let beyond = if k == 0 { (self.low, self.high.min(end)) } else { (self.low.max(end), self.high) };
+            if beyond.0 < beyond.1 {
+                let at = Self::from_point(end);
+                let slope = at.of_piece(curve, k, 1);
+                add(match order {
+                    0 => at.of_piece(curve, k, 0) + slope * (Self::new(beyond.0, beyond.1) - at),
+                    1 => slope,
+                    _ => Self::ZERO,
+                });
+            }
+        }
+        found.unwrap_or(Self::LINE)
+    }
+
+    /// The same of the polynomial behind a knot, by the mean value theorem, which loses less than Horner's rule alone.
+    fn of_piece(self, curve: &Curve, k: usize, order: usize) -> Self {
+        let s = self - Self::from_point(curve.knots()[k]);
+        let middle = Self::from_point(s.middle());
+        let at = |s: Self, order: usize| polynomial(curve.piece(k), s, order, Self::from_point);
+        let plain = at(s, order);
+        plain.common(at(middle, order) + at(s, order + 1) * (s - middle)).unwrap_or(plain)
+    }
+}
+
 impl Neg for Interval {
     type Output = Self;
     fn neg(self) -> Self {
@@ -286,6 +329,9 @@ impl Real for Interval {
     }
     fn root(self, _: f64) -> Self {
         Interval::root(self)
+    }
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        (self.of_curve(curve, 0), self.of_curve(curve, 1))
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod affine;
 pub(crate) mod boole;
+pub(crate) mod curve;
 pub(crate) mod decomposition;
 pub(crate) mod dual;
 pub(crate) mod interval;

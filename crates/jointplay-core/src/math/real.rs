@@ -3,6 +3,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math::curve::Curve;
+
 /// What the closure equations ask of a number.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -44,6 +46,8 @@ pub trait Real:
     fn reciprocal_root(self, near: f64) -> Self;
     /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
     fn root(self, near: f64) -> Self;
+    /// Value and slope of a curve there; in recorded programs of a single polynomial.
+    fn along(self, curve: &Curve) -> (Self, Self);
 }
 
 impl Real for f64 {
@@ -79,5 +83,8 @@ impl Real for f64 {
     }
     fn root(self, _: f64) -> Self {
         self.max(0.0).sqrt()
+    }
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        (curve.at(self, 0), curve.at(self, 1))
     }
 }

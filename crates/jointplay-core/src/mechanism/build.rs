@@ -9,9 +9,11 @@ use crate::math::space::{Component, Space};
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::copula::{groups, quantile};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
+use crate::mechanism::follower::Follower;
 use crate::mechanism::frames::Frames;
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
+use crate::mechanism::kind::JointKind;
 use crate::mechanism::point::{Displacement, Point};
 use crate::mechanism::spec::{DisplacementSpec, SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Row, Source};
@@ -101,6 +103,7 @@ impl Mechanism {
             points,
             n_drives: spec.drives.len(),
             driven_rows,
+            n_sides: if joints.iter().any(|joint| joint.follows.is_some()) { 4 } else { 2 },
             n_driven: rows.len() - of_joints,
             commanded: rows[of_joints..].to_vec(),
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
@@ -181,7 +184,24 @@ fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
         }
         Joint::new(spec.space, j).map_err(|problem| SpecError(format!("joint {i} {problem}")))
     };
-    spec.joints.iter().enumerate().map(connect).collect()
+    let mut joints: Vec<Joint> = spec.joints.iter().enumerate().map(connect).collect::<Result<_, _>>()?;
+    for (i, told) in spec.joints.iter().enumerate() {
+        let follows = told.follows.as_ref();
+        if (told.kind == JointKind::Follower) != follows.is_some() {
+            return fail(format!("joint {i} follows nothing, or is no follower"));
+        }
+        let Some(follows) = follows else { continue };
+        let coordinate = |joint: usize| joints.get(joint).and_then(|joint| joint.coordinate);
+        let (Some(own), Some(component)) = (coordinate(follows.of), coordinate(follows.leader)) else {
+            return fail(format!("joint {i} follows or leads a joint without a coordinate"));
+        };
+        if follows.of == follows.leader || !follows.middle.is_finite() {
+            return fail(format!("joint {i} follows itself"));
+        }
+        let (leader, curve, middle) = (follows.leader, follows.curve.clone(), follows.middle);
+        joints[i].follow(own, Follower { leader, component, curve, middle });
+    }
+    Ok(joints)
 }
 
 /// What loads and springs refer to.
@@ -236,7 +256,7 @@ fn sources(
     let mut centre = Vec::new();
     let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
     let has_sizes = |joint: usize| {
-        let is_loose = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none());
+        let is_loose = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none() && j.follows.is_none());
         is_loose && spec.sources.iter().any(is_of(joint))
     };
     for (i, s) in spec.sources.iter().enumerate() {
@@ -252,16 +272,15 @@ fn sources(
         let is_clearance = matches!(s.target, Target::Clearance { .. } | Target::Backlash { .. });
         let is_angle = match s.target {
             Target::Angle { .. } => true,
+            Target::Clearance { joint } | Target::Ratio { joint } => {
+                joints.get(joint).is_some_and(Joint::follows_by_angle)
+            }
             Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
             Target::Backlash { drive, joint } => {
                 rows_of(rows, drive).any(|row| row.joint == joint && matches!(row.component, Component::About(_)))
             }
             Target::Place { ref ways, .. } => ways.first().is_some_and(|[along, _]| norm(along) == 0.0),
-            Target::Clearance { .. }
-            | Target::Dimension { .. }
-            | Target::Size { .. }
-            | Target::Growth { .. }
-            | Target::Ratio { .. } => false,
+            Target::Dimension { .. } | Target::Size { .. } | Target::Growth { .. } => false,
         };
         let lever = match &s.target {
             // Zero where nothing grows: then nothing is conjugate to it.
@@ -415,11 +434,12 @@ fn attach(
         Target::Drive { drive } => attach_error(rows, drive, first),
         Target::Backlash { drive, joint } => attach_backlash(rows, drive, joint, first),
         Target::Ratio { joint } => {
-            let Some(row) = rows.iter_mut().find(|row| row.joint == joint && row.is_coupled) else {
+            let follows = joints.get(joint).is_some_and(|joint| joint.follows.is_some());
+            let Some(row) = rows.iter_mut().find(|row| row.joint == joint && (row.is_coupled || follows)) else {
                 return fail("only a coupling has a ratio error");
             };
             row.shift = Some((first, 1.0));
-            Ok(vec!["length"])
+            Ok(vec![if joints[joint].follows_by_angle() { "angle" } else { "length" }])
         }
     }
 }

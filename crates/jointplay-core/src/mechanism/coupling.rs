@@ -12,11 +12,18 @@
 //! | belt | the same with -r2 unless it is crossed | the same | the same with k = -1, b = abs(r1 + r2) |
 //! | rack | along + side r (roll) | 2 pi r | tan(alpha) (height - r) |
 //! | screw | along - lead / 2 pi (roll) | lead | |
+//! | crossed gear pair | k1 (facing on body 1) + k2 (facing on body 2) + lie | pitch x gcd(z1, z2) | lie |
 //!
 //! The bearing is the angle at which a body sees the line of centres c from point 1 to point 2, in the plane of
 //! its axes that the joint turns in; `rho^2 = c^2 - b^2`. Gear and belt open by the same function, the involute of
 //! the base circles. r2 is negative for a ring around body 1. Angles enter by sine and cosine of their whole
 //! multiples, so that R has one value in each pose; which tooth meshes follows from continuity along a path.
+//!
+//! Axes a1 and a2 of a crossed gear pair are not parallel. A body faces the other one's axis at an angle in the plane
+//! that it turns in. Two turns apart, how two lines with a point each lie to each other is told by the four numbers
+//! `a1.d`, `a2.d`, `(a1 x a2).d` and `a1.a2`, where d goes from point 1 to point 2; a lie is linear in them. Both flanks
+//! push along a wrench through the pitch point, which k1, k2 and the factors of a lie follow from: R goes by the mean of
+//! the two, E by half their difference, with equal moments about each axis.
 //!
 //! Both flanks touch at R = 0. Play u between them, of half-width h about a centre, widens by the opening E on
 //! each side:
@@ -31,9 +38,9 @@
 
 use crate::math::real::Real;
 use crate::math::rotation::{turn_back, turn_on, turn_times};
-use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
+use crate::math::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use crate::mechanism::kind::JointKind;
-use crate::mechanism::spec::CouplingSpec;
+use crate::mechanism::spec::{ContactSpec, CouplingSpec};
 
 /// What a term of a coupling measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +51,27 @@ pub(crate) enum Measure {
     Roll,
     /// The displacement along an axis, as [`Pair`] has them.
     Along(usize),
+    /// The angle at which the first body (or the second) sees the other one's axis.
+    Facing { second: bool },
+    /// How the axes lie to each other.
+    Lie(Lie),
+}
+
+impl Measure {
+    /// Whether it is an angle, known up to full turns.
+    pub(crate) const fn turns(self) -> bool {
+        matches!(self, Self::Bearing { .. } | Self::Roll | Self::Facing { .. })
+    }
+}
+
+/// A length that is linear in how two axes a1 and a2 lie to each other, their points apart by d:
+/// `along1 (a1.d) + along2 (a2.d) + across (a1 x a2).d + turned (a1.a2) - start`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lie {
+    along: [f64; 2],
+    across: f64,
+    turned: f64,
+    start: f64,
 }
 
 /// By how much each flank moves away from the other.
@@ -53,6 +81,8 @@ pub(crate) enum Opening {
     Distance { factor: f64, base: f64, start: f64 },
     /// With the displacement along an axis, as [`Pair`] has them: `slope x displacement - start`.
     Height { axis: usize, slope: f64, start: f64 },
+    /// As the axes lie to each other.
+    Lie(Lie),
 }
 
 /// The coupled row of a joint.
@@ -109,7 +139,7 @@ impl<S: Real> Rate<S> {
         Self { linear: zero, first: zero, second: zero }
     }
 
-    fn plus(self, factor: S, other: Self) -> Self {
+    pub(crate) fn plus(self, factor: S, other: Self) -> Self {
         let sum = |a, b| add(a, scale(b, factor));
         Self {
             linear: sum(self.linear, other.linear),
@@ -176,6 +206,9 @@ impl Coupling {
                 opening: Some(Opening::Height { axis: 1, slope, start: slope * r1 }),
             });
         }
+        if kind == JointKind::CrossedGear {
+            return Self::crossed(spec);
+        }
         let [z1, z2] = spec.teeth;
         if !right(r1) || !right(r2) || z1 == 0 || z2 == 0 || !angled {
             return Err("needs positive pitch radii, tooth counts and a pressure angle from 0 to 90 degrees");
@@ -209,12 +242,48 @@ impl Coupling {
         })
     }
 
-    /// Whether one of its terms is a displacement, whose phase needs a reference in a recorded program.
-    pub(crate) fn slides(&self) -> Option<usize> {
-        self.terms.iter().find_map(|term| match term.0 {
-            Measure::Along(axis) => Some(axis),
-            Measure::Bearing { .. } | Measure::Roll => None,
+    /// Wheels whose axes are not parallel.
+    fn crossed(spec: &CouplingSpec) -> Result<Self, &'static str> {
+        let ([z1, z2], Some(contact)) = (spec.teeth, &spec.contact) else {
+            return Err("needs how its wheels touch");
+        };
+        let radius = spec.radii[1];
+        if z1 == 0 || z2 == 0 || !(radius.is_finite() && radius > 0.0) {
+            return Err("needs tooth counts and the pitch radius of its second wheel");
+        }
+        let [a, b] = contact.axes;
+        let sine = norm(&cross(a, b));
+        if (norm(&a) - 1.0).abs() > 1e-9 || (norm(&b) - 1.0).abs() > 1e-9 || sine.is_nan() || sine < 1e-3 {
+            return Err("needs axes of unit size that are not parallel");
+        }
+        let (push, facing) = contact.parts(contact.normal);
+        let (opening, of_opening) = contact.parts(contact.opening);
+        let common = f64::from(gcd(z1, z2));
+        let radian = radius * common / f64::from(z2);
+        let near = |moment: f64, z: u32| (moment.abs() - radian * f64::from(z) / common).abs() <= 1e-6 * moment.abs();
+        if !near(facing[0], z1) || !near(facing[1], z2) || of_opening.iter().any(|moment| moment.abs() > 1e-6 * radius)
+        {
+            return Err("has flanks that do not move in the ratio of its tooth counts");
+        }
+        let exact = |moment: f64, z: u32| moment.signum() * radian * f64::from(z) / common;
+        Ok(Self {
+            name: "flank",
+            terms: vec![
+                (Measure::Facing { second: false }, exact(facing[0], z1)),
+                (Measure::Facing { second: true }, exact(facing[1], z2)),
+                (Measure::Lie(push), 1.0),
+            ],
+            radian,
+            distance: sine,
+            largest_play: 0.25 * std::f64::consts::TAU * radius / f64::from(z2),
+            start: (0.0, 1.0),
+            opening: Some(Opening::Lie(opening)),
         })
+    }
+
+    /// The term that is a displacement, whose phase needs a reference in a recorded program.
+    pub(crate) fn slides(&self) -> Option<Measure> {
+        self.terms.iter().map(|term| term.0).find(|measure| !measure.turns())
     }
 
     /// Play up to this is none: the rounding of a pose would decide whether the flanks pass through each other.
@@ -230,8 +299,8 @@ impl Coupling {
     /// bend in it is of second order and stays within an eighth of the period.
     pub(crate) fn largest_move(&self) -> f64 {
         let bends = |&(measure, r): &(Measure, f64)| match measure {
-            Measure::Bearing { .. } => r.abs(),
-            Measure::Roll | Measure::Along(_) => 0.0,
+            Measure::Bearing { .. } | Measure::Facing { .. } => r.abs(),
+            Measure::Roll | Measure::Along(_) | Measure::Lie(_) => 0.0,
         };
         let radius: f64 = self.terms.iter().map(bends).sum();
         if radius > 0.0 { (std::f64::consts::TAU * self.radian / (8.0 * radius)).sqrt() } else { f64::INFINITY }
@@ -276,8 +345,13 @@ impl Coupling {
                     turn_times((y * unit, x * unit), self.times(coefficient))
                 }
                 Measure::Roll => turn_times(pair.roll(), self.times(coefficient)),
-                Measure::Along(axis) => {
-                    let slid = pair.slid(axis);
+                Measure::Facing { second } => {
+                    let unit = S::from_f64(1.0 / self.distance);
+                    let [x, y] = pair.faced(second);
+                    turn_times((y * unit, x * unit), self.times(coefficient))
+                }
+                Measure::Along(_) | Measure::Lie(_) => {
+                    let slid = pair.measure(measure);
                     let radian = S::from_f64(self.radian);
                     reference.map_or_else(
                         || (slid / radian).wide_sin_cos(),
@@ -340,6 +414,12 @@ impl<S: Real> Pair<S> {
         [dot(self.apart, x), dot(self.apart, y)]
     }
 
+    /// The other body's axis in the plane of the axes of the first body (or the second).
+    fn faced(&self, second: bool) -> [S; 2] {
+        let ([x, y, _], [.., axis]) = (self.axes[usize::from(second)], self.axes[usize::from(!second)]);
+        [dot(axis, x), dot(axis, y)]
+    }
+
     /// Sine and cosine (times one positive number) of the roll.
     fn roll(&self) -> (S, S) {
         let [[x, y, _], [turned, ..]] = self.axes;
@@ -361,6 +441,11 @@ impl<S: Real> Pair<S> {
             }
             Measure::Roll => angle(self.roll()),
             Measure::Along(axis) => self.slid(axis),
+            Measure::Facing { second } => {
+                let [x, y] = self.faced(second);
+                angle((y, x))
+            }
+            Measure::Lie(lie) => lie.of(self),
         }
     }
 
@@ -382,6 +467,15 @@ impl<S: Real> Pair<S> {
                 Rate { first: gradient.map(|g| -g), second: gradient, ..Rate::zero() }
             }
             Measure::Along(axis) => self.sliding(self.axes[0][axis]),
+            Measure::Facing { second } => {
+                let ([x, y], [s, n, _]) = (self.faced(second), self.axes[usize::from(second)]);
+                let across = scale(sub(scale(n, x), scale(s, y)), one / (x * x + y * y));
+                let own = cross(across, self.axes[usize::from(!second)][2]);
+                let other = own.map(|v| -v);
+                let [first, second] = if second { [other, own] } else { [own, other] };
+                Rate { first, second, ..Rate::zero() }
+            }
+            Measure::Lie(lie) => lie.rate(self),
         }
     }
 
@@ -391,10 +485,60 @@ impl<S: Real> Pair<S> {
     }
 }
 
+impl Lie {
+    fn of<S: Real>(&self, pair: &Pair<S>) -> S {
+        let ([[.., a], [.., b]], apart) = (pair.axes, pair.apart);
+        let along: [S; 2] = [0, 1].map(|k| S::from_f64(self.along[k]) * dot(pair.axes[k][2], apart));
+        let across = S::from_f64(self.across) * dot(cross(a, b), apart);
+        along[0] + along[1] + across + (S::from_f64(self.turned) * dot(a, b) - S::from_f64(self.start))
+    }
+
+    fn rate<S: Real>(&self, pair: &Pair<S>) -> Rate<S> {
+        let ([[.., a], [.., b]], apart) = (pair.axes, pair.apart);
+        let [along, of_second, across, turned] =
+            [self.along[0], self.along[1], self.across, self.turned].map(S::from_f64);
+        let normal = cross(a, b);
+        Rate {
+            linear: add(add(scale(a, along), scale(b, of_second)), scale(normal, across)),
+            first: add(
+                scale(cross(a, apart), along),
+                add(scale(cross(a, cross(b, apart)), across), scale(normal, turned)),
+            ),
+            second: add(
+                scale(cross(b, apart), of_second),
+                sub(scale(cross(b, cross(apart, a)), across), scale(normal, turned)),
+            ),
+        }
+    }
+}
+
+impl ContactSpec {
+    /// A force on the second wheel at the pitch point, and its opposite on the first, as the change of a lie and of the
+    /// angles at which the wheels face each other:
+    ///
+    /// ```text
+    /// n = f1 a1 + f2 a2 + g m,     m = a1 x a2,   f1 = [a1 - (a1.a2) a2].n / m.m, ...,   g = m.n / m.m
+    /// (C - P2) x n - f2 a2 x d - g a2 x (d x a1) = k1 (a2 x m) / m.m + k2 (a1 x m) / m.m - h m
+    /// ```
+    fn parts(&self, n: [f64; 3]) -> (Lie, [f64; 2]) {
+        let ([a, b], d) = (self.axes, self.apart);
+        let (m, cosine) = (cross(a, b), dot(a, b));
+        let square = dot(m, m);
+        let along = [dot(sub(a, scale(b, cosine)), n) / square, dot(sub(b, scale(a, cosine)), n) / square];
+        let across = dot(m, n) / square;
+        let moment = cross(sub(self.at, d), n);
+        let left = sub(moment, add(scale(cross(b, d), along[1]), scale(cross(b, cross(d, a)), across)));
+        let turned = -dot(m, left) / square;
+        let start = along[0] * dot(a, d) + along[1] * dot(b, d) + across * dot(m, d) + turned * cosine;
+        (Lie { along, across, turned, start }, [dot(a, left), -dot(b, left)])
+    }
+}
+
 impl Opening {
     /// By how much each flank has moved away from the other.
     fn at<S: Real>(&self, pair: &Pair<S>) -> (S, Rate<S>) {
         match *self {
+            Self::Lie(lie) => (lie.of(pair), lie.rate(pair)),
             Self::Height { axis, slope, start } => {
                 let slope = S::from_f64(slope);
                 let opened = slope * pair.slid(axis) - S::from_f64(start);

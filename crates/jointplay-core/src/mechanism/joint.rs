@@ -7,6 +7,7 @@
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::coupling::Coupling;
+use crate::mechanism::follower::Follower;
 use crate::mechanism::kind::JointKind;
 use crate::mechanism::spec::{Coordinate, JointSpec};
 
@@ -44,6 +45,8 @@ pub struct Joint {
     pub coordinate: Option<Component>,
     /// What its first row couples.
     pub(crate) coupling: Option<Coupling>,
+    /// What its row follows.
+    pub(crate) follows: Option<Follower>,
 }
 
 /// The rotation about axis 0.
@@ -86,12 +89,29 @@ impl Joint {
             settled: spec.settled,
             coordinate: form.coordinate,
             coupling,
+            follows: None,
         })
     }
 
     /// Whether a component is the settled spin.
     pub(crate) fn is_spin(&self, component: Component) -> bool {
         self.settled && component == SPIN
+    }
+
+    /// Whether a component is no displacement of the joint along its axes.
+    pub(crate) fn is_apart(&self, component: Component) -> bool {
+        self.follows.is_some() || self.is_spin(component)
+    }
+
+    /// Whether it is an angle that follows.
+    pub(crate) fn follows_by_angle(&self) -> bool {
+        self.follows.is_some() && matches!(self.locked[..], [Component::About(_)])
+    }
+
+    /// Makes it one of the coordinates that follow a joint.
+    pub(crate) fn follow(&mut self, component: Component, follower: Follower) {
+        self.locked = vec![component];
+        self.follows = Some(follower);
     }
 
     /// The component of a name; `None` where the joint cannot be driven along it.

@@ -12,6 +12,8 @@
 //! | target | ground | nothing | nothing | none of its own |
 //! | orientation | first body's | | roll, tilts | none |
 //! | gear, rack, belt | first body's | coupling | coupling | none |
+//! | crossed gear | first body's | | coupling | none |
+//! | follower | first body's | the coordinate | the coordinate | none |
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
 //! A spherical joint can hold a settled spin besides (see `closure/equations.rs`).
@@ -46,12 +48,16 @@ pub enum JointKind {
     Orientation,
     /// Two toothed wheels that mesh, of parallel axes.
     Gear,
+    /// Two toothed wheels that mesh, of axes that cross or intersect; in space only.
+    CrossedGear,
     /// A rack on the first body, along the joint's axis (in space: its side), and a pinion on the second.
     Rack,
     /// A belt or chain around two pulleys of parallel axes.
     Belt,
     /// A screw in a nut; in space only.
     Screw,
+    /// A coordinate that follows another joint's.
+    Follower,
 }
 
 /// A kind of joint in the plane or in space.
@@ -97,6 +103,8 @@ impl JointKind {
             (Space::Planar, Kind::PinInSlot) => Form::new(&[Along(1)], Some(Along(0))),
             // The pin of a locked hinge keeps its play, its angle is held.
             (Space::Planar, Kind::Fixed) => Form::new(&[Along(0), Along(1), About(2)], None).loosened(2),
+            // What it holds is the coordinate of another joint.
+            (_, Kind::Follower) => Form::new(&[Along(0)], None),
             (_, Kind::Target) => Form::new(&[], None).in_ground_axes(),
             (Space::Spatial, Kind::Revolute) => {
                 Form::new(&[Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))
@@ -111,12 +119,22 @@ impl JointKind {
                 Form::new(&[Along(0), Along(1), Along(2), About(0), About(1), About(2)], None).loosened(0)
             }
             (Space::Spatial, Kind::Orientation) => Form::new(&[About(0), About(1), About(2)], None).loosened(0),
-            (_, Kind::Gear | Kind::Rack | Kind::Belt) => Form::new(&[Along(0)], None).coupling(),
+            (_, Kind::Gear | Kind::Rack | Kind::Belt) | (Space::Spatial, Kind::CrossedGear) => {
+                Form::new(&[Along(0)], None).coupling()
+            }
             // The order of a revolute's, whose pin set fits it.
             (Space::Spatial, Kind::Screw) => {
                 Form::new(&[Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))).coupling()
             }
-            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
+            (
+                Space::Planar,
+                Kind::Cylindrical
+                | Kind::Spherical
+                | Kind::Planar
+                | Kind::Orientation
+                | Kind::CrossedGear
+                | Kind::Screw,
+            )
             | (Space::Spatial, Kind::PinInSlot) => return None,
         })
     }

@@ -9,6 +9,7 @@ mod copula;
 pub(crate) mod coupling;
 pub(crate) mod dim;
 mod drawing;
+pub(crate) mod follower;
 pub(crate) mod frames;
 pub(crate) mod gap;
 pub(crate) mod joint;
@@ -168,6 +169,8 @@ pub struct Mechanism {
     pub(crate) n_drives: usize,
     /// The row of each drive, the first where it commands several.
     pub(crate) driven_rows: Vec<usize>,
+    /// Bodies of a row: those of its joint, and of the joint that one follows.
+    pub(crate) n_sides: usize,
     /// Number of rows that drives command, the last ones.
     pub(crate) n_driven: usize,
     /// The rows that drives command, in the order of their commands; those of a basis are those of the whole mechanism,

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::clearance::Set;
 use crate::clearance::law::{Law, ScalarLaw};
+use crate::math::curve::Curve;
 use crate::math::space::Space;
 use crate::mechanism::kind::JointKind;
 
@@ -61,7 +62,7 @@ pub struct PointSpec {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CouplingSpec {
-    /// Pitch radii on the first and the second body; a rack's pinion has the first.
+    /// Pitch radii on the first and the second body; a rack's pinion has the first, of crossed gears the second counts.
     pub radii: [f64; 2],
     /// Tooth counts, or whole numbers in the ratio of the radii.
     pub teeth: [u32; 2],
@@ -75,8 +76,26 @@ pub struct CouplingSpec {
     pub lead: f64,
     /// Distance of the pulleys at which a belt has its slack; that of the guess if left out.
     pub distance: Option<f64>,
-    /// Angles at which the two bodies see the line of centres when the wheels mesh; those of the guess if left out.
+    /// Angles at which the two bodies see the line of centres (of crossed gears the other axis) when the wheels mesh; those
+    /// of the guess if left out.
     pub marks: Option<[f64; 2]>,
+    /// How two wheels touch whose axes are not parallel.
+    pub contact: Option<ContactSpec>,
+}
+
+/// Two wheels of axes that are not parallel where they mesh, in any axes common to both.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ContactSpec {
+    /// Directions of both axes.
+    pub axes: [[f64; 3]; 2],
+    /// From the first centre to the second.
+    pub apart: [f64; 3],
+    /// From the first centre to the pitch point.
+    pub at: [f64; 3],
+    /// What both flanks push along, per unit of force at the pitch circle of the second wheel: the mean.
+    pub normal: [f64; 3],
+    /// What one flank pushes along more, and the other less: outwards from the first wheel.
+    pub opening: [f64; 3],
 }
 
 /// A joint between two points.
@@ -105,10 +124,28 @@ pub struct JointSpec {
     /// What a coupling needs more.
     #[serde(default)]
     pub coupling: Option<CouplingSpec>,
+    /// What the coordinate of a follower follows.
+    #[serde(default)]
+    pub follows: Option<FollowerSpec>,
     /// Of a ball joint whose one body, with what hangs on it, can spin about a line without moving anything else:
     /// whether this spin is held. Axis and side are then the line and a direction off it on both bodies.
     #[serde(default)]
     pub settled: bool,
+}
+
+/// A coordinate that follows that of another joint.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FollowerSpec {
+    /// The joint whose coordinate is led.
+    pub of: usize,
+    /// The joint that leads.
+    pub leader: usize,
+    /// The led coordinate over the leading one.
+    pub curve: Curve,
+    /// An angle that leads is taken within half a turn of this.
+    #[serde(default)]
+    pub middle: f64,
 }
 
 /// A driven joint coordinate.

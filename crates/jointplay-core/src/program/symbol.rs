@@ -8,6 +8,7 @@ use std::hash::Hash;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 
+use crate::math::curve::{Curve, polynomial};
 use crate::math::real::Real;
 use crate::program::code::{Code, Frame};
 use crate::program::graph::{Binary, Node};
@@ -352,5 +353,11 @@ impl Real for Symbol<'_> {
 
     fn root(self, near: f64) -> Self {
         self.root_from(near, ROOT_STEPS)
+    }
+
+    fn along(self, curve: &Curve) -> (Self, Self) {
+        let s = self - Self::known(curve.knots()[0]);
+        let at = |order: usize| polynomial(curve.piece(0), s, order, Self::known);
+        (at(0), at(1))
     }
 }

@@ -201,14 +201,14 @@ impl Basis {
     pub(crate) fn redundant_at(&self, poses: &[Pose<f64>], state: &State) -> (DVector<f64>, DMatrix<f64>) {
         let m = &self.rest;
         let size = m.size();
-        let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; 2 * size * m.n_rows()]);
+        let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; m.n_derivatives()]);
         m.evaluate(poses, &state.inputs.commands(m), &mut residual, &mut derivatives);
         let mut columns = DMatrix::zeros(m.n_unknowns(), m.n_rows());
         for row in 0..m.n_rows() {
             for (side, body) in m.row_bodies(row).into_iter().enumerate() {
                 let Some(b) = body else { continue };
                 for c in 0..size {
-                    columns[(b * size + c, row)] += derivatives[(2 * row + side) * size + c];
+                    columns[(b * size + c, row)] += derivatives[m.side(row, side) * size + c];
                 }
             }
         }

@@ -143,6 +143,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                     if axis in joint:
                         own[axis] = (turn @ joint[axis]).tolist()
             own[end] = renumbered[joint[end]]
+        if "follows" in joint:
+            law = joint["follows"]
+            own["follows"] = law | {"of": joints.index(law["of"]), "leader": joints.index(law["leader"])}
         return own
 
     def turned(point: int, vectors: Sequence[Any]) -> list[Any]:
@@ -152,6 +155,8 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
+    # A coordinate whose leader comes later is free until then.
+    joints = [k for k in joints if _is_led(spec["joints"][k], joints)]
     driving = [_drive(drive, joints) for drive in spec["drives"]]
     drives = [k for k, drive in enumerate(driving) if drive is not None]
     displacements = [k for k, one in enumerate(spec["displacements"]) if one["points"][0] in renumbered]
@@ -273,6 +278,11 @@ def _drive(drive: DriveSpec, joints: list[int]) -> DriveSpec | None:
     if "compliance" in drive:
         first["compliance"] = np.reshape(drive["compliance"], (len(moves), -1))[np.ix_(there, there)].ravel().tolist()
     return cast("DriveSpec", first)
+
+
+def _is_led(joint: JointSpec, joints: list[int]) -> bool:
+    """Whether a joint is no follower, or its leader is there as well."""
+    return "follows" not in joint or {joint["follows"]["of"], joint["follows"]["leader"]} <= {*joints}
 
 
 def _joints_of(source: SourceSpec) -> list[int]:

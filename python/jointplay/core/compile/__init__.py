@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
-from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
+from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, FollowerSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 
@@ -28,6 +28,7 @@ from .correlations import compile_correlations
 from .costs import check_costs
 from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compliance_of, coordinate_factor
+from .followers import add_followers, compile_followers
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph, Point
 from .grid import Grid, compile_grid
 from .loads import Loads, compile_loads, compile_output, places_of_outputs
@@ -293,7 +294,9 @@ class Compiled:
         ----------
         joint : int
         """
-        return "angle" if self.joint_kinds[joint] in ANGULAR else "length"
+        follows = self.core_spec["joints"][joint].get("follows")
+        own = joint if follows is None else follows["of"]
+        return "angle" if self.joint_kinds[own] in ANGULAR else "length"
 
     def driven_joint(self, source: int) -> int:
         """The joint in which a source of a drive shows.
@@ -347,6 +350,7 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
     assert data.output is not None
     units = Units(data.units.length, data.units.angle, data.units.force)
     graph = Graph(data, units, file)
+    add_followers(data, graph)
     commands = compile_drives(data, graph)
     output = compile_output(data.output, graph)
     outputs = places_of_outputs(data, graph, output["point"])
@@ -364,6 +368,7 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
     spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
+    followers = compile_followers(data, graph)
     sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
     check_costs(data, graph, sources)
@@ -378,7 +383,8 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         "singular_value": limits.singular_value,
         "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
         "joints": [
-            _joint_spec(joint, data.space, couplings.get(k), held.get(k)) for k, joint in enumerate(graph.joints)
+            _joint_spec(joint, data.space, couplings.get(k), followers.get(k), held.get(k))
+            for k, joint in enumerate(graph.joints)
         ],
         "drives": [
             _drive_spec(moves, compliance_of(graph, drive, moves))
@@ -535,7 +541,13 @@ def _drive_spec(moves: Moves, compliance: tuple[float, ...] | None) -> DriveSpec
     return told
 
 
-def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None, spin: Spin | None) -> JointSpec:
+def _joint_spec(
+    joint: CompiledJoint,
+    space: str,
+    coupling: CouplingSpec | None,
+    follows: FollowerSpec | None,
+    spin: Spin | None,
+) -> JointSpec:
     told: JointSpec = {
         "kind": joint.kind,
         "first": joint.first,
@@ -549,6 +561,8 @@ def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None,
         told["compliance"] = list(joint.compliance)
     if coupling is not None:
         told["coupling"] = coupling
+    if follows is not None:
+        told["follows"] = follows
     if spin is not None:
         (told["axis_first"], told["side_first"]), (told["axis_second"], told["side_second"]) = (
             (list(axis), list(side)) for axis, side in spin.frames

@@ -15,9 +15,19 @@ from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import CouplingSpec
 from jointplay.errors import InputError
-from jointplay.file.schema import BeltClearance, BeltKeys, FlankClearance, GearKeys, MechanismFile, Mesh, Screw
+from jointplay.file.schema import (
+    BeltClearance,
+    BeltKeys,
+    CrossedGear,
+    FlankClearance,
+    GearKeys,
+    MechanismFile,
+    Mesh,
+    Screw,
+)
 
-from .frames import AxisAndSide, Vector3, across, cross_product, dot, in_axes
+from .contact import Contact, Wheels, touching, turned
+from .frames import AxisAndSide, Vector3, across, cross_product, default_side, dot, in_axes
 from .graph import CompiledJoint, Graph
 from .spacing import MeshPair, mismatches
 
@@ -27,6 +37,8 @@ PRESSURE_ANGLE = 20.0
 PARALLEL = 5.0
 #: modules by which pitch circles may miss each other: the height of a tooth is 2.25 of them
 TOOTH = 2.25
+#: modules by which pitch circles of crossed gears may miss each other: what is rounded in a file
+TOUCHING = 0.1
 #: what directions of one line differ by
 ROUNDED = 1e-9
 
@@ -47,9 +59,10 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
     for index, joint in enumerate(graph.joints):
         entry = data.joints.get(joint.pin)
         if isinstance(entry, Mesh):
-            wheels = _Wheels(graph, joint, entry, guess)
+            kind = _Crossed if isinstance(entry, CrossedGear) else _Wheels
+            wheels = kind(graph, joint, entry, guess)
             found[index] = wheels.spec()
-            gears += [wheels] if isinstance(entry, GearKeys) else []
+            gears += [wheels] if isinstance(entry, GearKeys | CrossedGear) else []
         elif isinstance(entry, Screw):
             _check_thread(graph, joint, entry)
             found[index] = {"lead": entry.lead * graph.units.length}
@@ -134,6 +147,22 @@ class _Wheels:
     def toothed(self) -> MeshPair:
         """A gear pair with the directions in which its wheels see the mesh."""
         entry = self.entry
+        seen, same_way = self._seen()
+        low, high = play_at_rim(entry, self.units)
+        pitch = math.tau * self.radii[-1] / entry.counts[-1]
+        ends = ((end.body, end.at, z) for end, z in zip(self.ends, entry.counts, strict=True))
+        wheels = tuple(ends)
+        return MeshPair(
+            (wheels[0], wheels[1]),
+            (entry.counts[0], entry.counts[1]),
+            (seen[0], seen[1]),
+            same_way,
+            (high - low) / pitch,
+        )
+
+    def _seen(self) -> tuple[list[float], bool]:
+        """Where each wheel sees the mesh, and whether both turn the same way."""
+        entry = self.entry
         assert isinstance(entry, GearKeys)
         seen = []
         for k, name in enumerate(entry.names):
@@ -144,17 +173,7 @@ class _Wheels:
                 towards = math.atan2(y, x)
             # The line goes from the first centre to the second; inside a ring the mesh is behind the first.
             seen.append(towards + math.pi if k == 1 or entry.internal else towards)
-        low, high = play_at_rim(entry, self.units)
-        pitch = math.tau * self.radii[0] / entry.counts[0]
-        ends = ((end.body, end.at, z) for end, z in zip(self.ends, entry.counts, strict=True))
-        wheels = tuple(ends)
-        return MeshPair(
-            (wheels[0], wheels[1]),
-            (entry.counts[0], entry.counts[1]),
-            (seen[0], seen[1]),
-            entry.internal,
-            (high - low) / pitch,
-        )
+        return seen, entry.internal
 
     def refuse(self, problem: str, key: str = "") -> InputError:
         return self.graph.refuse(problem, f"joints.{self.joint.pin}{key}")
@@ -203,8 +222,8 @@ class _Wheels:
         counts = self.entry.counts
         belt = isinstance(self.entry, BeltKeys)
         # The radii of belts without teeth repeat after as many turns as their whole numbers say.
-        teeth = counts[0] // math.gcd(*counts) if belt else counts[0]
-        pitch = 2.0 * math.pi * self.radii[0] / teeth
+        teeth = counts[-1] // math.gcd(*counts) if belt else counts[-1]
+        pitch = 2.0 * math.pi * self.radii[-1] / teeth
         if high - low >= 0.5 * pitch:
             unit, name = self.units.length, self.units.length_name
             what = "slack to both sides" if belt else "backlash"
@@ -330,3 +349,99 @@ class _Wheels:
             )
             raise self.refuse(problem, "" if given is None else ".distance")
         return distance
+
+
+class _Crossed(_Wheels):
+    """Two wheels whose axes are not parallel."""
+
+    def spec(self) -> CouplingSpec:
+        self._check_play()
+        contact = self._contact()
+        told: CouplingSpec = {
+            "radii": self.radii,
+            "teeth": list(self.entry.counts),
+            "contact": contact.spec(),
+        }
+        if self.entry.directions is not None:
+            told["marks"] = [self._mark(k, name) + contact.ahead(k) for k, name in enumerate(self.entry.names)]
+        return told
+
+    def _contact(self) -> Contact:
+        entry = self.entry
+        assert isinstance(entry, CrossedGear)
+        (at, first), (other, second) = self._placed()
+        angle = math.degrees(math.acos(min(1.0, abs(float(first @ second)))))
+        if angle < PARALLEL:
+            names = " and ".join(f"'{name}'" for name in entry.names)
+            raise self.refuse(
+                f'the axes of {names} are parallel within {angle:.2g} deg; wheels of parallel axes are type = "gear"'
+            )
+        unit, name = self.units.length, self.units.length_name
+        spiral = None if entry.spiral_angle is None else entry.spiral_angle * self.units.angle
+        if spiral is not None and spiral >= math.pi / 2.0:
+            raise self.refuse(
+                f"a spiral angle is below {math.pi / 2.0 / self.units.angle:.4g} {self.units.angle_name}, not"
+                f" {entry.spiral_angle:g}",
+                ".spiral_angle",
+            )
+        wheels = Wheels(
+            names=(entry.names[0], entry.names[1]),
+            axes=(first, second),
+            apart=other - at,
+            radii=(self.radii[0], self.radii[1]),
+            teeth=entry.teeth,
+            pressure_angle=self._pressure_angle(),
+            hand=None if entry.hand is None else 1 if entry.hand == "right" else -1,
+            spiral_angle=spiral,
+            tolerance=TOUCHING * 2.0 * self.radii[1] / entry.teeth[1],
+            length=lambda value: f"{value / unit:.6g} {name}",
+        )
+        return touching(wheels, self.refuse)
+
+    def _placed(self) -> list[tuple[Floats, Floats]]:
+        """Centre and axis of both wheels, on a body that carries both, else in the start."""
+        carriers = [self._bearings(end) for end in (0, 1)]
+        for body in carriers[0].keys() & carriers[1].keys():
+            return [carried[body] for carried in carriers]
+        places = (np.zeros(3), self.line)
+        return [(places[k], self.turns[k] @ np.array(self.frames[k][0])) for k in (0, 1)]
+
+    def _bearings(self, end: int) -> dict[int, tuple[Floats, Floats]]:
+        """Bodies in which a wheel turns about its axis, with its centre and axis on them."""
+        point, mesh_axis = self.ends[end], np.array(self.frames[end][0])
+        centre = np.array(point.at)
+        found = {point.body: (centre, mesh_axis)}
+        for joint in self.graph.joints:
+            if joint.kind != "revolute":
+                continue
+            first, second = self.graph.points[joint.first], self.graph.points[joint.second]
+            ends = ((first, joint.axis_first), (second, joint.axis_second))
+            for (own, along), (other, axis) in (ends, ends[::-1]):
+                offset = centre - np.array(own.at)
+                height = float(offset @ along)
+                same = float(mesh_axis @ along)
+                is_off = np.linalg.norm(offset - height * np.array(along)) > ROUNDED * (self.radii[end] + abs(height))
+                if own.body == point.body and abs(same) > 1.0 - ROUNDED and not is_off:
+                    found[other.body] = (
+                        np.array(other.at) + height * np.array(axis),
+                        math.copysign(1.0, same) * np.array(axis),
+                    )
+        return found
+
+    def _seen(self) -> tuple[list[float], bool]:
+        contact, entry = self._contact(), self.entry
+        seen, same_way = [], contact.sense > 0
+        for k, name in enumerate(entry.names):
+            axis = np.array(self.frames[k][0])
+            side, across_side = (np.array(direction) for direction in self._plane(k))
+            if entry.directions is not None:
+                towards = self._mark(k, name)
+            else:
+                other = self.turns[k].T @ self.turns[1 - k] @ np.array(self.frames[1 - k][0])
+                towards = math.atan2(float(across_side @ other), float(side @ other)) - contact.ahead(k)
+            # Whichever way its axis points, a wheel counts from one direction one way round.
+            one_way = tuple(axis * np.sign(axis[np.argmax(np.abs(axis) > ROUNDED)]))
+            there = math.cos(towards) * side + math.sin(towards) * across_side
+            same_way ^= float(axis @ one_way) < 0.0
+            seen.append(turned(np.array(one_way), np.array(default_side(one_way)), there))
+        return seen, bool(same_way)

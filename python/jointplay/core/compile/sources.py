@@ -32,6 +32,7 @@ from jointplay.file.schema import (
 
 from .couplings import play_at_rim
 from .drives import Commands, coordinate_factor
+from .followers import of_followers
 from .graph import TURNS, CompiledJoint, Graph
 from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
@@ -57,6 +58,7 @@ def compile_sources(
             _grow(sources, grown, data, graph, index)
         if index == last_of_pin[joint.pin] and joint.pin in data.joints:
             sources.extend(of_places(data, graph, joint.pin))
+    sources.extend(of_followers(data, graph))
     sources.extend(_of_dimension(data, graph, name, outputs, length) for name in data.dimensions)
     sources.extend(of_links(data, graph, outputs, length))
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}

@@ -32,11 +32,12 @@ from .clearances import (
     SlotClearance,
 )
 from .costs import Choice, Cost
-from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
+from .couplings import BeltKeys, Coupling, CrossedGear, GearKeys, Mesh, Screw
 from .deviations import DH, AxisDeviation, ComponentDeviation, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables
 from .file import MechanismFile, PlanarFile, SpatialFile
+from .followers import Follower
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
@@ -72,10 +73,12 @@ __all__ = [
     "ComponentDeviation",
     "Cost",
     "Coupling",
+    "CrossedGear",
     "Deviating",
     "Dimension",
     "Drive",
     "FlankClearance",
+    "Follower",
     "GapClearance",
     "GearKeys",
     "GridRange",

@@ -333,7 +333,8 @@ class FlankClearance(Clearance):
     example: ClassVar[str] = "{ backlash = 0.1 } (arc at the pitch circle, flank to flank) or { backlash_angle = 0.3 }"
 
     backlash: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="backlash from flank to flank, an arc at the pitch circle"
+        None,
+        description="backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)",
     )
     backlash_angle: NonNegative | SkipJsonSchema[None] = Field(
         None, description="instead: angle that the second body turns from flank to flank while the first is held"

@@ -1,4 +1,4 @@
-"""Joints that tie the motions of two bodies to each other: gear pairs, racks, belts and chains, screws.
+"""Joints that tie the motions of two bodies to each other: gears, racks, belts and chains, screws.
 
 A coupling acts between its two bodies, at the pitch point or strand, and holds nothing else: every wheel needs a
 bearing of its own, a joint beside the coupling. Pitch radii r and tooth counts z are in one ratio,
@@ -51,7 +51,9 @@ class Coupling(JointTable):
     is_pair: ClassVar[bool] = True
 
     ratio_error: Ratio | SkipJsonSchema[None] = Field(
-        None, description="transmission error, a length at the pitch circle (of a screw along its axis)"
+        None,
+        description="transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a"
+        " screw along its axis)",
     )
 
 
@@ -123,7 +125,7 @@ class PlanarMesh(PlanarJoint, Mesh):
 
 
 class SpatialMesh(SpatialJoint, Mesh):
-    """A coupling at the rims of wheels in space, whose axes are parallel."""
+    """A coupling at the rims of wheels in space."""
 
     needs_axis: ClassVar[bool] = True
 
@@ -309,6 +311,74 @@ class BeltKeys(Mesh):
     def counts(self) -> tuple[int, ...]:
         """Tooth counts, or whole numbers in the ratio of the radii."""
         return self.teeth or (self._parts.denominator, self._parts.numerator)
+
+
+class CrossedGear(SpatialMesh):
+    """Two toothed wheels whose axes cross or intersect: worm and wheel, crossed helical, bevel or hypoid gears."""
+
+    shared: ClassVar[tuple[str, ...]] = ("axes",)
+    held: ClassVar[tuple[str, ...]] = ("flank",)
+    drawn: ClassVar[str] = "the centres of both pitch circles, [{point}, {point}]"
+
+    type: Literal["crossed_gear"] = Field(description="kind of joint")
+    clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    teeth: TwoTeeth = Field(
+        description="tooth counts of the wheels on the first and on the second body; of a worm its threads"
+    )
+    pitch_radii: TwoRadii = Field(alias="radii", description="radii of both pitch circles, which touch each other")
+    hand: Literal["right", "left"] | SkipJsonSchema[None] = Field(
+        None, description="hand of the teeth or threads of the first wheel; straight teeth have none"
+    )
+    spiral_angle: NonNegative | SkipJsonSchema[None] = Field(
+        None, description="only where the axes intersect: angle from straight teeth at the pitch point"
+    )
+    pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
+        None, description="pressure angle in the section across the teeth; 20 degrees if left out"
+    )
+    marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(
+        None,
+        description="direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as"
+        " in the start if left out",
+    )
+    axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
+        None, description="with `bodies`: directions of the axes of the first and of the second wheel"
+    )
+
+    @model_validator(mode="after")
+    def _inclined_to_a_hand(self) -> Self:
+        if self.spiral_angle and self.hand is None:
+            raise problem('a spiral_angle needs the hand of the first wheel: hand = "right" or "left"')
+        return self
+
+    def _check_axes(self) -> None:
+        if self.axis is not None or self.side is not None:
+            raise problem("two wheels whose axes cross have two: axes = [[ux, uy, uz], [ux, uy, uz]]")
+        for body, place in (self.on or {}).items():
+            if place.axis is None:
+                raise problem(f"each wheel needs its axis: {body} = {self.placement}")
+        if self.bodies is not None and self.axes is None:
+            raise problem("'axes' is missing (with `bodies`: the axis of the wheel on each body)")
+
+    @property
+    def placements(self) -> dict[str, SpatialPlacementTable]:
+        """Both bodies with the centre and the axis of their wheel."""
+        if self.on is not None:
+            return self.on
+        assert self.at is not None
+        assert self.axes is not None
+        drawn = zip(self.bodies or (), self.at, self.axes, strict=True)
+        return {body: SpatialPlacementTable(at=at, axis=axis, side=None) for body, at, axis in drawn}
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Pitch radii, in file units."""
+        return self.pitch_radii
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Tooth counts."""
+        return self.teeth
 
 
 class Gear(PlanarMesh, GearKeys):

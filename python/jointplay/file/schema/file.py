@@ -13,6 +13,7 @@ from .bodies import BodyTable, Expansion, PlanarBody, SpatialBody
 from .correlations import Correlation
 from .costs import Cost, SourceName
 from .deviations import LinkTable, PlanarLink, SpatialLink
+from .followers import Follower
 from .grid import GridTable
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
@@ -108,6 +109,7 @@ class MechanismFile(Table):
     expansion: Expansion | SkipJsonSchema[None] = Field(
         None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
     )
+    followers: dict[Name, Follower] = Field({}, description="joint coordinates that depend on those of other joints")
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
     links: Mapping[str, LinkTable]
     correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(

@@ -323,7 +323,8 @@ class Parts(Writing):
         name : str
             Its name.
         ratio_error : optional
-            Transmission error, a length at the pitch circle (of a screw along its axis).
+            Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
+            along its axis).
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -415,7 +416,8 @@ class Parts(Writing):
         name : str
             Its name.
         ratio_error : optional
-            Transmission error, a length at the pitch circle (of a screw along its axis).
+            Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
+            along its axis).
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -502,7 +504,8 @@ class Parts(Writing):
         name : str
             Its name.
         ratio_error : optional
-            Transmission error, a length at the pitch circle (of a screw along its axis).
+            Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
+            along its axis).
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -809,6 +812,104 @@ class Parts(Writing):
             places,
         )
 
+    def crossed_gear(
+        self,
+        name: str,
+        /,
+        *,
+        ratio_error: NumberLike | RatioErrorDict | None = None,
+        runout: Mapping[str, NumberLike | RunOutDict] | None = None,
+        clearance: FlankClearanceDict | None = None,
+        stiffness: FlankStiffnessDict | None = None,
+        teeth: Sequence[Count] | None = None,
+        radii: NumbersLike | None = None,
+        hand: Literal["right", "left"] | None = None,
+        spiral_angle: NumberLike | None = None,
+        pressure_angle: NumberLike | None = None,
+        marks: Mapping[str, NumbersLike] | None = None,
+        on: Mapping[str, NumbersLike | PlacementDict] | None = None,
+        bodies: Sequence[str] | None = None,
+        at: RowsLike | None = None,
+        axis: NumbersLike | None = None,
+        side: NumbersLike | None = None,
+        axes: RowsLike | None = None,
+        position: Mapping[str, PositionDict] | None = None,
+        direction: Mapping[str, NumberLike | AxisDeviationDict] | None = None,
+        **places: NumbersLike | PlacementDict,
+    ) -> None:
+        """Two toothed wheels whose axes cross or intersect: worm and wheel, crossed helical, bevel or hypoid gears.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        ratio_error : optional
+            Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
+            along its axis).
+        runout : optional
+            Eccentricity of its wheels, by the name of the body.
+        clearance : optional
+            Play built into the joint.
+        stiffness : optional
+            How hard it is in the directions that it holds; rigid if left out.
+        teeth : optional
+            Tooth counts of the wheels on the first and on the second body; of a worm its threads.
+        radii : optional
+            Radii of both pitch circles, which touch each other.
+        hand : optional
+            Hand of the teeth or threads of the first wheel; straight teeth have none.
+        spiral_angle : optional
+            Only where the axes intersect: angle from straight teeth at the pitch point.
+        pressure_angle : optional
+            Pressure angle in the section across the teeth; 20 degrees if left out.
+        marks : optional
+            Direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in the
+            start if left out.
+        on : optional
+            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
+        bodies : optional
+            Instead of `on`: bodies described in one assembled reference configuration.
+        at : optional
+            With `bodies`: the joint's point on each of the two, as drawn.
+        axis : optional
+            With `bodies`: its direction, the same for all.
+        side : optional
+            With `bodies`: a direction across the axis, the same for all.
+        axes : optional
+            With `bodies`: directions of the axes of the first and of the second wheel.
+        position : optional
+            Deviation of its place, by the name of the body.
+        direction : optional
+            Deviation of its axis, by the name of the body.
+        **places
+            Its place on each body, by the name of the body: as in `on`.
+        """
+        self._joint(
+            "crossed_gear",
+            name,
+            {
+                "ratio_error": ratio_error,
+                "runout": runout,
+                "clearance": clearance,
+                "stiffness": stiffness,
+                "teeth": teeth,
+                "radii": radii,
+                "hand": hand,
+                "spiral_angle": spiral_angle,
+                "pressure_angle": pressure_angle,
+                "marks": marks,
+                "on": on,
+                "bodies": bodies,
+                "at": at,
+                "axis": axis,
+                "side": side,
+                "axes": axes,
+                "position": position,
+                "direction": direction,
+            },
+            places,
+        )
+
     def screw(
         self,
         name: str,
@@ -834,7 +935,8 @@ class Parts(Writing):
         name : str
             Its name.
         ratio_error : optional
-            Transmission error, a length at the pitch circle (of a screw along its axis).
+            Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
+            along its axis).
         clearance : optional
             Play built into the joint.
         stiffness : optional
@@ -1039,6 +1141,80 @@ class Parts(Writing):
                 "law": law,
                 "backlash": backlash,
                 "backlash_law": backlash_law,
+                "stiffness": stiffness,
+            },
+        )
+
+    def follower(
+        self,
+        name: str,
+        /,
+        *,
+        joint: str | None = None,
+        follows: str | None = None,
+        polynomial: NumbersLike | None = None,
+        at: NumbersLike | None = None,
+        values: NumbersLike | None = None,
+        csv: str | None = None,
+        columns: Sequence[str] | None = None,
+        ends: Literal["natural", "clamped", "periodic"] | None = None,
+        backlash: NumberLike | BacklashDict | None = None,
+        backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
+        error: NumberLike | ToleranceDict | None = None,
+        law: Literal["normal", "uniform", "triangular"] | LawDict | None = None,
+        stiffness: NumberLike | None = None,
+    ) -> None:
+        """A joint coordinate that depends on that of another joint, as a cam makes it whose shape is not modelled.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        joint : optional
+            The joint whose coordinate follows.
+        follows : optional
+            The joint whose coordinate it depends on.
+        polynomial : optional
+            Coefficients of the powers of the leading coordinate, from the constant on, in file units.
+        at : optional
+            Instead: values of the leading coordinate, rising.
+        values : optional
+            With `at`: the following coordinate there; between them a cubic spline.
+        csv : optional
+            Instead: file in the same folder with both.
+        columns : optional
+            With csv: names of the columns of the leading and of the following coordinate.
+        ends : optional
+            Of a table: without curvature (natural), without slope (clamped), or the same after a full turn of the
+            leading joint (periodic).
+        backlash : optional
+            Lost motion of the following coordinate, from flank to flank, where the load decides: half to either
+            side, or { plus, minus }.
+        backlash_law : optional
+            How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
+        error : optional
+            How far the following coordinate may be off.
+        law : optional
+            How it scatters: uniform if left out.
+        stiffness : optional
+            Force per length, or moment per angle, by which the following coordinate gives way.
+        """
+        self._named(
+            "followers",
+            name,
+            {
+                "joint": joint,
+                "follows": follows,
+                "polynomial": polynomial,
+                "at": at,
+                "values": values,
+                "csv": csv,
+                "columns": columns,
+                "ends": ends,
+                "backlash": backlash,
+                "backlash_law": backlash_law,
+                "error": error,
+                "law": law,
                 "stiffness": stiffness,
             },
         )

@@ -189,7 +189,7 @@ class ClearanceDict(TypedDict, total=False):
     slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
     backlash: NumberLike
-    """Backlash from flank to flank, an arc at the pitch circle."""
+    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
     backlash_angle: NumberLike
     """Instead: angle that the second body turns from flank to flank while the first is held."""
     gap: NumberLike
@@ -257,7 +257,7 @@ class FlankClearanceDict(TypedDict, total=False):
     """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
     boundary."""
     backlash: NumberLike
-    """Backlash from flank to flank, an arc at the pitch circle."""
+    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
     backlash_angle: NumberLike
     """Instead: angle that the second body turns from flank to flank while the first is held."""
 

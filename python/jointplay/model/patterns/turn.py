@@ -16,7 +16,7 @@ from typing import Any
 
 from jointplay.basics import poses
 from jointplay.core.compile.frames import X, default_side, unit
-from jointplay.file.schema import DH, JointTable, LinkTable, Mesh, SpatialJoint, Universal, Zone
+from jointplay.file.schema import DH, CrossedGear, JointTable, LinkTable, Mesh, SpatialJoint, Universal, Zone
 
 Data = dict[str, Any]
 #: multiples of half a cosine are met exactly, so that quarters and sixths of a turn leave no rounding behind
@@ -156,7 +156,7 @@ def _eccentric(runout: Any, turns: bool, turn: Turn) -> Any:
 def _drawn(joint: JointTable, turn: Turn) -> Data:
     at: Any = joint.at
     new: Data = {"at": [turn.point(p) for p in at] if isinstance(joint, Mesh) else turn.point(at)}
-    if isinstance(joint, Universal):
+    if isinstance(joint, Universal | CrossedGear):
         return new | {"axes": [turn.direction(axis) for axis in joint.axes or ()]}
     axis, side = _frame(joint, joint.names[0])
     return new | _axes(axis, side, True, turn)

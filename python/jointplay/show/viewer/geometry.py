@@ -13,7 +13,7 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.spec import AXIS_ON, SIDE_ON, End, JointSpec
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot import couplings, springs
@@ -152,7 +152,7 @@ class Geometry:
     def _joints(self) -> None:
         inner = {member.joint for member in self.m.members}
         for k, joint in enumerate(self.spec["joints"]):
-            if k in inner:
+            if k in inner or "follows" in joint:
                 continue
             if "coupling" in joint and joint["kind"] != "screw":
                 self._coupling(joint)
@@ -261,8 +261,12 @@ class Geometry:
         def point(at: Stand) -> Floats:
             ends = self._place(at, joint["first"]), self._place(at, joint["second"])
             along = self._vector(at, joint, "first", key)
+            first, second = (self._vector(at, joint, end, AXIS_ON[end]) for end in ENDS)
             unit = self.m.units.length
-            found = [couplings.contact(joint, (ends[0][k], ends[1][k]), along[k], unit) for k in range(len(at.poses))]
+            found = [
+                couplings.contact(joint, (ends[0][k], ends[1][k]), along[k], unit, (first[k], second[k]))
+                for k in range(len(at.poses))
+            ]
             return np.stack(found)[:, None]
 
         return point

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use crate::closure::equations::Inputs;
 use crate::math::space::Space;
+use crate::math::vector::{cross, dot, norm, scale, sub};
 use crate::mechanism::{Mechanism, Spec};
 
 /// Two bodies about 0.1 m apart that a coupling ties, with play, a ratio error and run-out of both centres.
@@ -15,6 +16,7 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
     let mut other = pose.clone();
     (other[0], other[1]) = (0.04, 0.0917);
     let side = [1.0, 0.0, 0.0];
+    let second = coupling.get("contact").map_or(json!(axis), |contact| contact["axes"][1].clone());
     let set = match kind {
         "screw" => json!({"journal": {"radius": 2e-4, "half_length": 0.01, "axial": 3e-4}}),
         _ => json!({"interval": {"low": -2e-4, "high": 5e-4}}),
@@ -35,7 +37,7 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
         "singular_value": 1e-9,
         "points": [{"body": 0, "at": points[0]}, {"body": 1, "at": points[1]}],
         "displacements": [{"points": [0], "about": points[0]}, {"points": [1], "about": points[1]}],
-        "joints": [{"kind": kind, "first": 0, "second": 1, "axis_first": axis, "axis_second": axis,
+        "joints": [{"kind": kind, "first": 0, "second": 1, "axis_first": axis, "axis_second": second,
             "side_first": side, "side_second": side, "coupling": coupling}],
         "drives": [],
         "output": {"point": 1},
@@ -49,6 +51,25 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
     });
     let spec: Spec = serde_json::from_value(spec).expect("a specification");
     Mechanism::new(&spec).expect("a mechanism")
+}
+
+/// A worm of the axis z on a wheel whose axis is 70 degrees off, with centres that are not on the common normal.
+fn worm() -> Value {
+    let (sine, cosine) = 70.0_f64.to_radians().sin_cos();
+    let apart = [0.04, 0.0917, 0.005];
+    let at = [0.012, 0.0275, -0.003];
+    let axes = [[0.0, 0.0, 1.0], [sine * 0.6, sine * 0.8, cosine]];
+    // Flanks along which both wheels move in the ratio 3 to 40 at the pitch point, and a direction that meets both axes.
+    let lever = sub(at, apart);
+    let speed = |k: usize, arm| cross(axes[k], arm);
+    let (v1, v2) = (scale(speed(0, at), 40.0), scale(speed(1, lever), 3.0));
+    let out = cross(speed(0, at), speed(1, lever));
+    let normal = cross(out, sub(v1, v2));
+    let radius = 0.08;
+    let normal = scale(normal, radius / dot(speed(1, lever), normal));
+    let opening = scale(out, 0.5 / norm(&out));
+    json!({"radii": [0.0, radius], "teeth": [3, 40],
+        "contact": {"axes": axes, "apart": apart, "at": at, "normal": normal, "opening": opening}})
 }
 
 fn cases() -> Vec<(&'static str, &'static str, Value)> {
@@ -67,6 +88,7 @@ fn cases() -> Vec<(&'static str, &'static str, Value)> {
         cases.push((space, "belt", json!({"radii": [0.02, 0.02], "teeth": [1, 1]})));
         cases.push((space, "belt", json!({"radii": [0.02, 0.03], "teeth": [20, 30], "crossed": true})));
     }
+    cases.push(("spatial", "crossed_gear", worm()));
     cases.push(("spatial", "screw", json!({"lead": 0.005})));
     cases.push(("spatial", "screw", json!({"lead": -0.02})));
     cases

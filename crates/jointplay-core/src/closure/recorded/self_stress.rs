@@ -70,7 +70,7 @@ impl SelfStress<'_> {
                 let Some(b) = body else { continue };
                 for c in 0..size {
                     let twist = &mut twists[b * size + c];
-                    *twist = *twist + derivatives[(2 * row + side) * size + c];
+                    *twist = *twist + derivatives[self.all.side(row, side) * size + c];
                 }
             }
             let mut multipliers = vec![Symbol::Constant(0.0); kept.n_rows()];

@@ -27,7 +27,7 @@ pub(crate) fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbo
     let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
     let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
     let mut residual = vec![zero; m.n_rows()];
-    let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
+    let mut derivatives = vec![zero; m.n_derivatives()];
     m.evaluate(&poses, &symbolic.inputs, &mut residual, &mut derivatives);
     [residual, derivatives]
 }
@@ -49,6 +49,9 @@ pub(crate) fn record_step_by<'e, 'r>(
     turn: &[Symbol<'r>],
 ) -> Option<Step<'e, 'r>> {
     let m = solver.mechanism;
+    if !m.is_recordable() {
+        return None;
+    }
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
     let linear = Eliminated { plan, factors };

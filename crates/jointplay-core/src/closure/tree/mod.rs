@@ -100,7 +100,7 @@ impl Tree {
     /// The tree of shortest branches; `None` where a joint does not fit the equations.
     pub(crate) fn new(m: &Mechanism) -> Option<Self> {
         // A coupling is no component of its joint, a settled spin none along the joint's axes.
-        if m.rows.iter().any(|row| row.is_coupled || m.joints[row.joint].is_spin(row.component)) {
+        if m.rows.iter().any(|row| row.is_coupled || m.joints[row.joint].is_apart(row.component)) {
             return None;
         }
         let mut held = vec![Vec::new(); m.n_joints()];

@@ -1,6 +1,7 @@
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::math::curve::Curve;
 use crate::math::interval::Interval;
 use crate::math::real::Real;
 
@@ -121,3 +122,24 @@ const TABLE: &str = "\
 3.141592653589793 1.2246467991473532e-16 -2.99476980971834e-33 -1.0 7.498798913309288e-33 1.2626272556789118 -9.18587307550028e-17
 4.71238898038469 -1.0 1.6872297554945898e-32 -1.8369701987210297e-16 -7.833796929500799e-33 1.3616916829711636 -7.713514450410577e-17
 6.283185307179586 -2.4492935982947064e-16 5.9895396194366814e-33 1.0 -2.999519565323715e-32 1.4129651365067377 3.5231970545668096e-17";
+
+#[test]
+fn a_range_of_a_curve_holds_what_its_points_give() {
+    let curve: Curve = serde_json::from_value(serde_json::json!({
+        "knots": [-1.0, 0.0, 1.0, 3.0],
+        "pieces": [[0.5, 1.0, -0.3], [1.2, 0.4, -0.3, 0.7], [2.0, 1.9, 1.8, -0.4]],
+    }))
+    .unwrap();
+    for (low, high) in [(-3.0, 4.0), (-1.5, -0.5), (0.2, 0.3), (0.9, 1.1), (2.5, 6.0), (1.0, 1.0)] {
+        for order in 0..3 {
+            let held = Interval::new(low, high).of_curve(&curve, order);
+            for k in 0..=50 {
+                let x = low + (high - low) * f64::from(k) / 50.0;
+                let (value, slack) = (curve.at(x, order), 1e-12);
+                // The second derivative jumps where the straight parts begin, at the ends of the knots.
+                assert!(held.low - slack <= value && value <= held.high + slack, "{x} {order} {held:?}");
+            }
+        }
+    }
+    assert!(Interval::new(0.2, 0.21).of_curve(&curve, 0).width() < 0.02);
+}

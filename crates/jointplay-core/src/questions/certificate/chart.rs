@@ -89,7 +89,7 @@ impl<'m> Chart<'m> {
         let m = self.mechanism;
         let zero = S::from_f64(0.0);
         let mut residual = vec![zero; m.n_rows()];
-        let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
+        let mut derivatives = vec![zero; m.n_derivatives()];
         let drives: Vec<S> = self.drives.iter().map(|&q| S::from_f64(q)).collect();
         let inputs = m.commands(&drives, parameters.to_vec());
         m.evaluate(&poses.bodies, &inputs, &mut residual, &mut derivatives);
@@ -115,10 +115,11 @@ impl<'m> Chart<'m> {
         let [_, derivatives] = self.rows(poses, parameters);
         let mut along_poses = Vec::new();
         for (side, part) in derivatives.chunks_exact(size).enumerate() {
-            let Some(body) = m.row_bodies(side / 2)[side % 2] else { continue };
+            let (row, side) = (side / m.n_sides, side % m.n_sides);
+            let Some(body) = m.row_bodies(row)[side] else { continue };
             let entries = self.along_body(part, &v[body * size..(body + 1) * size]);
             let entries = entries.into_iter().enumerate().filter(|(_, entry)| !is_zero(*entry));
-            along_poses.extend(entries.map(|(c, entry)| (side / 2, body * size + c, entry)));
+            along_poses.extend(entries.map(|(c, entry)| (row, body * size + c, entry)));
         }
         let mut along_parameters = Vec::new();
         let mut gradient = Inputs { drives: vec![zero; m.n_drives()], parameters: vec![zero; m.n_parameters()] };
