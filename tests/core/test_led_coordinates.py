@@ -454,6 +454,10 @@ def test_what_is_left_of_a_follower_in_other_answers() -> None:
     """Checked, written again, drawn, and refused where contacts are exported."""
     m = jp.loads(cam("polynomial = [0, 0.1]\nbacklash = 0.05"))
     assert "cam" in [*m.joints]
+    pressed = m.with_({"loads": [{"force": [3, -10]}]})
+    assert not jp.loaded(pressed).drive_flank.values.any(), (
+        "the lost motion is that of the follower, and not of a drive"
+    )
     resized: Any = (
         jp.allocate(m.with_({"limits": {"position": 0.01}, "costs": {"cam.backlash": {"cost": 1.0, "at": 0.05}}}))
         if False

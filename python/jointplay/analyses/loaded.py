@@ -242,6 +242,8 @@ def _flanks(m: Mechanism, offset: Floats) -> NDArray[np.int64]:
     seen: set[int] = set()
     for s in np.flatnonzero(np.array(m.source_kinds) == "backlash"):
         source = m.compiled_sources[s].spec
+        if "drive" not in source:  # of a follower
+            continue
         drive, sides = source["drive"], source["set"]["interval"]
         width = sides["high"] - sides["low"]
         at = offset[:, int(np.flatnonzero(m.parameter_source == s)[0])]
