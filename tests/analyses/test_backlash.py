@@ -740,3 +740,21 @@ def test_a_push_decides_the_side_of_an_upright_axis(side: float) -> None:
     result = jp.loaded(jp.loads(UPRIGHT + f"[[loads]]\nforce = [0, {side * 5}, 0]\n"))
     assert list(result.status) == ["ok"] * 2
     np.testing.assert_allclose(result.error.sel(component="rz"), side * 0.01, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("push", "middle", "outcome"), [(0.0, 0.0, "undetermined"), (5.0, 0.01, "ok")])
+def test_specimens_of_an_arm_on_an_upright_axis_scatter_by_its_drive(push: float, middle: float, outcome: str) -> None:
+    text = UPRIGHT.replace("backlash = 0.02", "backlash = 0.02\nerror = 0.005")
+    mechanism = jp.loads(text + (f"[[loads]]\nforce = [0, {push}, 0]\n" if push else ""))
+    found = jp.random(mechanism, contact="loaded", samples=400)
+    turned = found.sel(component="rz")
+    assert found.failures.sel(outcome="undetermined").values.tolist() == [400 if outcome == "undetermined" else 0] * 2
+    # The drive's own error scatters evenly beside what its lost motion does.
+    np.testing.assert_allclose(turned.error_mean, middle, atol=5 * 0.005 / math.sqrt(3 * 400))
+    np.testing.assert_allclose(turned.error_std, 0.005 / math.sqrt(3), rtol=0.1)
+
+
+def test_long_paths_of_an_arm_on_an_upright_axis_say_the_same() -> None:
+    result = jp.loaded(jp.loads(UPRIGHT.replace("values = [0, 30]", "from = 0\nto = 90\ncount = 100")))
+    assert set(result.status.values) == {"undetermined"}
+    np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-6)
