@@ -306,7 +306,7 @@ class Compiled:
         source : int
         """
         own = self.compiled_sources[source].spec
-        return own.get("joint", self.drive_joints[own["drive"]])
+        return own["joint"] if "joint" in own else self.drive_joints[own["drive"]]
 
 
 def compile_file(data: MechanismFile, file: str, output: str = "", load_case: str = "") -> Compiled:
