@@ -461,7 +461,7 @@ def test_what_is_left_of_a_follower_in_other_answers() -> None:
     allowed = jp.allow(m.with_({"limits": {"position": 0.01}}))
     assert set(allowed.status.values) == {"ok"}
     assert jp.plot.mechanism(m) is not None
-    with pytest.raises(InputError, match="a coordinate that follows another one"):
+    with pytest.raises(InputError, match=r"followers\.cam: is a coordinate that follows another one"):
         jp.export(m, "x.xml")
 
 
