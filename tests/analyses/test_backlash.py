@@ -696,3 +696,47 @@ class TestMessages:
     def test_lost_motion_that_is_counted_twice_is_said(self) -> None:
         assert "lost motion counts once" in jp.check(link("backlash = 1\nerror = 0.5")).attrs["hints"]
         assert "hints" not in jp.check(link("backlash = 1\nerror = 0.1")).attrs
+
+
+#: an arm that gravity turns neither way about its upright axis, in which a pin has play
+UPRIGHT = """
+format = 1
+space = "spatial"
+units = { length = "mm", angle = "deg", force = "N" }
+gravity = [0, 0, -9.81]
+[joints.J]
+type = "revolute"
+bodies = ["ground", "arm"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+clearance = { radial = 0.005, axial = 0.01, length = 60 }
+[drives.q]
+joint = "J"
+values = [0, 30]
+backlash = 0.02
+[bodies.arm]
+mass = 10
+centre = [300, 50, 100]
+[output]
+body = "arm"
+at = [500, 0, 0]
+"""
+
+
+def test_an_arm_on_an_upright_axis_stands_as_firmly_at_every_angle() -> None:
+    """The axis tilts with the arm in the play of its pin, so that no angle is lower than another."""
+    result = jp.loaded(jp.loads(UPRIGHT))
+    assert list(result.status) == ["undetermined"] * 2
+    np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-6)
+    pose = result.error.sel(component=["rx", "ry"])
+    # The tilt goes with the arm: play from end to end over the length, about the moment of the weight.
+    tilt = math.degrees(2 * 0.005 / 60)
+    about = np.radians(np.array([0.0, 30.0])) + math.atan2(50, 300) + math.pi / 2
+    np.testing.assert_allclose(pose, tilt * np.stack([np.cos(about), np.sin(about)], axis=1), atol=1e-5 * tilt)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_push_decides_the_side_of_an_upright_axis(side: float) -> None:
+    result = jp.loaded(jp.loads(UPRIGHT + f"[[loads]]\nforce = [0, {side * 5}, 0]\n"))
+    assert list(result.status) == ["ok"] * 2
+    np.testing.assert_allclose(result.error.sel(component="rz"), side * 0.01, rtol=1e-3)

@@ -12,7 +12,7 @@ mechanisms need a cone program; its multipliers of compatibility are the coeffic
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -230,20 +230,20 @@ def _drives(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:
     each = ("configuration", "drive")
     words = "moment or force of the drive on the second body of its joint, along its coordinate"
     builder.add("drive_torque", each, found["drive_force"], words, "work:drive")
-    # A follower has lost motion, too, and no drive.
-    lost = [s for s in np.flatnonzero(np.array(m.source_kinds) == "backlash") if "drive" in m.compiled_sources[s].spec]
-    if lost:
+    if "backlash" in m.source_kinds:
         words = "end of the lost motion at which the load holds the drive: 1 the upper, -1 the lower, 0 neither"
-        builder.add("drive_flank", each, _flanks(m, lost, found["offset"]), words)
+        builder.add("drive_flank", each, _flanks(m, found["offset"]), words)
 
 
-def _flanks(m: Mechanism, lost: Sequence[int], offset: Floats) -> NDArray[np.int64]:
+def _flanks(m: Mechanism, offset: Floats) -> NDArray[np.int64]:
     """Ends of the lost motions; of a drive of several joints that which all of its gearboxes are at, if it is one."""
     # Two columns per drive: whether each end is taken by all.
     at_end = np.zeros((len(offset), len(m.drives), 2), dtype=bool)
     seen: set[int] = set()
-    for s in lost:
+    for s in np.flatnonzero(np.array(m.source_kinds) == "backlash"):
         source = m.compiled_sources[s].spec
+        if "drive" not in source:  # of a follower
+            continue
         drive, sides = source["drive"], source["set"]["interval"]
         width = sides["high"] - sides["low"]
         at = offset[:, int(np.flatnonzero(m.parameter_source == s)[0])]

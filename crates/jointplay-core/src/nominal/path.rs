@@ -2,8 +2,9 @@
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
-use crate::mechanism::Mechanism;
+use crate::math::space::{Component, Space};
 use crate::mechanism::status::Status;
+use crate::mechanism::{Driven, Mechanism, Row};
 
 /// One configuration of the nominal mechanism, brought to a target.
 #[derive(Clone, Debug)]
@@ -22,6 +23,9 @@ impl Mechanism {
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
     /// and drives from there.
     pub(crate) fn first_state(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
+        if let Some(begun) = self.begun_in_mesh(drives) {
+            return Some(begun);
+        }
         let held = self.assemble(drives, true);
         if held.converged {
             let solver = Solver::new(self, &held.coordinates);
@@ -39,6 +43,42 @@ impl Mechanism {
         let values = self.drive_values(&free.coordinates, drives);
         let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
         Some((solver, state))
+    }
+
+    /// Where wheels mesh as they start, if the first drive values are more than half a turn from there: teeth count turns, and
+    /// the shortest way to these values is not the one that the drives make.
+    fn begun_in_mesh(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
+        if self.largest_move == f64::INFINITY {
+            return None;
+        }
+        let free = self.assemble(drives, false);
+        let values = self.started_drives(&free.coordinates);
+        let is_far = |(row, by): (&Row, Driven)| {
+            let turned = by.coefficient * (drives[by.drive] - values[by.drive]);
+            matches!(row.component, Component::About(_)) && turned.abs() > std::f64::consts::PI
+        };
+        if !free.converged || !self.driven().any(is_far) {
+            return None;
+        }
+        let solver = Solver::new(self, &free.coordinates);
+        let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
+        Some((solver, state))
+    }
+
+    /// The drive values of a start: in the plane as its angles are given, in space within half a turn.
+    fn started_drives(&self, coordinates: &[f64]) -> Vec<f64> {
+        let angle = |point: usize| self.points[point].body.map_or(0.0, |b| coordinates[3 * b + 2]);
+        let value = |drive: usize| {
+            let row = &self.rows[self.driven_rows[drive]];
+            let joint = &self.joints[row.joint];
+            let coefficient = row.drive.map_or(1.0, |by| by.coefficient);
+            let near = match self.space {
+                Space::Planar => (angle(joint.second) - angle(joint.first)) / coefficient,
+                Space::Spatial => 0.0,
+            };
+            self.drive_value(drive, coordinates, near)
+        };
+        (0..self.n_drives).map(value).collect()
     }
 
     /// The singular state at the very end of a branch (a dead centre), which continuation only comes near.

@@ -185,9 +185,29 @@ impl System<'_> {
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Option<Balance> {
+        if c.equations.nrows() == 0 {
+            return Some(self.free_near(c, forces, at, stiffness));
+        }
         let program = self.program_near(c, right, forces, at, stiffness);
         let answer = rounds.solve(Question::Pose, &program, None).await;
         self.held(c, forces, answer)
+    }
+
+    /// The same where nothing ties displacements to each other: each goes to the point of its set that is nearest to where
+    /// force and spring balance, measured in the set's own coordinates.
+    fn free_near(&self, c: &Ties, forces: &DVector<f64>, at: &[Vec<f64>], stiffness: f64) -> Balance {
+        let mut balance = self.free(c, forces);
+        for ((element, at), given) in self.elements.iter().zip(at).zip(&mut balance.given) {
+            let Some(set) = element.kind.set().filter(|set| !set.is_zero()) else { continue };
+            let reach = |(k, &column): (usize, &usize)| set.half_width(k) / self.basis.unit(column);
+            let size = element.columns.iter().enumerate().map(reach).fold(0.0, f64::max);
+            let push = set.unit_gradient(&Self::along(element, forces));
+            let mut unit = set.to_unit(at);
+            unit.iter_mut().zip(push).for_each(|(u, push)| *u += push / (stiffness * size * size));
+            set.project_unit(&mut unit[..at.len()]);
+            given.copy_from_slice(&set.of_unit(&unit[..at.len()])[..at.len()]);
+        }
+        balance
     }
 
     /// What the answer of a program of all elements, tied or not, says; further equations and blocks of it come last.
