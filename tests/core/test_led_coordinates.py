@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -435,6 +434,8 @@ MISTAKES: dict[str, tuple[str, str, str, str]] = {
     "a step": ("polynomial = [0, 1]", 'at = [0, 10, 20, 360]\nvalues = [0, 1, 2, 1]\nends = "periodic"', "followers.cam.values", "the last value, 1, is that of the first point: 0"),
     "a law of no backlash": ("polynomial = [0, 1]", 'polynomial = [0, 1]\nbacklash_law = "normal"', "followers.cam", "'backlash_law' goes with backlash"),
     "the name of a joint": ("[followers.cam]", "[followers.lift]", "followers.lift", "'lift' is the name of a joint"),
+    "the name of a drive": ("[followers.cam]", "[followers.q]", "followers.q", "'q' is the name of a drive"),
+    "a place twice": ("polynomial = [0, 1]", "at = [0, 1e-300]\nvalues = [1, 2]", "followers.cam.at", "0 and 1e-300 are the same place"),
     "a csv in a text": ("polynomial = [0, 1]", 'csv = "cam.csv"\ncolumns = ["a", "b"]', "followers.cam", "a text gives at and values"),
 }  # fmt: skip
 
@@ -458,14 +459,24 @@ def test_what_is_left_of_a_follower_in_other_answers() -> None:
     assert not jp.loaded(pressed).drive_flank.values.any(), (
         "the lost motion is that of the follower, and not of a drive"
     )
-    resized: Any = (
-        jp.allocate(m.with_({"limits": {"position": 0.01}, "costs": {"cam.backlash": {"cost": 1.0, "at": 0.05}}}))
-        if False
-        else None
-    )
-    assert resized is None
+    cost = {"model": "reciprocal", "b": 1.0, "from": 0.005, "to": 0.2}
+    cheapest = jp.allocate(m.with_({"limits": {"position": 0.01}, "costs": {"cam.backlash": cost}}))
+    np.testing.assert_allclose(cheapest.size, 0.02, rtol=1e-2)
     allowed = jp.allow(m.with_({"limits": {"position": 0.01}}))
     assert set(allowed.status.values) == {"ok"}
     assert jp.plot.mechanism(m) is not None
-    with pytest.raises(InputError, match="a coordinate that follows another one"):
+    with pytest.raises(InputError, match=r"followers\.cam: is a coordinate that follows another one"):
         jp.export(m, "x.xml")
+
+
+def test_lost_motion_of_a_follower_is_no_flank_of_a_drive() -> None:
+    """Its source has no drive; beside it the drive's own flank is told."""
+    text = cam("polynomial = [0, 0.1]\nbacklash = 0.05") + "[[loads]]\nforce = [0, -10]\n"
+    found = jp.loaded(jp.loads(text))
+    np.testing.assert_array_equal(found.drive_flank, 0)
+    np.testing.assert_allclose(found.error.sel(component="y"), -0.025, atol=1e-12)
+    # 10 N on 0.1 mm per degree
+    np.testing.assert_allclose(found.drive_torque, 180 / math.pi, rtol=1e-9)
+    both = jp.loaded(jp.loads(text).with_({"drives.q.backlash": 0.2}))
+    np.testing.assert_array_equal(both.drive_flank, -1)
+    np.testing.assert_allclose(both.error.sel(component="y"), -0.025 - 0.01, atol=1e-12)

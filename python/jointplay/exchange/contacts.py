@@ -60,9 +60,8 @@ def _check(m: Mechanism) -> None:
     problem = None
     for name, kind in zip(m.joints, m.joint_kinds, strict=True):
         if kind in REFUSED:
-            raise InputError(
-                f"is {REFUSED[kind]}; the model for MuJoCo cannot have it", file=m.file, key=f"joints.{name}"
-            )
+            key = f"followers.{name}" if kind == "follower" else f"joints.{name}"
+            raise InputError(f"is {REFUSED[kind]}; the model for MuJoCo cannot have it", file=m.file, key=key)
     if m.members:
         problem = "has elastic bodies, which the model for MuJoCo cannot have"
     elif m.core_spec["torsions"] or any(not spring["stiffness"] for spring in m.core_spec["springs"]):

@@ -11,6 +11,7 @@ written three times, one turn after the other, so that no seam is near.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -25,7 +26,7 @@ from .drives import coordinate_factor
 from .graph import CompiledJoint, Graph
 from .source import CompiledSource, interval
 
-#: part of a turn by which a table that goes over one may miss it
+#: part of a turn by which a table that goes over one may miss it, and of what a table goes over that is no distance
 ROUNDED = 1e-9
 
 
@@ -42,6 +43,9 @@ def add_followers(data: MechanismFile, graph: Graph) -> None:
         key = f"followers.{name}"
         if name in data.joints or any(joint.name == name for joint in graph.joints):
             raise graph.refuse(f"'{name}' is the name of a joint; give the follower another one", key)
+        if name in data.drives:
+            # Both could have a source NAME.backlash.
+            raise graph.refuse(f"'{name}' is the name of a drive; give the follower another one", key)
         own, leader = (graph.joints[_joint(graph, word, f"{key}.{at}")] for word, at in _joints(entry))
         if entry.joint in commanded:
             raise graph.refuse(f"{commanded[entry.joint]} commands '{entry.joint}' already", f"{key}.joint")
@@ -105,12 +109,16 @@ def _joint(graph: Graph, name: str, key: str) -> int:
 
 
 def _check_table(graph: Graph, entry: Follower, own: CompiledJoint, leader: CompiledJoint, key: str) -> None:
-    """Refuse a table that does not fit an angle."""
+    """Refuse a table that does not fit an angle, or has a place twice."""
     if entry.at is None or entry.values is None:
         return
     unit, name = graph.units.angle, graph.units.angle_name
     turn = math.tau / unit
     span = entry.at[-1] - entry.at[0]
+    least = ROUNDED * (turn if leader.is_angular else span)
+    for one, other in itertools.pairwise(entry.at):
+        if other - one < least:
+            raise graph.refuse(f"{one:g} and {other:g} are the same place; leave one of them out", f"{key}.at")
     if entry.ends != "periodic":
         if leader.is_angular and span >= turn:
             raise graph.refuse(

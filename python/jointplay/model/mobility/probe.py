@@ -95,7 +95,7 @@ class Sample:
 
         Newton's method then has a solution nearby, at which the values that are not zero are about the same.
         """
-        return self.residual <= CLOSED or self.residual <= min(NEARLY, NEARBY * self.smallest**2)
+        return self.residual <= CLOSED or self.residual <= min(NEARLY, NEARBY * self.smallest * self.smallest)
 
     @cached_property
     def rates(self) -> Floats:
