@@ -293,6 +293,14 @@ class TestTwoDrives:
         np.testing.assert_allclose(result.deformation[0], [turned, of_b(turned) / kb], atol=1e-8)
         assert result.elastic.values.tolist() == ["a", "b"]
 
+    def test_more_than_half_a_turn_apart_are_refused(self) -> None:
+        """The second one would be taken to the nearest turn."""
+        jp.loaded(jp.loads(shaft("values = [0]\nstiffness = 1e5", "values = [3.1]\nstiffness = 1e5")))
+        with pytest.raises(
+            jp.InputError, match=r"drives\.b: .*'pivot' that are 183\.346 deg apart; at most half a turn"
+        ):
+            jp.loaded(jp.loads(shaft("values = [0]\nstiffness = 1e5", "values = [3.2]\nstiffness = 1e5")))
+
     @pytest.mark.parametrize("seed", range(4))
     def test_random_ones_store_the_least_energy(self, seed: int) -> None:
         """A four-bar whose crank and rocker are both driven: energy over its one freedom."""
@@ -758,3 +766,27 @@ def test_long_paths_of_an_arm_on_an_upright_axis_say_the_same() -> None:
     result = jp.loaded(jp.loads(UPRIGHT.replace("values = [0, 30]", "from = 0\nto = 90\ncount = 100")))
     assert set(result.status.values) == {"undetermined"}
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-6)
+
+
+def test_an_arm_on_an_upright_axis_that_winds_up_is_in_the_middle_of_its_play() -> None:
+    """Springs that draw the search to its rest must not leave the base at a flank, with the other one untold."""
+    text = UPRIGHT.replace("backlash = 0.02", "backlash = 0.02\nstiffness = 1e7")
+    shoulder = """
+[joints.K]
+type = "revolute"
+bodies = ["arm", "upper"]
+at = [100, 0, 250]
+axis = [0, 1, 0]
+[drives.k]
+joint = "K"
+values = [10, 40]
+backlash = 0.1
+stiffness = 1e7
+[bodies.upper]
+mass = 18
+centre = [100, 30, 450]
+"""
+    result = jp.loaded(jp.loads(text + shoulder))
+    assert list(result.status) == ["undetermined"] * 2
+    np.testing.assert_allclose(result.error.sel(component="rz"), 0, atol=1e-5)
+    np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)

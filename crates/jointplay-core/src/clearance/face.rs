@@ -46,7 +46,7 @@ impl Face {
 
     /// Whether it decides nothing at all.
     #[inline]
-    pub(super) const fn is_whole(&self) -> bool {
+    pub(crate) const fn is_whole(&self) -> bool {
         matches!(self.extent, Extent::Whole(_))
     }
 

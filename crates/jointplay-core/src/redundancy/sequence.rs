@@ -174,6 +174,7 @@ impl System<'_> {
     ) -> Result<Rest, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
         let (mut slowest, mut restless) = (0.0_f64, 0);
+        let mut rested: Option<(Rest, Vec<Option<Vec<f64>>>)> = None;
         // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
         loop {
@@ -193,7 +194,11 @@ impl System<'_> {
             } else {
                 self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await
             };
-            let balance = balance.ok_or(Failure::Incompatible)?;
+            let mut balance = balance.ok_or(Failure::Incompatible)?;
+            if let Some((_, middles)) = &rested {
+                let held = balance.given.iter_mut().zip(middles);
+                held.for_each(|(given, middle)| middle.iter().for_each(|middle| given.clone_from(middle)));
+            }
             let target = self.target(known, &balance);
             let own = &state.inputs.parameters;
             let change = self.difference(own, &target);
@@ -201,19 +206,41 @@ impl System<'_> {
             // Stiff springs make small changes of what would be larger ones.
             let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
                 || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
+            if still && pull > 0.0 && rested.is_none() {
+                // Springs leave what nothing pushes where it is. It is put in the middle of its play, if that is a place of rest,
+                // too.
+                let middles = self.middles_of_open(c.ties(), &balance.forces);
+                let is_left = middles.iter().any(Option::is_some);
+                let rest = Rest { state: state.clone(), balance, steps, still };
+                if !is_left {
+                    return Ok(rest);
+                }
+                rested = Some((rest, middles));
+                (pull, last, slowest, restless, near) = (0.0, f64::INFINITY, 0.0, 0, None);
+                continue;
+            }
             if still || steps >= MOST_STEPS {
-                return Ok(Rest { state, balance, steps, still });
+                let rest = Rest { state, balance, steps, still };
+                return Ok(match rested {
+                    Some((rested, middles)) if !still || !self.are_open(c.ties(), &rest.balance.forces, &middles) => {
+                        rested
+                    }
+                    _ => rest,
+                });
             }
             // Changes shrink by as much as the displacements are beside the dimensions, one like the other.
             slowest = slowest.max(change / last).max(size);
             let next = if slowest < SHRINKS { change * slowest } else { change };
-            if foresees && pull == 0.0 && next <= self.mechanism.still() * size {
+            if foresees && pull == 0.0 && rested.is_none() && next <= self.mechanism.still() * size {
                 let (state, part) = step(solver, &state, &target)?;
                 return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
             }
             restless += usize::from(change > SHRINKS * last);
             last = change;
             if restless > PATIENCE {
+                if let Some((rested, _)) = rested {
+                    return Ok(rested);
+                }
                 if pull == 0.0 && !matches!(asked, Ask::Factor) {
                     // The largest force stretches a spring as far as the largest displacement.
                     pull = self.force_scale(&balance.forces) * self.mechanism.length / size;
@@ -231,6 +258,20 @@ impl System<'_> {
             near = balance.answer;
             steps += 1;
         }
+    }
+
+    /// The middle of every set that no equation ties and that forces leave open as a whole.
+    fn middles_of_open(&self, c: &Ties, forces: &DVector<f64>) -> Vec<Option<Vec<f64>>> {
+        let middle = |element: &Element| {
+            let open = self.face(element, c, forces).filter(|face| face.is_whole() && !Self::is_tied(element, c));
+            open.map(|face| face.centre[..element.columns.len()].to_vec())
+        };
+        self.elements.iter().map(middle).collect()
+    }
+
+    /// Whether forces leave open what has been put in its middle.
+    fn are_open(&self, c: &Ties, forces: &DVector<f64>, middles: &[Option<Vec<f64>>]) -> bool {
+        self.middles_of_open(c, forces).iter().zip(middles).all(|(now, then)| now.is_some() || then.is_none())
     }
 
     /// The offsets at which a state is closed; of what is elastic none is known.

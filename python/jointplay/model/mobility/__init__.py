@@ -280,6 +280,7 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
     if mobility.is_determinate or (square and not mobility.assembled):
         return mobility
     if over_constrained and mobility.is_decided:
+        _require_near(m)
         return mobility
     problems = [*mobility.problems]
     if mobility.joint_redundancy and not over_constrained:
@@ -290,6 +291,21 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         problems += [f"{part}, which this question cannot take; drive it by one" for part in _shared(mobility)]
     key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
     raise InputError("; ".join(problems), file=m.file, key=key)
+
+
+def _require_near(m: Mechanism) -> None:
+    """Refuse drives of one joint that are more than half a turn apart: beyond it an angle is taken for its remainder."""
+    for number, joint in enumerate(m.joints):
+        moves = [(k, by) for k, of in enumerate(m.drive_moves) for moved, by in of if moved == number]
+        if len(moves) < 2 or m.drive_values is None or m.coordinate_kind(number) != "angle":
+            continue
+        apart = np.ptp([by * m.drive_values[:, k] for k, by in moves], axis=0).max()
+        if apart > np.pi:
+            names = joined([repr(m.drives[k]) for k, _ in moves])
+            problem = f"{names} command angles of joint {joint!r} that are {np.degrees(apart):.6g} deg apart"
+            raise InputError(
+                f"{problem}; at most half a turn is possible", file=m.file, key=f"drives.{m.drives[moves[1][0]]}"
+            )
 
 
 def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
