@@ -294,7 +294,7 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
 
 
 def _require_near(m: Mechanism) -> None:
-    """Refuse drives of one joint that are more than half a turn apart: beyond it an angle is taken for the remainder."""
+    """Refuse drives of one joint more than half a turn apart: beyond it an angle is taken for the remainder."""
     for number, joint in enumerate(m.joints):
         moves = [(k, by) for k, of in enumerate(m.drive_moves) for moved, by in of if moved == number]
         if len(moves) < 2 or m.drive_values is None or m.coordinate_kind(number) != "angle":
