@@ -78,6 +78,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "region", jp.region, {"m": M, "directions": 3}
     yield "report", jp.report, {"m": SHORT, "path": "page.html", "samples": 16}
     yield "save", jp.save, {"result": worst, "path": "here.csv"}
+    yield "sensitivity", jp.sensitivity, {"m": M}
     yield "singularities", jp.singularities, {"m": M, "path": False}
     yield "solve", jp.solve, {"m": M}
     yield "sweep", jp.sweep, {"m": M, "key": "joints.J1.clearance.radial", "values": [0.1], "question": "solve"}

@@ -51,7 +51,7 @@ def sensitivity(m: Mechanism) -> xr.Dataset:
     >>> import jointplay as jp
     >>> m = jp.loads(jp.examples.text("four-bar"))
     >>> jp.sensitivity(m).drive_jacobian.sel(component=["x", "y"])[0, :, 0].values.round(3)  # mm per degree
-    array([-0.085,  1.147])
+    array([-0.732,  1.024])
     """
     return to_dataset(compute(m))
 
