@@ -87,6 +87,27 @@ def error_at(offsets: np.ndarray) -> np.ndarray:
     return foot(HIP + offsets[0], KNEE + offsets[1]) - foot(HIP, KNEE)
 
 
+def guide(drive: str) -> str:
+    """A ram in an inclined guide, which a force draws aside."""
+    return f"""
+format = 1
+space = "planar"
+units = {{ length = "mm", angle = "deg", force = "N" }}
+[joints.guide]
+type = "prismatic"
+on = {{ ground = {{ at = [0, 0], axis = 30 }}, ram = [0, 0] }}
+[drives.s]
+joint = "guide"
+values = [100]
+{drive}
+[output]
+body = "ram"
+at = [0, 0]
+[[loads]]
+force = [100, 0]
+"""
+
+
 class TestLoaded:
     def test_an_arm_falls_onto_its_flank(self) -> None:
         """Half a degree from end to middle: b times the lever, on a circle."""
@@ -106,25 +127,7 @@ class TestLoaded:
             assert turned == pytest.approx(math.copysign(size, force), abs=1e-14)
 
     def test_a_length_is_lost_along_a_guide(self) -> None:
-        text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 30 }, ram = [0, 0] }
-[drives.s]
-joint = "guide"
-values = [100]
-backlash = 0.4
-stiffness = 500
-[output]
-body = "ram"
-at = [0, 0]
-[[loads]]
-force = [100, 0]
-"""
-        result = jp.loaded(jp.loads(text))
+        result = jp.loaded(jp.loads(guide("backlash = 0.4\nstiffness = 500")))
         way = 0.2 + 100 * math.cos(math.radians(30)) / 500
         expected = [way * math.cos(math.radians(30)), way * math.sin(math.radians(30)), 0]
         np.testing.assert_allclose(result.error[0], expected, rtol=1e-10, atol=1e-13)
@@ -207,23 +210,7 @@ class TestDriveTorque:
             np.testing.assert_array_equal(together.drive_flank[k], alone.drive_flank[0])
 
     def test_a_slider_is_held_by_a_force(self) -> None:
-        guide = """format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 30 }, ram = [0, 0] }
-[drives.s]
-joint = "guide"
-values = [100]
-backlash = { plus = 0, minus = 0.4 }
-[output]
-body = "ram"
-at = [0, 0]
-[[loads]]
-force = [100, 0]
-"""
-        result = jp.loaded(jp.loads(guide))
+        result = jp.loaded(jp.loads(guide("backlash = { plus = 0, minus = 0.4 }")))
         assert result.drive_torque.item() == pytest.approx(-100 * math.cos(math.radians(30)), rel=1e-12)
         assert (result.drive_torque.attrs["units"], result.drive_flank.item()) == ("N", 1)
 

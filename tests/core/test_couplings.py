@@ -665,3 +665,42 @@ def test_an_arm_driven_by_trains_of_wheels_is_where_one_driven_in_its_joints_is(
     """A motor makes nine turns from one configuration to the next, in steps that no tooth would survive on its own."""
     geared, direct = (jp.solve(jp.loads(arm(stages))) for stages in ("geared", "direct"))
     np.testing.assert_allclose(geared.nominal, direct.nominal, atol=1e-8)
+
+
+def test_a_motor_behind_two_drives_that_share_a_plate_keeps_count_of_its_turns():
+    """The second of those drives has no row of its own, and took the place of the motor's."""
+    text = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.plate]
+type = "revolute"
+on = { ground = [0, 0], plate = [0, 0] }
+[joints.R]
+type = "revolute"
+on = { plate = [20, 0], rotor = [0, 0] }
+[joints.W]
+type = "revolute"
+on = { plate = [80, 0], wheel = [0, 0] }
+[joints.G]
+type = "gear"
+on = { rotor = [0, 0], wheel = [0, 0] }
+teeth = [20, 40]
+module = 2
+[drives.a]
+joint = "plate"
+values = [0, 20, 5]
+stiffness = 1e5
+[drives.b]
+joint = "plate"
+values = [0, 20, 5]
+stiffness = 1e5
+[drives.motor]
+joint = "R"
+values = [0, 2000, -1500]
+[output]
+body = "wheel"
+at = [0, 0]
+"""
+    pose = jp.loaded(jp.loads(text))
+    np.testing.assert_allclose(pose.nominal[:, 2], [0, 20 - 1000, 5 + 750], atol=1e-8)

@@ -30,13 +30,12 @@ const LARGE: usize = 240;
 /// An inverse iteration that changes it by less than this part has it.
 const CONVERGED: f64 = 1e-10;
 
-/// How a search for an assembled pose steps, and when it is given up.
+/// When a search for an assembled pose is given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Search {
-    /// By singular values, as long as a part of a step lowers the residual.
+    /// Where no part of a step lowers the residual.
     Thorough,
-    /// For many searches that nearly all end in vain: by elimination where that is safe, and given up where two steps gain
-    /// little, the later one less.
+    /// For many searches that nearly all end in vain: where two steps gain little, too, the later one less.
     ///
     /// Where there is nothing to be found, the steps become longer and longer and smaller and smaller parts of them are
     /// taken, until they end in another mode of motion far away, or nowhere. At a singular state each step takes away

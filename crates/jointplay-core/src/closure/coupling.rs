@@ -107,9 +107,7 @@ impl Mechanism {
         };
         self.coupled_rows().flat_map(of_row).collect()
     }
-}
 
-impl Mechanism {
     /// What twists of all bodies change in what the terms of all coupled rows measure, to first order.
     fn through_along(&self, coordinates: &[f64], parameters: &[f64], twists: &[f64]) -> Vec<f64> {
         let poses = self.poses(coordinates);

@@ -301,19 +301,20 @@ impl<'m> Solver<'m> {
         let held = Inputs { drives: from.inputs.drives.clone(), parameters: inputs.parameters.clone() };
         let (residual, derivatives) = self.evaluate(&m.poses(&from.coordinates), &held);
         let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
-        for (right, (_, by)) in right[m.n_rows() - m.n_driven..].iter_mut().zip(m.driven()) {
-            *right += by.coefficient * (inputs.drives[by.drive] - from.inputs.drives[by.drive]);
+        for (row, _, by) in m.rows_of_drives() {
+            right[row] += by.coefficient * (inputs.drives[by.drive] - from.inputs.drives[by.drive]);
         }
         let mut twists = vec![0.0; m.n_unknowns()];
         self.factor(&derivatives)?.solve(&mut right, &mut twists);
+        let size = m.scaled_size(&twists);
         // Written so that NaN fails, too.
-        if !(train.size(m, &twists) <= LARGEST_MOVE && m.scaled_size(&twists) < f64::INFINITY) {
+        if !(train.size(m, &twists) <= LARGEST_MOVE && size < f64::INFINITY) {
             return None;
         }
         let coordinates = train.moved(m, &from.coordinates, &twists);
         let mut mesh = Mesh::new(m, &from.coordinates, &inputs.parameters);
         mesh.moves_by([&from.coordinates, &coordinates], &inputs.parameters, &twists, residual);
-        Some(Begun { coordinates, mesh, moved: Some(m.scaled_size(&twists).min(LARGEST_MOVE)) })
+        Some(Begun { coordinates, mesh, moved: Some(size.min(LARGEST_MOVE)) })
     }
 
     /// Closes the mechanism from a nearby state in one go; the branch is kept when the sign of the
@@ -496,10 +497,9 @@ impl Mechanism {
     /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
     /// iteration until it changes by no more than a part of it; never too small.
     pub(crate) fn inverse_iteration(&self, factors: &Factored<'_>, still: f64) -> (f64, Vec<f64>) {
-        let m = self;
-        let n = m.n_unknowns();
-        let row_unit = |k: usize| m.unit(m.rows[k].component);
-        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
+        let n = self.n_unknowns();
+        let row_unit = |k: usize| self.unit(self.rows[k].component);
+        let column_unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
         let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
         let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
         for _ in 0..INVERSE_ITERATIONS {

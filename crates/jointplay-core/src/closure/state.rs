@@ -11,7 +11,7 @@ use crate::mechanism::status::Status;
 /// An inverse iteration that changes the smallest singular value by less than this part nearly has it: ...
 const NEARLY: f64 = 1e-2;
 /// ... with a factor of this above the limit nothing more has to be known.
-const LARGE: f64 = 1.5;
+const PLAINLY: f64 = 1.5;
 
 impl Mechanism {
     /// The value of a drive's coordinate, continued from a nearby value over full turns.
@@ -71,7 +71,7 @@ impl Mechanism {
     /// plainly large, a better one where it is large.
     pub(crate) fn status_of(&self, linearised: &Linearised<'_>, state: &State) -> Status {
         let is_large = self.singular_estimate(linearised) >= CLEAR * self.singular_value
-            || self.inverse_iteration(&linearised.factors, NEARLY).0 >= LARGE * self.singular_value;
+            || self.inverse_iteration(&linearised.factors, NEARLY).0 >= PLAINLY * self.singular_value;
         if is_large { Status::Ok } else { self.nominal_status(state) }
     }
 

@@ -119,10 +119,7 @@ impl Train {
     /// Size of a twist of all bodies that do more than spin.
     pub fn size(&self, m: &Mechanism, twists: &[f64]) -> f64 {
         let bodies = twists.chunks_exact(m.size()).zip(&self.spins).filter(|(_, spins)| !**spins);
-        bodies.fold(0.0, |largest: f64, (twist, _)| {
-            let size = m.scaled_size(twist);
-            if size > largest || size.is_nan() { size } else { largest }
-        })
+        m.scaled_size(&bodies.flat_map(|(twist, _)| twist).copied().collect::<Vec<f64>>())
     }
 
     /// The coordinates of all bodies after their twists.

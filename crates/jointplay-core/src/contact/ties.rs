@@ -99,24 +99,23 @@ impl Solver<'_> {
             (changes, matrix)
         };
         let (mut change, held) = changes(&open);
-        let mut matrix = held.clone();
-        for round in 0..=ROUNDS {
-            let turned = change.iter().map(|change| m.turned_by(at, &quiet, change));
-            let along: Vec<Along> =
-                open.iter().zip(turned).map(|(open, turned)| [open.clone(), turned].concat()).collect();
-            if along.iter().zip(&open).all(|(along, open)| along.len() == open.len()) {
+        let (mut matrix, mut agree) = (held.clone(), false);
+        for _ in 0..ROUNDS {
+            let turned: Vec<Along> = change.iter().map(|change| m.turned_by(at, &quiet, change)).collect();
+            agree = turned.iter().all(Vec::is_empty);
+            if agree {
                 break;
             }
-            let before = std::mem::replace(&mut matrix, held.clone());
-            if round == ROUNDS {
-                // A force that is hardly there turns too fast to be followed.
-                break;
-            }
+            let along: Vec<Along> = open.iter().cloned().zip(turned).map(|(a, b)| [a, b].concat()).collect();
+            let before = matrix;
             (change, matrix) = changes(&along);
-            if (&matrix - before).amax() <= AGREED {
+            agree = (&matrix - before).amax() <= AGREED;
+            if agree {
                 break;
             }
         }
+        // A force that is hardly there turns too fast to be followed.
+        let matrix = if agree { matrix } else { held };
         let force = DVector::from_vec(forces(&at.gradient.inputs.parameters));
         Some(Bend { ways, matrix, force })
     }

@@ -258,6 +258,11 @@ impl Mechanism {
         self.commanded.iter().filter_map(|row| Some((row, row.drive?)))
     }
 
+    /// The rows of drives among those that hold the mechanism, by number; a basis may leave some out.
+    pub(crate) fn rows_of_drives(&self) -> impl Iterator<Item = (usize, &Row, Driven)> {
+        self.rows.iter().enumerate().filter_map(|(k, row)| Some((k, row, row.drive?)))
+    }
+
     /// The unit by which a component is compared with others: the characteristic length, or a radian.
     pub(crate) const fn unit(&self, component: Component) -> f64 {
         match component {

@@ -53,11 +53,11 @@ impl Mechanism {
         }
         let free = self.assemble(drives, false);
         let values = self.started_drives(&free.coordinates);
-        let is_far = |(row, by): (&Row, Driven)| {
+        let is_far = |(_, row, by): (usize, &Row, Driven)| {
             let turned = by.coefficient * (drives[by.drive] - values[by.drive]);
             matches!(row.component, Component::About(_)) && turned.abs() > std::f64::consts::PI
         };
-        if !free.converged || !self.driven().any(is_far) {
+        if !free.converged || !self.rows_of_drives().any(is_far) {
             return None;
         }
         let solver = Solver::new(self, &free.coordinates);

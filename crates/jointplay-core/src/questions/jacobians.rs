@@ -93,7 +93,7 @@ impl Mechanism {
         };
         let places: Vec<usize> = (0..self.n_parameters()).map(|p| self.place_of(p)).collect();
         let mut drive = DMatrix::zeros(size, self.n_drives());
-        for (row, by) in self.rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.drive?))) {
+        for (row, _, by) in self.rows_of_drives() {
             drive.column_mut(by.drive).axpy(by.coefficient, &DVector::from_vec(column(row)), 1.0);
         }
         let mut acting = DMatrix::zeros(n, self.loads.len() * size);

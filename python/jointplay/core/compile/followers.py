@@ -1,12 +1,8 @@
 """Followers in numbers: the curve of the following coordinate over the leading one.
 
-Through the points (x_k, y_k) goes a cubic spline, twice differentiable. With h_k = x_(k+1) - x_k and the second
-derivatives M_k at the points
-
-    h_(k-1) M_(k-1) + 2 (h_(k-1) + h_k) M_k + h_k M_(k+1) = 6 [(y_(k+1) - y_k) / h_k - (y_k - y_(k-1)) / h_(k-1)]
-
-and at the ends M = 0 (natural), no slope (clamped), or the same slope and M at both (periodic). A periodic table is
-written three times, one turn after the other, so that no seam is near.
+Through the points of a table goes a cubic spline, twice differentiable, whose ends have no curvature (natural), no
+slope (clamped), or the same slope and curvature (periodic). A periodic table is written three times, one turn after the
+other, so that no seam is near.
 """
 
 from __future__ import annotations
@@ -164,22 +160,14 @@ def spline(x: Floats, y: Floats, ends: str) -> Floats:
     >>> spline(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 6.0]), "natural").tolist()
     [[0.0, 2.0, 0.0, 0.0], [2.0, 2.0, 0.0, 0.0]]
     """
-    n, h = len(x), np.diff(x)
-    rise = np.diff(y) / h
-    matrix, right = np.zeros((n, n)), np.zeros(n)
-    for k in range(1, n - 1):
-        matrix[k, k - 1 : k + 2] = h[k - 1], 2.0 * (h[k - 1] + h[k]), h[k]
-        right[k] = 6.0 * (rise[k] - rise[k - 1])
-    if ends == "natural":
-        matrix[0, 0] = matrix[-1, -1] = 1.0
-    elif ends == "clamped":
-        matrix[0, :2], right[0] = (2.0 * h[0], h[0]), 6.0 * rise[0]
-        matrix[-1, -2:], right[-1] = (h[-1], 2.0 * h[-1]), -6.0 * rise[-1]
-    else:
-        matrix[0, [0, -1]] = 1.0, -1.0
-        matrix[-1, :2] += 2.0 * h[0], h[0]
-        matrix[-1, -2:] += h[-1], 2.0 * h[-1]
-        right[-1] = 6.0 * (rise[0] - rise[-1])
-    bend = np.linalg.solve(matrix, right)
-    slope = rise - h * (2.0 * bend[:-1] + bend[1:]) / 6.0
-    return np.stack([y[:-1], slope, 0.5 * bend[:-1], np.diff(bend) / (6.0 * h)], axis=1)
+    from scipy.interpolate import CubicSpline
+
+    # What is periodic is the rest beside the rise of a coordinate that turns with the leading one.
+    rise = (y[-1] - y[0]) / (x[-1] - x[0]) if ends == "periodic" else 0.0
+    rest = y - rise * (x - x[0])
+    if ends == "periodic":
+        rest[-1] = rest[0]
+    pieces = CubicSpline(x, rest, bc_type=ends).c[::-1].T.copy()
+    pieces[:, 0] = y[:-1]
+    pieces[:, 1] += rise
+    return np.asarray(pieces, dtype=np.float64)
