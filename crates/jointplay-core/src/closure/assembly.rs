@@ -23,8 +23,6 @@ const PLAINLY_REGULAR: f64 = 1e6;
 const SMALL_GAIN: f64 = 0.01;
 /// ... where the residual is above this. Below, the drives may be beyond a dead centre by their rounding only.
 const FAR_FROM_ASSEMBLED: f64 = 1e3 * ASSEMBLED;
-/// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
-const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
 const LARGE: usize = 240;
 /// An inverse iteration that changes it by less than this part has it.
@@ -201,18 +199,6 @@ impl Mechanism {
         }
         let largest = residual.amax();
         Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
-    }
-
-    /// Whether joints and drives decide every pose just once where the mechanism can be assembled at the
-    /// given drive values.
-    #[must_use]
-    pub fn is_regular(&self, drives: &[f64]) -> bool {
-        if self.n_rows() != self.n_unknowns() {
-            return false;
-        }
-        let assembly = self.assemble(drives, true);
-        let plan = Solver::new(self, &assembly.coordinates).plan;
-        assembly.converged && plan.is_some_and(|plan| self.n_unknowns() == 0 || plan.smallest_pivot() > REGULAR)
     }
 
     /// The same for a large mechanism with as many rows as unknowns: damped Newton steps by sparse

@@ -2,9 +2,13 @@
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
-use crate::math::space::{Component, Space};
+use crate::math::space::Space;
+use crate::math::sparse::Elimination;
+use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Driven, Mechanism, Row};
+
+/// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
+const REGULAR: f64 = 1e-8;
 
 /// One configuration of the nominal mechanism, brought to a target.
 #[derive(Clone, Debug)]
@@ -20,8 +24,8 @@ pub struct Configuration {
 impl Mechanism {
     /// The first assembled state of the nominal mechanism and the solver planned there.
     ///
-    /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
-    /// and drives from there.
+    /// Tries the drive values as asked; where the guess is too far from them, closes the joints first. The state then is not
+    /// at these values, and to be followed to them.
     pub(crate) fn first_state(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
         if let Some(begun) = self.begun_in_mesh(drives) {
             return Some(begun);
@@ -36,33 +40,46 @@ impl Mechanism {
             return Some((solver, state.unwrap_or(singular)));
         }
         let free = self.assemble(drives, false);
-        if !free.converged {
-            return None;
-        }
-        let solver = Solver::new(self, &free.coordinates);
-        let values = self.drive_values(&free.coordinates, drives);
-        let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
-        Some((solver, state))
+        let values = free.converged.then(|| self.drive_values(&free.coordinates, drives))?;
+        self.closed_at(&free.coordinates, &values)
     }
 
-    /// Where wheels mesh as they start, if the first drive values are more than half a turn from there: teeth count turns, and
-    /// the shortest way to these values is not the one that the drives make.
+    /// Where wheels mesh as they start. From there drives turn them to the first values, as they do later: teeth count turns,
+    /// which the shortest way to these values may not make, and are skipped by long steps of an assembly.
     fn begun_in_mesh(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
         if self.largest_move == f64::INFINITY {
             return None;
         }
         let free = self.assemble(drives, false);
-        let values = self.started_drives(&free.coordinates);
-        let is_far = |(_, row, by): (usize, &Row, Driven)| {
-            let turned = by.coefficient * (drives[by.drive] - values[by.drive]);
-            matches!(row.component, Component::About(_)) && turned.abs() > std::f64::consts::PI
-        };
-        if !free.converged || !self.rows_of_drives().any(is_far) {
-            return None;
-        }
-        let solver = Solver::new(self, &free.coordinates);
-        let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
+        let values = free.converged.then(|| self.started_drives(&free.coordinates))?;
+        let (solver, state) = self.closed_at(&free.coordinates, &values)?;
+        let to = Inputs::nominal(self, drives);
+        let state = solver.follow(&state, &to).unwrap_or(state);
         Some((solver, state))
+    }
+
+    fn closed_at(&self, coordinates: &[f64], drives: &[f64]) -> Option<(Solver<'_>, State)> {
+        let solver = Solver::new(self, coordinates);
+        let state = solver.polish(coordinates, &Inputs::nominal(self, drives))?;
+        Some((solver, state))
+    }
+
+    /// The state that is reached first, at these drive values.
+    pub(crate) fn first_state_at(&self, drives: &[f64]) -> Option<State> {
+        let (solver, state) = self.first_state(drives)?;
+        solver.follow(&state, &Inputs::nominal(self, drives)).ok()
+    }
+
+    /// Whether joints and drives decide every pose just once where the mechanism can be assembled at the
+    /// given drive values.
+    #[must_use]
+    pub fn is_regular(&self, drives: &[f64]) -> bool {
+        if self.n_rows() != self.n_unknowns() {
+            return false;
+        }
+        let is_clear = |plan: Elimination| self.n_unknowns() == 0 || plan.smallest_pivot() > REGULAR;
+        let planned = |state: &State| Solver::new(self, &state.coordinates).plan;
+        self.first_state_at(drives).as_ref().and_then(planned).is_some_and(is_clear)
     }
 
     /// The drive values of a start: in the plane as its angles are given, in space within half a turn.

@@ -215,7 +215,7 @@ impl Rows<'_, '_> {
         let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
             let other = match status {
                 // No branch leads on from a singular state: the guess chooses one anew.
-                Status::Singular => m.first_state(drives).map(|(_, state)| state),
+                Status::Singular => m.first_state_at(drives),
                 _ => m.dead_centre(&last, drives),
             };
             other.ok_or(status)

@@ -6,6 +6,8 @@
 //! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
 //! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
 
+use std::marker::PhantomData;
+
 use nalgebra::DVector;
 
 use crate::closure::equations::Inputs;
@@ -16,6 +18,7 @@ use crate::redundancy::balance::Balance;
 use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::sprung::Sprung;
 use crate::redundancy::system::{Element, System};
 
 /// Programs in a row.
@@ -56,13 +59,78 @@ pub(crate) struct Rest {
 }
 
 /// Where a sequence begins.
-struct Start {
-    state: State,
+pub(super) struct Start<P> {
+    pub place: P,
     /// An answer nearby.
-    near: Option<Answer>,
+    pub near: Option<Answer>,
     /// The change that led there, and the number of steps.
-    last: f64,
-    steps: usize,
+    pub last: f64,
+    pub steps: usize,
+}
+
+/// Where a sequence came to rest.
+#[derive(Clone)]
+pub(super) struct Reached<P> {
+    pub place: P,
+    pub balance: Balance,
+    pub steps: usize,
+    pub still: bool,
+}
+
+/// The basis, closed for some displacements.
+pub(super) trait Place: Clone {
+    type Linear: Linear;
+
+    fn displacements(&self) -> &[f64];
+
+    /// The linearisation there.
+    async fn linearise(&self, system: &System<'_>) -> Result<Self::Linear, Failure>;
+
+    /// The springs there, where forces change by springs.
+    fn sprung(&self, system: &System<'_>, known: &[f64]) -> Result<Vec<Sprung>, Failure>;
+
+    /// Closed for the target, or for a part of the way where it cannot be reached; tells which part.
+    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure>;
+}
+
+/// A place where a solver has closed the basis, linearised as far as `C` is.
+struct Solved<'s, 'm, C> {
+    solver: &'s Solver<'m>,
+    state: State,
+    linear: PhantomData<C>,
+}
+
+impl<'s, 'm, C> Solved<'s, 'm, C> {
+    const fn at(solver: &'s Solver<'m>, state: State) -> Self {
+        Self { solver, state, linear: PhantomData }
+    }
+}
+
+impl<C> Clone for Solved<'_, '_, C> {
+    fn clone(&self) -> Self {
+        Self::at(self.solver, self.state.clone())
+    }
+}
+
+impl<C: Linear + AtState> Place for Solved<'_, '_, C> {
+    type Linear = C;
+
+    fn displacements(&self) -> &[f64] {
+        &self.state.inputs.parameters
+    }
+
+    async fn linearise(&self, system: &System<'_>) -> Result<C, Failure> {
+        C::at_state(system.basis, self.solver, &self.state).ok_or(Failure::Singular)
+    }
+
+    fn sprung(&self, system: &System<'_>, known: &[f64]) -> Result<Vec<Sprung>, Failure> {
+        system.sprung(self.solver, &self.state, known).ok_or(Failure::Singular)
+    }
+
+    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure> {
+        let (state, part) = step(self.solver, &self.state, target)?;
+        Ok((Self::at(self.solver, state), part))
+    }
 }
 
 /// Why there is no such place.
@@ -122,11 +190,13 @@ impl System<'_> {
         start: State,
         known: &[f64],
         near: Option<Answer>,
-        ask: impl FnMut(&State, &Compatibility) -> Ask,
+        mut ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Solution, Failure> {
-        let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
-        let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
-        let Rest { state, balance, still, .. } = rest;
+        let place = Solved::at(solver, start);
+        let start = Start { place, near, last: f64::INFINITY, steps: 0 };
+        let asked = |place: &Solved<'_, '_, _>, c: &_| ask(&place.state, c);
+        let Reached { place: Solved { state, .. }, balance, still, .. } =
+            self.settle_by(rounds, start, known, false, asked).await?;
         let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
         Ok(Solution { state, compatibility, balance, still })
     }
@@ -142,16 +212,19 @@ impl System<'_> {
         first: Option<&Balance>,
         ask: Ask,
     ) -> Result<Rest, Failure> {
-        let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
+        let place = Solved::<Ties>::at(solver, start);
+        let mut start = Start { place, near: None, last: f64::INFINITY, steps: 0 };
         // Springs may be far from what they are to first order.
         if let Some(first) = first.filter(|_| !self.is_sprung(&ask)) {
             start.near.clone_from(&first.answer);
             let target = self.target(known, first);
-            if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
-                (start.state, start.last, start.steps) = (state, self.difference(known, &target), 1);
+            if let Ok((place, 1.0)) = start.place.step(&target).await {
+                (start.place, start.last, start.steps) = (place, self.difference(known, &target), 1);
             }
         }
-        self.settle_by(rounds, solver, start, known, true, |_: &State, _: &Ties| ask.clone()).await
+        let Reached { place: Solved { state, .. }, balance, steps, still } =
+            self.settle_by(rounds, start, known, true, |_, _| ask.clone()).await?;
+        Ok(Rest { state, balance, steps, still })
     }
 
     /// Known displacements, and those that a balance gives.
@@ -163,29 +236,24 @@ impl System<'_> {
 
     /// Goes on from a start; `foresees` tells whether a step counts as the last one when the changes so far tell that
     /// the next one would not be any more.
-    async fn settle_by<C: Linear>(
+    pub(super) async fn settle_by<P: Place>(
         &self,
         rounds: &Rounds,
-        solver: &Solver<'_>,
-        Start { mut state, mut near, mut last, mut steps }: Start,
+        Start { mut place, mut near, mut last, mut steps }: Start<P>,
         known: &[f64],
         foresees: bool,
-        mut ask: impl FnMut(&State, &C) -> Ask,
-    ) -> Result<Rest, Failure> {
-        let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
+        mut ask: impl FnMut(&P, &P::Linear) -> Ask,
+    ) -> Result<Reached<P>, Failure> {
+        let mut at: Vec<Vec<f64>> = self.offsets_at(place.displacements(), known);
         let (mut slowest, mut restless) = (0.0_f64, 0);
-        let mut rested: Option<(Rest, Vec<Option<Vec<f64>>>)> = None;
+        let mut rested: Option<(Reached<P>, Vec<Option<Vec<f64>>>)> = None;
         // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
         loop {
-            let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
+            let c = place.linearise(self).await?;
+            let (right, asked) = (c.ties().right(place.displacements(), known), ask(&place, &c));
             let forces = c.forces(&asked);
-            let springs = if self.is_sprung(&asked) {
-                self.sprung(solver, &state, known).ok_or(Failure::Singular)?
-            } else {
-                Vec::new()
-            };
+            let springs = if self.is_sprung(&asked) { place.sprung(self, known)? } else { Vec::new() };
             let balance = if !springs.is_empty() {
                 let drawn = (pull > 0.0).then_some((at.as_slice(), stiffness * pull));
                 self.balance_sprung(rounds, c.ties(), &right, &forces, &springs, drawn).await
@@ -200,7 +268,7 @@ impl System<'_> {
                 held.for_each(|(given, middle)| middle.iter().for_each(|middle| given.clone_from(middle)));
             }
             let target = self.target(known, &balance);
-            let own = &state.inputs.parameters;
+            let own = place.displacements();
             let change = self.difference(own, &target);
             let size = self.difference(known, &target).max(self.difference(known, own));
             // Stiff springs make small changes of what would be larger ones.
@@ -211,7 +279,7 @@ impl System<'_> {
                 // too.
                 let middles = self.middles_of_open(c.ties(), &balance.forces);
                 let is_left = middles.iter().any(Option::is_some);
-                let rest = Rest { state: state.clone(), balance, steps, still };
+                let rest = Reached { place: place.clone(), balance, steps, still };
                 if !is_left {
                     return Ok(rest);
                 }
@@ -220,7 +288,7 @@ impl System<'_> {
                 continue;
             }
             if still || steps >= MOST_STEPS {
-                let rest = Rest { state, balance, steps, still };
+                let rest = Reached { place, balance, steps, still };
                 return Ok(match rested {
                     Some((rested, middles)) if !still || !self.are_open(c.ties(), &rest.balance.forces, &middles) => {
                         rested
@@ -232,11 +300,12 @@ impl System<'_> {
             slowest = slowest.max(change / last).max(size);
             let next = if slowest < SHRINKS { change * slowest } else { change };
             if foresees && pull == 0.0 && rested.is_none() && next <= self.mechanism.still() * size {
-                let (state, part) = step(solver, &state, &target)?;
-                return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
+                let (place, part) = place.step(&target).await?;
+                return Ok(Reached { place, balance, steps: steps + 1, still: part >= 1.0 });
             }
             restless += usize::from(change > SHRINKS * last);
             last = change;
+            let mut reach = 1.0;
             if restless > PATIENCE {
                 if let Some((rested, _)) = rested {
                     return Ok(rested);
@@ -245,15 +314,18 @@ impl System<'_> {
                     // The largest force stretches a spring as far as the largest displacement.
                     pull = self.force_scale(&balance.forces) * self.mechanism.length / size;
                     stiffness = 1.0;
+                    // What has gone from one side to the other again and again is drawn to between them.
+                    reach = 0.5;
                 } else {
                     stiffness = (STIFFER * stiffness).min(STIFFEST);
                 }
                 restless = 0;
             }
+            let aim: Vec<f64> = own.iter().zip(&target).map(|(own, to)| own + reach * (to - own)).collect();
             let part;
-            (state, part) = step(solver, &state, &target)?;
+            (place, part) = place.step(if reach < 1.0 { &aim } else { &target }).await?;
             for (at, given) in at.iter_mut().zip(&balance.given) {
-                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
+                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * reach * (g - *a));
             }
             near = balance.answer;
             steps += 1;
@@ -275,8 +347,8 @@ impl System<'_> {
     }
 
     /// The offsets at which a state is closed; of what is elastic none is known.
-    pub(crate) fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
-        let own = |&column: &usize| state.inputs.parameters[column] - known[column];
+    pub(crate) fn offsets_at(&self, displacements: &[f64], known: &[f64]) -> Vec<Vec<f64>> {
+        let own = |&column: &usize| displacements[column] - known[column];
         let of = |element: &Element| match element.source {
             Some(_) => element.columns.iter().map(own).collect(),
             None => vec![0.0; element.columns.len()],
@@ -291,21 +363,32 @@ impl System<'_> {
 }
 
 /// A linearisation, as much of it as is needed.
-trait Linear: Sized {
-    /// The one at a state of the basis; `None` where the basis is singular.
-    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self>;
-
+pub(super) trait Linear {
     fn ties(&self) -> &Ties;
 
     /// What is asked, as forces.
     fn forces(&self, ask: &Ask) -> DVector<f64>;
 }
 
-impl Linear for Compatibility {
-    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+/// A linearisation that is made at a state of the basis.
+trait AtState: Sized {
+    /// `None` where the basis is singular.
+    fn at_state(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self>;
+}
+
+impl AtState for Compatibility {
+    fn at_state(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
         Self::at(basis, solver, state)
     }
+}
 
+impl AtState for Ties {
+    fn at_state(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+}
+
+impl Linear for Compatibility {
     fn ties(&self) -> &Ties {
         self
     }
@@ -316,10 +399,6 @@ impl Linear for Compatibility {
 }
 
 impl Linear for Ties {
-    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
-        Self::at(basis, solver, state)
-    }
-
     fn ties(&self) -> &Ties {
         self
     }

@@ -1,25 +1,60 @@
 //! How a specimen settles.
 //!
 //! It begins where the first order at the nominal pose takes it. Again and again its basis is closed and linearised and
-//! its program solved there, beside those of other specimens, until its displacements have converged; one whose do not
-//! after a few programs, because a reaction passes through zero on the way, goes on plainly
-//! ([`System::settle_in`](crate::redundancy::system::System::settle_in)).
+//! its program solved there, beside those of other specimens ([`System::settle_by`]). One that the lanes cannot close, or
+//! that does not come to rest from there, and one whose forces change by springs go plainly.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::cone::scheduler::Rounds;
 use crate::mechanism::status::Status;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Ties;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::sequence::{Failure, NOISE};
+use crate::redundancy::sequence::{Failure, Linear, Place, Reached, Start};
 use crate::redundancy::specimen_batch::{Linearised, Together};
+use crate::redundancy::sprung::Sprung;
 use crate::redundancy::system::System;
 
-/// Programs until a specimen goes on plainly.
-const MOST_STEPS: usize = 12;
-/// A specimen has converged when the next change would be below this part of all displacements.
-const STILL: f64 = 1e-10;
+/// Where a specimen is, closed beside others.
+#[derive(Clone)]
+struct Lane<'t, 'a> {
+    together: &'t Together<'a>,
+    displacements: Vec<f64>,
+}
+
+impl Linear for Linearised {
+    fn ties(&self) -> &Ties {
+        &self.ties
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        ask.forces(&self.ties, &self.output)
+    }
+}
+
+impl Place for Lane<'_, '_> {
+    type Linear = Linearised;
+
+    fn displacements(&self) -> &[f64] {
+        &self.displacements
+    }
+
+    async fn linearise(&self, _: &System<'_>) -> Result<Linearised, Failure> {
+        // What cannot be closed on the way may be reached in smaller steps.
+        let found = self.together.linearise(&self.displacements, false).await;
+        found.map(|(_, linearised)| linearised).map_err(|_| Failure::Unreachable)
+    }
+
+    /// The lanes know no springs, and are not asked where there are any.
+    fn sprung(&self, _: &System<'_>, _: &[f64]) -> Result<Vec<Sprung>, Failure> {
+        Err(Failure::Singular)
+    }
+
+    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure> {
+        Ok((Self { together: self.together, displacements: target.to_vec() }, 1.0))
+    }
+}
 
 /// One specimen whose displacements have converged.
 #[derive(Clone, Debug)]
@@ -61,7 +96,7 @@ impl Together<'_> {
         Box::pin(self.settle_plainly(rounds, system, known, ask, first)).await
     }
 
-    /// Settles it from its first order; `None` where it does not converge soon.
+    /// Settles it from its first order; `None` where the lanes cannot close it or it does not come to rest.
     async fn settle_on_lanes(
         &self,
         rounds: &Rounds,
@@ -70,34 +105,25 @@ impl Together<'_> {
         ask: &Ask,
         first: &Balance,
     ) -> Option<SpecimenSolution> {
-        let mut balance = first.clone();
-        let mut displacements = system.target(known, first);
-        let mut last = system.difference(known, &displacements);
-        let mut still = false;
-        for step in 0..MOST_STEPS {
-            // What cannot be closed on the way may be reached in smaller steps.
-            let (closed, Linearised { ties, output }) = self.linearise(&displacements, still).await.ok()?;
-            if still {
-                let (error, plainly) = (closed.error, closed.plainly);
-                // The caller puts it in.
-                let first = None;
-                return Some(SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly });
-            }
-            let (right, forces) = (ties.right(&displacements, known), ask.forces(&ties, &output));
-            // From the second program on the answer before is so near that Newton's method takes it to the last digits,
-            // which an interior point has not where the value is flat.
-            let near = balance.answer.as_ref().filter(|_| step > 0);
-            let found = system.balance_under(rounds, &ties, &right, ask, forces, near).await;
-            balance = found.filter(|balance| balance.solved)?;
-            let target = system.target(known, &balance);
-            let size = system.difference(known, &target);
-            let change = system.difference(&displacements, &target);
-            // Changes shrink in proportion, until what is left is the programs' rounding.
-            let next = if change > 0.0 { change * (change / last) } else { 0.0 };
-            still = next <= STILL * size || change <= NOISE * size && change > 0.5 * last;
-            (displacements, last) = (target, change);
-        }
-        None
+        let displacements = system.target(known, first);
+        let last = system.difference(known, &displacements);
+        let start = Start { place: Lane { together: self, displacements }, near: None, last, steps: 1 };
+        let Reached { place: Lane { displacements, .. }, balance, still, .. } =
+            system.settle_by(rounds, start, known, true, |_, _| ask.clone()).await.ok()?;
+        let (closed, Linearised { ties, output }) = self.linearise(&displacements, true).await.ok()?;
+        let (error, plainly) = (closed.error, closed.plainly);
+        // The caller puts the first order in.
+        let first = None;
+        balance.solved.then_some(SpecimenSolution {
+            displacements,
+            error,
+            first,
+            balance,
+            ties,
+            output,
+            still,
+            plainly,
+        })
     }
 
     /// Settles it from where it is closed for what is known of it.

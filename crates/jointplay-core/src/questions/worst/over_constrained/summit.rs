@@ -71,7 +71,7 @@ impl Site<'_> {
             right: compatibility.right(&state.inputs.parameters, &self.known),
             forces: Ask::Along(direction).forces(&compatibility, &compatibility.output.parameters),
             closed: self.system.basis.scaled_misfit(&compatibility.misfit) <= FITS,
-            at: self.system.offsets_at(state, &self.known),
+            at: self.system.offsets_at(&state.inputs.parameters, &self.known),
             compatibility,
             height,
         })
