@@ -29,6 +29,10 @@ LINES: dict[str, dict[str, str]] = {
     },
     "sweep": {"jointplay sweep four-bar.toml -s 'joints.*.clearance.radial=0.2:1:5'": ""},
     "allow": {"jointplay allow six-bar.toml": ""},
+    "life": {
+        "jointplay life press.toml": "cycles until a limit is missed",
+        "jointplay life press.toml -q loaded --cycles 0:1e6:11": "clearances and errors at these ages",
+    },
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",

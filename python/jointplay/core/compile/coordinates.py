@@ -29,7 +29,7 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     """
     joint = spec["joints"][index]
     if joint["kind"] in ANGULAR and at.shape[-1] != poses.SPATIAL:
-        first, second = _bodies(spec, index, at)
+        first, second = bodies_of(spec, index, at)
         # Not taken apart into full turns: a crank may go round.
         return np.asarray(second[..., 2] - first[..., 2])
     if joint["kind"] == "screw":
@@ -41,8 +41,8 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     return np.full(at.shape[:-2], np.nan)
 
 
-def _bodies(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
-    """Poses of the two bodies of a joint."""
+def bodies_of(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
+    """Poses of the two bodies of a joint, at poses of all bodies of shape (..., body, pose)."""
     ground = np.broadcast_to(poses.ground(at.shape[-1]), (*at.shape[:-2], 1, at.shape[-1]))
     placed = np.concatenate([at, ground], axis=-2)  # the ground has index -1
     ends = (spec["points"][spec["joints"][index][end]] for end in ("first", "second"))
@@ -52,7 +52,7 @@ def _bodies(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
 
 def _along(spec: Spec, index: int, at: Floats) -> Floats:
     joint = spec["joints"][index]
-    first, second = _bodies(spec, index, at)
+    first, second = bodies_of(spec, index, at)
     axis = poses.matrix(first) @ np.array(joint["axis_first"])
     ends = [spec["points"][joint[end]]["at"] for end in ("first", "second")]
     return np.asarray(((poses.place(second, ends[1]) - poses.place(first, ends[0])) * axis).sum(axis=-1))
@@ -63,7 +63,7 @@ def _about(spec: Spec, index: int, at: Floats) -> Floats:
     joint = spec["joints"][index]
     a = poses.joint_axes(joint["axis_first"], joint["side_first"])
     b = poses.joint_axes(joint["axis_second"], joint["side_second"])
-    first, second = _bodies(spec, index, at)
+    first, second = bodies_of(spec, index, at)
     return poses.twist_angle((poses.matrix(first) @ a).swapaxes(-1, -2) @ poses.matrix(second) @ b)
 
 

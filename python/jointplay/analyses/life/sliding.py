@@ -1,0 +1,245 @@
+"""How the faces of a joint slide along the path, and what presses them together.
+
+With all contacts of a joint at the edge of its clearance c, the sum of their normal forces is h(l) / c, where h is the
+support function of the clearance at the force l that the joint transmits. Spread over the face that slides it is the
+pressure p, and the clearance grows by
+
+    rate * integral of p ds                 Archard's law; ds the sliding distance
+
+    pin              p = F / (D w),                ds = D/2 |dtheta|; D cancels
+    pin in space     the same for each end, which carries its force on half of the length; ds with the travel along it
+    slider           p = max(|F|, 2 |M| / L) / (L w),  ds along the guide; in space for each pair of faces
+    block in a slot  p = |F| / (L w),              ds along the slot
+    ball             p = F / (pi R^2),             ds = R |dtheta across the force|
+    plate            p = max(|F|, |M1|/a, |M2|/b) / (4 a b),  ds the mean over the plate
+
+Forces and motions are those in the axes of the first body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
+from jointplay.core.compile.coordinates import bodies_of
+from jointplay.core.spec import Spec
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
+from jointplay.model.wearing import Wearing
+
+#: nodes and weights across a plate, by which the mean of what slides is taken
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the second body of a joint moves against the first between neighbouring configurations, SI.
+
+    Parameters
+    ----------
+    turns, shifts : ndarray
+        Rotation vectors, and displacements of the second body's point; in axes of the first body, shape (step, 3).
+    axes : ndarray
+        First body's axes in every configuration, as rotation matrices.
+    along, side, normal : ndarray
+        Directions of the joint on the first body.
+    """
+
+    turns: Floats
+    shifts: Floats
+    axes: Floats
+    along: Floats
+    side: Floats
+    normal: Floats
+
+
+def motion_of(m: Mechanism, joint: int, at: Floats, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Motion:
+    """How a joint moves along the path.
+
+    Parameters
+    ----------
+    m : Mechanism
+    joint : int
+    at : ndarray
+        Poses of all bodies, shape (configuration, body, pose).
+    order : ndarray
+        The configurations in the order in which they are passed.
+    """
+    spec = cast("Spec", m.core_spec)
+    own = spec["joints"][joint]
+    first, second = bodies_of(spec, joint, at)
+    axes = poses.matrix(first)
+    ends = [_in_space(spec["points"][own[end]]["at"]) for end in ("first", "second")]
+    apart = poses.place(second, ends[1]) - poses.place(first, ends[0])
+    shifts = (np.swapaxes(axes, -1, -2) @ apart[..., None])[..., 0]
+    if at.shape[-1] == poses.SPATIAL:
+        turned = poses.product(poses.inverse(first[..., 3:]), second[..., 3:])
+        turns = poses.rotation_vector(poses.product(turned[order[1:]], poses.inverse(turned[order[:-1]])))
+        along, side = np.array(own["axis_first"]), np.array(own["side_first"])
+        normal = np.cross(along, side)
+    else:
+        angle = np.diff((second[..., 2] - first[..., 2])[order])
+        turns = np.zeros((len(angle), 3))
+        turns[:, 2] = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
+        along = _in_space(own["axis_first"])
+        normal = np.array([-along[1], along[0], 0.0])
+        side = np.array([0.0, 0.0, 1.0])
+    return Motion(turns, np.diff(shifts[order], axis=0), axes, along, side, normal)
+
+
+def _in_space(vector: list[float]) -> Floats:
+    return np.array([*vector, 0.0, 0.0])[:3]
+
+
+@dataclass(frozen=True)
+class Faces:
+    """The faces of a joint that slide.
+
+    Parameters
+    ----------
+    pressure : ndarray
+        Mean pressure of every face, Pa, shape (configuration, face).
+    start, end : ndarray
+        How far the face slides in every step, m, by the direction of the force at the start and at the end of the step;
+        shape (step, face).
+    """
+
+    pressure: Floats
+    start: Floats
+    end: Floats
+
+    def along(self, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> tuple[Floats, Floats]:
+        """Integral of the pressure over the sliding distance by the trapezoid, and the sliding distance, by face."""
+        work = 0.5 * (self.pressure[order[:-1]] * self.start + self.pressure[order[1:]] * self.end)
+        return work.sum(axis=0), 0.5 * (self.start + self.end).sum(axis=0)
+
+
+def faces_of(
+    m: Mechanism,
+    own: Wearing,
+    source: int,
+    motion: Motion,
+    reaction: Floats,
+    order: np.ndarray[tuple[int], np.dtype[np.intp]],
+) -> Faces:
+    """What presses and slides in a joint along the path.
+
+    Parameters
+    ----------
+    m : Mechanism
+    own : Wearing
+        With a rate.
+    source : int
+        The source of its clearance.
+    motion : Motion
+    reaction : ndarray
+        Force and moment on the second body, ground axes, SI, shape (configuration, wrench).
+    order : ndarray
+        The configurations in the order in which they are passed.
+    """
+    shape, size = clearance_of(m, source)
+    force, moment = _wrench(reaction, motion.axes)
+    turn = np.abs(motion.turns @ motion.along) if shape in ("journal", "sleeve") else np.abs(motion.turns[:, 2])
+    travel = np.abs(motion.shifts @ motion.along)
+    diameter = own.diameter if np.isfinite(own.diameter) else 1.0
+    match shape:
+        case "disc":
+            return _plain(np.linalg.norm(force[:, :2], axis=1) / (diameter * own.length), 0.5 * diameter * turn)
+        case "sleeve" | "journal":
+            return _pin(force, moment, motion, size["half_length"], diameter, own.length, turn, travel)
+        case "diamond":
+            sum_ = np.maximum(np.abs(force @ motion.normal), np.abs(moment[:, 2]) / size["half_length"])
+            return _plain(sum_ / (own.length * own.width), travel)
+        case "interval":
+            return _plain(np.abs(force @ motion.normal) / (own.length * own.width), travel)
+        case "ball":
+            return _ball(force, motion, 0.5 * own.diameter, order)
+        case "guide":
+            return _guide(force, moment, motion, size, travel)
+        case "plate":
+            return _plate(force, moment, motion, size)
+    raise AssertionError(f"{shape} does not slide")
+
+
+def _wrench(reaction: Floats, axes: Floats) -> tuple[Floats, Floats]:
+    """Force and moment in axes of the first body, three components each."""
+    if reaction.shape[-1] == 3:
+        zero = np.zeros(len(reaction))
+        force = np.stack([reaction[:, 0], reaction[:, 1], zero], axis=1)
+        moment = np.stack([zero, zero, reaction[:, 2]], axis=1)
+    else:
+        force, moment = reaction[:, :3], reaction[:, 3:]
+    turned = np.swapaxes(axes, -1, -2)
+    return (turned @ force[..., None])[..., 0], (turned @ moment[..., None])[..., 0]
+
+
+def _plain(pressure: Floats, slid: Floats) -> Faces:
+    return Faces(pressure[:, None], slid[:, None], slid[:, None])
+
+
+def _pin(
+    force: Floats,
+    moment: Floats,
+    motion: Motion,
+    half: float,
+    diameter: float,
+    length: float,
+    turn: Floats,
+    travel: Floats,
+) -> Faces:
+    """Both ends of a pin, R = (F +- M x a / l) / 2 across its axis a."""
+    across = force - (force @ motion.along)[:, None] * motion.along
+    lever = np.cross(moment, motion.along) / half
+    ends = [0.5 * np.linalg.norm(across + sign * lever, axis=1) for sign in (1.0, -1.0)]
+    pressure = np.stack(ends, axis=1) / (diameter * 0.5 * length)
+    slid = np.hypot(0.5 * diameter * turn, travel)
+    both = np.stack([slid, slid], axis=1)
+    return Faces(pressure, both, both)
+
+
+def _ball(force: Floats, motion: Motion, radius: float, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Faces:
+    size = np.linalg.norm(force, axis=1)
+    towards = np.divide(force, size[:, None], out=np.zeros_like(force), where=size[:, None] > 0.0)
+
+    def slid(unit: Floats) -> Floats:
+        rolled = motion.turns - (motion.turns * unit).sum(axis=1, keepdims=True) * unit
+        found: Floats = radius * np.linalg.norm(rolled, axis=1)
+        return found[:, None]
+
+    pressure = size / (np.pi * radius**2)
+    return Faces(pressure[:, None], slid(towards[order[:-1]]), slid(towards[order[1:]]))
+
+
+def _guide(force: Floats, moment: Floats, motion: Motion, size: dict[str, float], travel: Floats) -> Faces:
+    """The faces across `side` and those across the normal.
+
+    Force and tilt press on each pair by themselves. What a moment about the axis needs beyond that is carried by the
+    pair with the longer lever.
+    """
+    length, width, height = (size[key] for key in ("half_length", "half_width", "half_height"))
+    across = np.maximum(np.abs(force @ motion.side), np.abs(moment @ motion.normal) / length)
+    upright = np.maximum(np.abs(force @ motion.normal), np.abs(moment @ motion.side) / length)
+    lever = max(width, height)
+    tapers = height / lever, width / lever
+    roll = np.abs(moment @ motion.along) / lever
+    more = np.maximum(roll - tapers[0] * across - tapers[1] * upright, 0.0)
+    sums = np.stack([across + more * (height > width), upright + more * (height <= width)], axis=1)
+    pressure = sums / (4.0 * length * np.array([height, width]))
+    return Faces(pressure, *(2 * [np.stack([travel, travel], axis=1)]))
+
+
+def _plate(force: Floats, moment: Floats, motion: Motion, size: dict[str, float]) -> Faces:
+    normal, side = size["half_normal"], size["half_side"]
+    tilts = np.abs(moment @ motion.side) / normal, np.abs(moment @ motion.normal) / side
+    sums = np.maximum(np.abs(force @ motion.along), np.maximum(*tilts))
+    turn = motion.turns @ motion.along
+    slid = np.zeros(len(turn))
+    for y, wy in zip(side * NODES, WEIGHTS, strict=True):
+        for z, wz in zip(normal * NODES, WEIGHTS, strict=True):
+            moved = motion.shifts @ motion.side - turn * z, motion.shifts @ motion.normal + turn * y
+            slid += 0.25 * wy * wz * np.hypot(*moved)
+    return _plain(sums / (4.0 * normal * side), slid)
