@@ -32,7 +32,9 @@ class Wearing:
     factor : float
         That measure per radius or gap on each side: 2 for a diameter.
     rate : float or None
-        Specific wear rate, m2/N; None where the growth was measured.
+        Specific wear rate of both faces together, m2/N; None where it is not given.
+    of_both : tuple of float or None
+        Those of hole and pin.
     growth : float
         Growth of the radius or gap per cycle that was measured, SI.
     length, width, diameter : float
@@ -45,10 +47,16 @@ class Wearing:
     measure: str
     factor: float
     rate: float | None
+    of_both: tuple[float, float] | None
     growth: float
     length: float
     width: float
     diameter: float
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether its growth was measured, so that it follows neither from loads nor from sliding."""
+        return self.rate is None and self.of_both is None
 
     def clearance(self, m: Mechanism) -> float:
         """Radius or gap in the middle of its limits, SI.
@@ -99,7 +107,7 @@ def _wearing(m: Mechanism, source: Sizing) -> Wearing | None:
     given = [measure for measure in play_measures(play) if getattr(play, measure) is not None]
     measure = (given or list(play_measures(play)))[0]
     factor = 2.0 if measure == "diametral" else 1.0
-    unit = m.units.length
+    unit, both = m.units.length, wear.of_both
     sizes = {key: _size(wear.size(play, key), unit) for key in ("length", "width", "diameter")}
     indices = tuple(m.sources.index(name) for name in source.sources)
     return Wearing(
@@ -109,11 +117,12 @@ def _wearing(m: Mechanism, source: Sizing) -> Wearing | None:
         measure,
         factor,
         None if wear.rate is None else wear.rate * m.units.wear,
+        None if both is None else ((both[0] or 0.0) * m.units.wear, (both[1] or 0.0) * m.units.wear),
         0.0 if wear.growth is None else wear.growth * unit / factor,
         **sizes,
     )
 
 
 def _size(value: Any, unit: float) -> float:
-    """A size of the file in SI; sizes that are pairs, as of plates, are taken from the set."""
+    """A size of the file in SI; nan for none."""
     return np.nan if value is None else float(value) * unit

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -79,6 +79,5 @@ def _mark_life(axes: Axes, part: Result, ages: np.ndarray[tuple[int, ...], np.dt
     if end <= 1.001 * float(ages.max(initial=0.0)):
         axes.axvline(end, color=theme().alarm, linewidth=1.2, label="life")
     if early <= float(ages.max(initial=0.0)):
-        axes.axvline(
-            early, color=theme().alarm, linewidth=1.0, linestyle=(0, (1, 2)), label="with rates twice as large"
-        )
+        dotted: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0, (1, 2)), "color": theme().alarm}
+        axes.axvline(early, label="with rates twice as large", **dotted)

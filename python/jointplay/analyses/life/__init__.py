@@ -28,7 +28,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
-from jointplay.model.wearing import Wearing, wearings
+from jointplay.model.wearing import wearings
 from jointplay.result import Result, ResultBuilder, Variable, figure, to_dataset
 
 from .course import Course
@@ -249,7 +249,7 @@ class _Life:
         end = found.life
         if not (math.isfinite(end) and end > 0.0) or found.status == "unlimited":
             end = self.course.scale / float(self.now.growth.max())
-        return np.linspace(0.0, end, AGES).tolist()
+        return [float(age) for age in np.linspace(0.0, end, AGES)]
 
     def _step(self) -> None:
         self.done += 1

@@ -25,7 +25,7 @@ from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
 from .cycle import Cycle, cycle_of
-from .sliding import faces_of, motion_of
+from .sliding import Order, faces_of, motion_of
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Duty:
 
     def __init__(self, m: Mechanism, worn: Sequence[Wearing], cycle: str | None) -> None:
         self.m, self.worn = m, worn
-        self.by_load = any(one.rate is not None for one in worn)
+        self.by_load = not all(one.is_measured for one in worn)
         cases = m.load_cases or (None,)
         first = m.outputs[0] if m.outputs else None
         self.cases = [m.only(first, case) for case in cases] if self.by_load else [m.first]
@@ -119,7 +119,7 @@ class Duty:
         self, m: Mechanism, at: Floats, own: Wearing, reaction: Floats, cycle: Cycle
     ) -> tuple[float, float, float, float]:
         """Growth, the same with every second configuration, sliding distance and pressure of one clearance."""
-        if own.rate is None:
+        if own.is_measured:
             return own.growth, own.growth, np.nan, np.nan
         every = []
         for source, joint in zip(own.sources, own.joints, strict=True):
@@ -127,8 +127,7 @@ class Duty:
             found = []
             for order in (cycle.order, _every_second(cycle.order)):
                 faces = faces_of(m, own, index, motion_of(m, at_joint, at, order), reaction[:, at_joint], order)
-                worn, slid = faces.along(order)
-                found.append((own.rate * cycle.times * worn.max(), cycle.times * slid.max(), faces.pressure.max()))
+                found.append((cycle.times * faces.worn(own, order), cycle.times * faces.slid, faces.pressure.max()))
             (growth, slid, pressure), (coarse, *_) = found
             every.append((growth, coarse, slid, pressure))
         growth, coarse, slid, pressure = np.max(every, axis=0)
@@ -136,7 +135,7 @@ class Duty:
         return growth, coarse, slid if known else np.nan, pressure if known else np.nan
 
 
-def _every_second(order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _every_second(order: Order) -> Order:
     """Every second of the configurations, with the last one."""
     chosen = order[::2]
     return chosen if len(order) % 2 else np.append(chosen, order[-1])
@@ -169,6 +168,5 @@ def changes(part: Mechanism, whole: Mechanism, worn: Sequence[Wearing], grown: F
 def require_cycle(duty: Duty) -> None:
     """Refuse a path that has no configuration with a pose at all."""
     if len(duty.without) == len(duty.at[0]):
-        raise InputError(
-            "no configuration can be assembled; `jointplay solve` says why", file=duty.m.file, key="drives"
-        )
+        problem = "no configuration can be assembled; `jointplay solve` says why"
+        raise InputError(problem, file=duty.m.file, key="drives")

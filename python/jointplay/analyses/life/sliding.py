@@ -13,26 +13,33 @@ pressure p, and the clearance grows by
     ball             p = F / (pi R^2),             ds = R |dtheta across the force|
     plate            p = max(|F|, |M1|/a, |M2|/b) / (4 a b),  ds the mean over the plate
 
+Where hole and pin have rates of their own, what the load wears off lies where the load was: a shift by dh towards an
+angle of the part takes dh cos(psi - angle) off at psi, over the half of the circle that faces it. Both profiles are
+added at every pose of the pin in the hole, and the largest sum counts. A load that stands still on a part wears it by
+all of the integral, one that goes round it by 1/pi of it.
+
 Forces and motions are those in the axes of the first body.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile.coordinates import bodies_of
-from jointplay.core.spec import Spec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.wearing import Wearing
 
 #: nodes and weights across a plate, by which the mean of what slides is taken
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+#: angles at which what is worn off round parts is known
+ANGLES = 1440
+#: configurations in the order in which they are passed
+Order = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class Motion:
     normal: Floats
 
 
-def motion_of(m: Mechanism, joint: int, at: Floats, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Motion:
+def motion_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Motion:
     """How a joint moves along the path.
 
     Parameters
@@ -69,7 +76,7 @@ def motion_of(m: Mechanism, joint: int, at: Floats, order: np.ndarray[tuple[int]
     order : ndarray
         The configurations in the order in which they are passed.
     """
-    spec = cast("Spec", m.core_spec)
+    spec = m.core_spec
     own = spec["joints"][joint]
     first, second = bodies_of(spec, joint, at)
     axes = poses.matrix(first)
@@ -106,16 +113,58 @@ class Faces:
     start, end : ndarray
         How far the face slides in every step, m, by the direction of the force at the start and at the end of the step;
         shape (step, face).
+    towards : ndarray, optional
+        Of a pin: the angle at which it touches its hole, about the axis, as the first body sees it, shape
+        (configuration, face).
+    turned : ndarray, optional
+        How far the second body has turned about the axis since the first configuration, one number more than steps.
     """
 
     pressure: Floats
     start: Floats
     end: Floats
+    towards: Floats | None = None
+    turned: Floats | None = None
 
-    def along(self, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> tuple[Floats, Floats]:
-        """Integral of the pressure over the sliding distance by the trapezoid, and the sliding distance, by face."""
-        work = 0.5 * (self.pressure[order[:-1]] * self.start + self.pressure[order[1:]] * self.end)
-        return work.sum(axis=0), 0.5 * (self.start + self.end).sum(axis=0)
+    def worn(self, own: Wearing, order: Order) -> float:
+        """Growth of the clearance on the way, m: rate times pressure times sliding distance, by the trapezoid."""
+        first = 0.5 * self.pressure[order[:-1]] * self.start
+        last = 0.5 * self.pressure[order[1:]] * self.end
+        if own.rate is not None:
+            return float(own.rate * (first + last).sum(axis=0).max())
+        assert own.of_both is not None
+        assert self.towards is not None
+        assert self.turned is not None
+        nothing = np.zeros((1, first.shape[1]))
+        at = np.concatenate([first, nothing]) + np.concatenate([nothing, last])
+        if not np.isfinite(at).all():
+            return float("nan")
+        return max(_deepest(at[:, k], self.towards[order, k], self.turned, own.of_both) for k in range(at.shape[1]))
+
+    @property
+    def slid(self) -> float:
+        """Sliding distance on the way, m; of several faces the largest."""
+        return float(0.5 * (self.start + self.end).sum(axis=0).max())
+
+
+def _deepest(at: Floats, towards: Floats, turned: Floats, rates: tuple[float, float]) -> float:
+    """Largest sum of what is worn off hole and pin at one angle, in any of the poses of the way."""
+    rate_hole, rate_pin = rates
+    hole, pin = rate_hole * _profile(at, towards - turned), rate_pin * _profile(at, towards)
+    shifts = np.unique(np.round(turned / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES)
+    return float(max((pin + np.roll(hole, shift)).max() for shift in shifts))
+
+
+def _profile(at: Floats, angles: Floats) -> Floats:
+    """What is worn off at all angles of a part by shifts towards some of them."""
+    place = np.remainder(angles, 2.0 * np.pi) / (2.0 * np.pi) * ANGLES
+    below = np.floor(place).astype(np.int64)
+    share = place - below
+    bins = np.zeros(ANGLES)
+    np.add.at(bins, below % ANGLES, at * (1.0 - share))
+    np.add.at(bins, (below + 1) % ANGLES, at * share)
+    facing = np.maximum(np.cos(2.0 * np.pi * np.arange(ANGLES) / ANGLES), 0.0)
+    return np.asarray(np.fft.irfft(np.fft.rfft(bins) * np.fft.rfft(facing), ANGLES))
 
 
 def faces_of(
@@ -124,7 +173,7 @@ def faces_of(
     source: int,
     motion: Motion,
     reaction: Floats,
-    order: np.ndarray[tuple[int], np.dtype[np.intp]],
+    order: Order,
 ) -> Faces:
     """What presses and slides in a joint along the path.
 
@@ -148,7 +197,11 @@ def faces_of(
     diameter = own.diameter if np.isfinite(own.diameter) else 1.0
     match shape:
         case "disc":
-            return _plain(np.linalg.norm(force[:, :2], axis=1) / (diameter * own.length), 0.5 * diameter * turn)
+            pressure = np.linalg.norm(force[:, :2], axis=1) / (diameter * own.length)
+            angle = np.arctan2(force[:, 1], force[:, 0])
+            turned = np.concatenate([[0.0], np.cumsum(motion.turns[:, 2])])
+            slid = 0.5 * diameter * turn[:, None]
+            return Faces(pressure[:, None], slid, slid, angle[:, None], turned)
         case "sleeve" | "journal":
             return _pin(force, moment, motion, size["half_length"], diameter, own.length, turn, travel)
         case "diamond":
@@ -194,14 +247,16 @@ def _pin(
     """Both ends of a pin, R = (F +- M x a / l) / 2 across its axis a."""
     across = force - (force @ motion.along)[:, None] * motion.along
     lever = np.cross(moment, motion.along) / half
-    ends = [0.5 * np.linalg.norm(across + sign * lever, axis=1) for sign in (1.0, -1.0)]
-    pressure = np.stack(ends, axis=1) / (diameter * 0.5 * length)
+    ends = np.stack([0.5 * (across + sign * lever) for sign in (1.0, -1.0)], axis=1)
+    pressure = np.linalg.norm(ends, axis=2) / (diameter * 0.5 * length)
+    angle = np.arctan2(ends @ motion.normal, ends @ motion.side)
+    turned = np.concatenate([[0.0], np.cumsum(motion.turns @ motion.along)])
     slid = np.hypot(0.5 * diameter * turn, travel)
     both = np.stack([slid, slid], axis=1)
-    return Faces(pressure, both, both)
+    return Faces(pressure, both, both, angle, turned)
 
 
-def _ball(force: Floats, motion: Motion, radius: float, order: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Faces:
+def _ball(force: Floats, motion: Motion, radius: float, order: Order) -> Faces:
     size = np.linalg.norm(force, axis=1)
     towards = np.divide(force, size[:, None], out=np.zeros_like(force), where=size[:, None] > 0.0)
 

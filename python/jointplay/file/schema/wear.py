@@ -1,6 +1,9 @@
-"""Wear of joints: by how much their clearances grow, from the load and the sliding in them or as it was measured.
+"""Wear of joints: how fast their clearances grow, from the load and the sliding in them or as it was measured.
 
     worn volume = rate * force * sliding distance        Archard, J. Appl. Phys. 24 (1953) 981
+
+The rate of two faces together stands for all of the wear at one place: the load stands still on the part that wears. A
+pin and its hole can have a rate each; what the load wanders over then wears all round.
 
 Its sizes are those of the faces that slide on each other; what the clearance says of them is not said again.
 """
@@ -15,7 +18,8 @@ from .values import NonNegative, Positive, Table, problem
 
 #: what the key `wear` is, for all kinds of joints
 WORN = "how fast its clearance grows"
-RATE = "specific wear rate of the two faces together, in mm3/(N m) whatever the units of the file"
+RATE = "specific wear rate of both faces together, in mm3/(N m) whatever the units of the file"
+OF_ONE = "instead of rate, with rate_{}: specific wear rate of the {}, on whose surface the load may wander"
 GROWTH = "instead: growth per cycle that was measured, in the measure in which the clearance is given"
 DIAMETER = "diameter of the {}, for pressure and sliding distance; that of the clearance if left out"
 
@@ -25,9 +29,7 @@ Size = Positive | SkipJsonSchema[None]
 class Wear(Table):
     """What a clearance wears by."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["rate"]}, {"required": ["growth"]}]},
-    )
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rate"]}, {"required": ["growth"]}]})
     #: sizes that the wear needs with `rate` and the clearance does not give, with what they are
     needed: ClassVar[tuple[str, ...]] = ()
 
@@ -36,14 +38,26 @@ class Wear(Table):
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
-        if self.rate is not None and self.growth is not None:
-            raise problem("give rate or growth, not both")
-        if self.rate is None and self.growth is None:
+        both = self.of_both
+        given = ["rate"] * (self.rate is not None) + ["rate_hole and rate_pin"] * (both is not None)
+        given += ["growth"] * (self.growth is not None)
+        if len(given) > 1:
+            raise problem(f"give {' or '.join(given)}, not both")
+        if not given:
             raise problem(
                 "say how fast it wears: rate (specific wear rate, mm3/(N m)) or growth (of the clearance per cycle, as"
                 " measured)"
             )
+        if both is not None and None in both:
+            missing = "rate_hole" if both[0] is None else "rate_pin"
+            raise problem(f"'{missing}' is missing (rate_hole and rate_pin belong together; 0 for one that wears not)")
         return self
+
+    @property
+    def of_both(self) -> tuple[float | None, float | None] | None:
+        """The rates of hole and pin; None where neither is given."""
+        both = (getattr(self, "rate_hole", None), getattr(self, "rate_pin", None))
+        return None if both == (None, None) else both
 
     def check(self, play: Any) -> None:
         """Refuse what is not enough, with the clearance, to say how it wears.
@@ -53,7 +67,7 @@ class Wear(Table):
         ValueError
             When a size is missing, or nothing slides.
         """
-        if self.rate is None:
+        if self.growth is not None:
             return
         if isinstance(play, BearingKeys) and play.bearing is not None:
             raise problem(
@@ -62,9 +76,8 @@ class Wear(Table):
             )
         for key in self.needed:
             if self.size(play, key) is None:
-                raise problem(
-                    f"wear: '{key}' is missing ({type(self).model_fields[key].description}), which rate needs"
-                )
+                what = type(self).model_fields[key].description
+                raise problem(f"wear: '{key}' is missing ({what}), which a specific wear rate needs")
 
     def size(self, play: Any, key: str) -> float | None:
         """A size of what slides: its own, or that of the clearance.
@@ -84,15 +97,23 @@ class Wear(Table):
         return None if own is None else float(own)
 
 
-def _needing(*keys: str) -> dict[str, JsonValue]:
+def _needing(*keys: str, of_pins: bool = False) -> dict[str, JsonValue]:
     """The JSON Schema of wear whose rate needs sizes of its own."""
-    return {"oneOf": [{"required": ["rate", *keys]}, {"required": ["growth"]}]}
+    ways = [["rate", *keys], *([["rate_hole", "rate_pin", *keys]] * of_pins), ["growth"]]
+    return {"oneOf": [{"required": [*way]} for way in ways]}
 
 
-class PinWear(Wear):
+class RoundWear(Wear):
+    """Wear of a pin and its hole, which may have rates of their own."""
+
+    rate_hole: NonNegative | SkipJsonSchema[None] = Field(None, description=OF_ONE.format("pin", "hole"))
+    rate_pin: NonNegative | SkipJsonSchema[None] = Field(None, description=OF_ONE.format("hole", "pin"))
+
+
+class PinWear(RoundWear):
     """Wear of a pin and its hole, in the plane."""
 
-    model_config = ConfigDict(json_schema_extra=_needing("length"))
+    model_config = ConfigDict(json_schema_extra=_needing("length", of_pins=True))
     example: ClassVar[str] = "{ rate = 1e-6, length = 20 }"
     needed: ClassVar[tuple[str, ...]] = ("length",)
 
@@ -121,9 +142,10 @@ class BlockWear(Wear):
     width: Size = Field(None, description="width of the faces that slide, across the plane")
 
 
-class JournalWear(Wear):
+class JournalWear(RoundWear):
     """Wear of a pin and its hole, in space."""
 
+    model_config = ConfigDict(json_schema_extra=_needing(of_pins=True))
     example: ClassVar[str] = "{ rate = 1e-6 }"
     needed: ClassVar[tuple[str, ...]] = ("length",)
 

@@ -74,10 +74,8 @@ def _answer(result: Result) -> Iterator[Sentence]:
             yield Sentence(f"{text}: the loads do not say how joints share them.", is_alarm=True, state=NOT_SHOWN)
         case "undetermined":
             names = np.array(result.labels("source"), dtype=str)[~np.isfinite(result.get("growth"))]
-            text = (
-                f"Not shown: for how long the limits hold; the loads do not say what {listed(names.tolist())} carries"
-            )
-            yield Sentence(f"{text}.", is_alarm=True, state=NOT_SHOWN)
+            text = "Not shown: for how long the limits hold; the loads do not say what is carried by"
+            yield Sentence(f"{text} {listed(names.tolist())}.", is_alarm=True, state=NOT_SHOWN)
         case "no_limit":
             yield Sentence("No limit is set, so that there is no life: [limits] of the file says what is acceptable.")
             yield from map(Sentence, _fastest(result))
@@ -86,9 +84,9 @@ def _answer(result: Result) -> Iterator[Sentence]:
         case "no_pose":
             places = [int(place) for place in str(result.attrs["without_pose"]).split(", ")]
             why = str(result.attrs["without_pose_status"]).replace("_", " ")
-            text = f"Not shown: for how long the limits hold; a cycle needs all configurations, and {configurations(places)}"
+            text = "Not shown: for how long the limits hold; a cycle needs all configurations, and"
             verb = "are" if len(places) > 1 else "is"
-            yield Sentence(f"{text} {verb} {why}.", is_alarm=True, state=NOT_SHOWN)
+            yield Sentence(f"{text} {configurations(places)} {verb} {why}.", is_alarm=True, state=NOT_SHOWN)
 
 
 def _wears_out(result: Result) -> Iterator[str]:

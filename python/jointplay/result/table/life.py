@@ -59,11 +59,11 @@ def _ages(result: Result) -> Iterator[Column]:
             yield Column(name, result.unit("clearance"), cells[k :: len(names)], spare=1)
     for name in ("position", "rotation"):
         values = result.get(name)
-        known = np.isfinite(values).any(axis=1)
+        known = np.asarray(np.isfinite(values).any(axis=1))
         largest = np.where(known, np.max(np.where(np.isfinite(values), values, -np.inf), axis=1), np.nan)
         yield numbers(f"{name}\nlargest", result.unit(name), largest)
         places = first_largest(np.where(np.isfinite(values), values, -np.inf)).tolist()
-        cells = tuple(str(place) if ok else NOTHING for place, ok in zip(places, known, strict=True))
+        cells = tuple(str(place) if ok else NOTHING for place, ok in zip(places, known.tolist(), strict=True))
         column = Column(f"{name}\nat #", "", cells, spare=2)
         if values.shape[1] > 1:
             yield column
