@@ -28,7 +28,7 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
-from jointplay.result import STATUSES, Result
+from jointplay.result import STATUSES, Result, first_largest
 from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
 
 #: configurations of each part of the mechanism
@@ -177,7 +177,7 @@ class Asked:
             used, failed, lost = self._asked(one, at, places, seen)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
-            k = int(np.argmax(most))
+            k = int(first_largest(most))
             if most[k] > best.used:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)

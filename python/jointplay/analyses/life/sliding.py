@@ -35,7 +35,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.wearing import Wearing
 
 #: nodes and weights across a plate, by which the mean of what slides is taken
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 #: angles at which what is worn off round parts is known
 ANGLES = 1440
 #: configurations in the order in which they are passed
