@@ -14,7 +14,7 @@ import jointplay as jp
 from helpers.longer import some
 from jointplay.analyses.life import compute, holds
 from jointplay.analyses.life.course import FLOOR, Course
-from jointplay.analyses.life.sliding import Motion, _guide, _pin, _plate
+from jointplay.analyses.life.sliding import Slide, _guide, _pin, _plate
 from jointplay.analyses.nominal import Interrupted
 from jointplay.basics.arrays import Floats
 from jointplay.cli import run
@@ -299,7 +299,7 @@ force = [0, -100, 0]
 def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
     turn, travel = np.array([0.3, 0.0]), np.array([0.004, 0.001])
     force = np.array([[0.0, 6.0, 8.0]] * 3)
-    faces = _pin(force, np.zeros((3, 3)), motion(2), 0.02, 0.01, 0.04, turn, travel)
+    faces = _pin(force, np.zeros((3, 3)), slide(2), 0.02, 0.01, 0.04, turn, travel)
     slid = math.hypot(0.005 * 0.3, 0.004) + 0.001
     assert faces.slid == pytest.approx(slid, rel=1e-12)
     # Each end has half of the force and half of the length.
@@ -354,11 +354,11 @@ force = [-200, 30, 40]
         assert result.pressure.sel(source=name).item() == pytest.approx(force.max() / (math.pi * 81), rel=1e-6)
 
 
-def motion(steps: int, turn: Any = (0, 0, 0), shift: Any = (0, 0, 0)) -> Motion:
+def slide(steps: int, turn: Any = (0, 0, 0), shift: Any = (0, 0, 0)) -> Slide:
     """Steps of one kind along an axis x."""
     still = np.broadcast_to(np.eye(3), (steps + 1, 3, 3))
     along, side, normal = np.eye(3)
-    return Motion(
+    return Slide(
         np.tile(np.array(turn, float), (steps, 1)),
         np.tile(np.array(shift, float), (steps, 1)),
         still,
@@ -374,7 +374,7 @@ def test_normal_forces_of_a_guide_are_the_smallest_that_balance(seed: int) -> No
     length, width, height = rng.uniform(0.01, 0.05, 3)
     force, moment = np.array([0.0, *rng.normal(size=2) * 100]), rng.normal(size=3) * 3
     size = {"half_length": length, "half_width": width, "half_height": height}
-    faces = _guide(force[None], moment[None], motion(0), size, np.zeros(0))
+    faces = _guide(force[None], moment[None], slide(0), size, np.zeros(0))
     sums = faces.pressure[0] * 4 * length * np.array([height, width])
     columns, pairs = [], []
     for x in (-length, length):
@@ -425,12 +425,12 @@ force = [0, 80, -100]
 def test_a_plate_that_turns_slides_by_its_mean_distance_from_the_middle() -> None:
     """Mean distance of the points of a square from its middle: (sqrt 2 + asinh 1) / 6 of its side."""
     size = {"half_normal": 0.05, "half_side": 0.05}
-    faces = _plate(np.array([[100.0, 0, 0]] * 2), np.zeros((2, 3)), motion(1, turn=(0.01, 0, 0)), size)
+    faces = _plate(np.array([[100.0, 0, 0]] * 2), np.zeros((2, 3)), slide(1, turn=(0.01, 0, 0)), size)
     mean = 0.1 * (math.sqrt(2) + math.asinh(1)) / 6
     # Ten nodes to a side across a function with a tip in the middle.
     assert faces.slid == pytest.approx(0.01 * mean, rel=2e-3)
     assert faces.pressure[:, 0] == pytest.approx(100 / 0.01)
-    tilted = _plate(np.array([[100.0, 0, 0]] * 2), np.array([[0, 9.0, 0]] * 2), motion(1, shift=(0, 3e-3, 4e-3)), size)
+    tilted = _plate(np.array([[100.0, 0, 0]] * 2), np.array([[0, 9.0, 0]] * 2), slide(1, shift=(0, 3e-3, 4e-3)), size)
     assert tilted.slid == pytest.approx(5e-3)
     assert tilted.pressure[:, 0] == pytest.approx(9 / 0.05 / 0.01)
 
@@ -438,7 +438,7 @@ def test_a_plate_that_turns_slides_by_its_mean_distance_from_the_middle() -> Non
 def test_both_ends_of_a_pin_balance_its_wrench() -> None:
     rng = np.random.default_rng(3)
     force, moment = rng.normal(size=(5, 3)), rng.normal(size=(5, 3)) * 0.02
-    faces = _pin(force, moment, motion(4), 0.02, 0.01, 0.04, np.zeros(4), np.zeros(4))
+    faces = _pin(force, moment, slide(4), 0.02, 0.01, 0.04, np.zeros(4), np.zeros(4))
     ends = faces.pressure * 0.01 * 0.02
     assert faces.towards is not None
     forces = np.stack([ends * np.cos(faces.towards), ends * np.sin(faces.towards)], axis=-1)

@@ -9,14 +9,12 @@ import typer
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, OutputPath, PointName, Settings, choice
+from .options import File, LoadCase, OutputPath, Passes, PointName, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
-
-Cycle = choice("closed", "back-and-forth", "one-way")
 
 
 @prints()
@@ -34,11 +32,11 @@ def life(
     cycles: Annotated[
         str | None,
         typer.Option(
-            "--cycles", metavar="A:B:N", help="Ages of which clearances and errors are told: A to B, or A,B,C."
+            "--cycles", metavar="A:B:N", help="Ages at which clearances and errors are given: A to B, or A,B,C."
         ),
     ] = None,
     cycle: Annotated[
-        Cycle | None,  # type: ignore[valid-type]
+        Passes | None,
         typer.Option("--cycle", help="What a cycle is. [default: closed where the path is, else back-and-forth]"),
     ] = None,
     probability: Annotated[
@@ -61,8 +59,8 @@ def life(
 ) -> int:
     """Say for how many cycles the limits hold while joints wear.
 
-    Clearances grow by the loads and the sliding along the path. Exit code 1: the limits are missed at an age that is
-    told, or it is not known for how long they hold.
+    Clearances grow by the loads and the sliding along the path. Exit code 1: the limits are missed within the ages
+    that are given, or it is not known for how long they hold.
     """
     from jointplay.analyses.life import compute, holds
 
@@ -71,7 +69,7 @@ def life(
     found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        every = {"cycles": ages, "cycle": None if cycle is None else str(cycle), "progress": progress}
+        every = {"cycles": ages, "cycle": None if cycle is None else cycle.value, "progress": progress}
         every |= {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
         found.append(compute(m, question, **every))
         return found[0]

@@ -25,7 +25,7 @@ LONGER = 8.0
 
 
 @dataclass(frozen=True)
-class Step:
+class CourseStep:
     """A step.
 
     Attributes
@@ -63,7 +63,7 @@ class Course:
 
     def __init__(self, slope: Callable[[Floats], Floats], first: Floats, scale: float) -> None:
         self.slope, self.scale = slope, scale
-        self.steps: list[Step] = []
+        self.steps: list[CourseStep] = []
         self.end, self.grown, self.first = 0.0, np.zeros(len(first)), first
         self.next = scale / float(first.max())
         #: whether the growth is not known from `end` on, and whether steps were as short as they may be
@@ -102,7 +102,7 @@ class Course:
             self.is_lost = True
             return
         self.is_floored |= error > TOLERANCE
-        step = Step(self.end, length, self.grown, self.first, last)
+        step = CourseStep(self.end, length, self.grown, self.first, last)
         self.steps.append(step)
         self.end += length
         self.grown = step.at(self.end)

@@ -25,7 +25,7 @@ from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
 from .cycle import Cycle, cycle_of
-from .sliding import Order, faces_of, motion_of
+from .sliding import Order, faces_of, slide_of
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Duty:
             index, at_joint = m.sources.index(self.m.sources[source]), m.joints.index(self.m.joints[joint])
             found = []
             for order in (cycle.order, _every_second(cycle.order)):
-                faces = faces_of(m, own, index, motion_of(m, at_joint, at, order), reaction[:, at_joint], order)
+                faces = faces_of(m, own, index, slide_of(m, at_joint, at, order), reaction[:, at_joint], order)
                 found.append((cycle.times * faces.worn(own, order), cycle.times * faces.slid, faces.pressure.max()))
             (growth, slid, pressure), (coarse, *_) = found
             every.append((growth, coarse, slid, pressure))

@@ -15,8 +15,8 @@ pressure p, and the clearance grows by
 
 Where hole and pin have rates of their own, what the load wears off lies where the load was: a shift by dh towards an
 angle of the part takes dh cos(psi - angle) off at psi, over the half of the circle that faces it. Both profiles are
-added at every pose of the pin in the hole, and the largest sum counts. A load that stands still on a part wears it by
-all of the integral, one that goes round it by 1/pi of it.
+added at every pose of the pin in the hole, and the largest sum counts. A load that does not move on a part wears it
+by all of the integral, one that goes round it by 1/pi of it.
 
 Forces and motions are those in the axes of the first body.
 """
@@ -29,7 +29,6 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.compile.coordinates import bodies_of
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.wearing import Wearing
@@ -43,7 +42,7 @@ Order = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True)
-class Motion:
+class Slide:
     """How the second body of a joint moves against the first between neighbouring configurations, SI.
 
     Parameters
@@ -51,7 +50,7 @@ class Motion:
     turns, shifts : ndarray
         Rotation vectors, and displacements of the second body's point; in axes of the first body, shape (step, 3).
     axes : ndarray
-        First body's axes in every configuration, as rotation matrices.
+        Axes of the first body in every configuration, as rotation matrices.
     along, side, normal : ndarray
         Directions of the joint on the first body.
     """
@@ -64,7 +63,7 @@ class Motion:
     normal: Floats
 
 
-def motion_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Motion:
+def slide_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Slide:
     """How a joint moves along the path.
 
     Parameters
@@ -76,30 +75,9 @@ def motion_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Motion:
     order : ndarray
         The configurations in the order in which they are passed.
     """
-    spec = m.core_spec
-    own = spec["joints"][joint]
-    first, second = bodies_of(spec, joint, at)
-    axes = poses.matrix(first)
-    ends = [_in_space(spec["points"][own[end]]["at"]) for end in ("first", "second")]
-    apart = poses.place(second, ends[1]) - poses.place(first, ends[0])
-    shifts = (np.swapaxes(axes, -1, -2) @ apart[..., None])[..., 0]
-    if at.shape[-1] == poses.SPATIAL:
-        turned = poses.product(poses.inverse(first[..., 3:]), second[..., 3:])
-        turns = poses.rotation_vector(poses.product(turned[order[1:]], poses.inverse(turned[order[:-1]])))
-        along, side = np.array(own["axis_first"]), np.array(own["side_first"])
-        normal = np.cross(along, side)
-    else:
-        angle = np.diff((second[..., 2] - first[..., 2])[order])
-        turns = np.zeros((len(angle), 3))
-        turns[:, 2] = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
-        along = _in_space(own["axis_first"])
-        normal = np.array([-along[1], along[0], 0.0])
-        side = np.array([0.0, 0.0, 1.0])
-    return Motion(turns, np.diff(shifts[order], axis=0), axes, along, side, normal)
-
-
-def _in_space(vector: list[float]) -> Floats:
-    return np.array([*vector, 0.0, 0.0])[:3]
+    seen = m.relative(joint, at)
+    turns = poses.rotation_vector(poses.product(seen.turned[order[1:]], poses.inverse(seen.turned[order[:-1]])))
+    return Slide(turns, np.diff(seen.apart[order], axis=0), seen.axes, *seen.directions)
 
 
 @dataclass(frozen=True)
@@ -171,7 +149,7 @@ def faces_of(
     m: Mechanism,
     own: Wearing,
     source: int,
-    motion: Motion,
+    slide: Slide,
     reaction: Floats,
     order: Order,
 ) -> Faces:
@@ -184,37 +162,37 @@ def faces_of(
         With a rate.
     source : int
         The source of its clearance.
-    motion : Motion
+    slide : Slide
     reaction : ndarray
         Force and moment on the second body, ground axes, SI, shape (configuration, wrench).
     order : ndarray
         The configurations in the order in which they are passed.
     """
     shape, size = clearance_of(m, source)
-    force, moment = _wrench(reaction, motion.axes)
-    turn = np.abs(motion.turns @ motion.along) if shape in ("journal", "sleeve") else np.abs(motion.turns[:, 2])
-    travel = np.abs(motion.shifts @ motion.along)
+    force, moment = _wrench(reaction, slide.axes)
+    turn = np.abs(slide.turns @ slide.along) if shape in ("journal", "sleeve") else np.abs(slide.turns[:, 2])
+    travel = np.abs(slide.shifts @ slide.along)
     diameter = own.diameter if np.isfinite(own.diameter) else 1.0
     match shape:
         case "disc":
             pressure = np.linalg.norm(force[:, :2], axis=1) / (diameter * own.length)
             angle = np.arctan2(force[:, 1], force[:, 0])
-            turned = np.concatenate([[0.0], np.cumsum(motion.turns[:, 2])])
+            turned = np.concatenate([[0.0], np.cumsum(slide.turns[:, 2])])
             slid = 0.5 * diameter * turn[:, None]
             return Faces(pressure[:, None], slid, slid, angle[:, None], turned)
         case "sleeve" | "journal":
-            return _pin(force, moment, motion, size["half_length"], diameter, own.length, turn, travel)
+            return _pin(force, moment, slide, size["half_length"], diameter, own.length, turn, travel)
         case "diamond":
-            sum_ = np.maximum(np.abs(force @ motion.normal), np.abs(moment[:, 2]) / size["half_length"])
+            sum_ = np.maximum(np.abs(force @ slide.normal), np.abs(moment[:, 2]) / size["half_length"])
             return _plain(sum_ / (own.length * own.width), travel)
         case "interval":
-            return _plain(np.abs(force @ motion.normal) / (own.length * own.width), travel)
+            return _plain(np.abs(force @ slide.normal) / (own.length * own.width), travel)
         case "ball":
-            return _ball(force, motion, 0.5 * own.diameter, order)
+            return _ball(force, slide, 0.5 * own.diameter, order)
         case "guide":
-            return _guide(force, moment, motion, size, travel)
+            return _guide(force, moment, slide, size, travel)
         case "plate":
-            return _plate(force, moment, motion, size)
+            return _plate(force, moment, slide, size)
     raise AssertionError(f"{shape} does not slide")
 
 
@@ -237,7 +215,7 @@ def _plain(pressure: Floats, slid: Floats) -> Faces:
 def _pin(
     force: Floats,
     moment: Floats,
-    motion: Motion,
+    slide: Slide,
     half: float,
     diameter: float,
     length: float,
@@ -245,23 +223,23 @@ def _pin(
     travel: Floats,
 ) -> Faces:
     """Both ends of a pin, R = (F +- M x a / l) / 2 across its axis a."""
-    across = force - (force @ motion.along)[:, None] * motion.along
-    lever = np.cross(moment, motion.along) / half
+    across = force - (force @ slide.along)[:, None] * slide.along
+    lever = np.cross(moment, slide.along) / half
     ends = np.stack([0.5 * (across + sign * lever) for sign in (1.0, -1.0)], axis=1)
     pressure = np.linalg.norm(ends, axis=2) / (diameter * 0.5 * length)
-    angle = np.arctan2(ends @ motion.normal, ends @ motion.side)
-    turned = np.concatenate([[0.0], np.cumsum(motion.turns @ motion.along)])
+    angle = np.arctan2(ends @ slide.normal, ends @ slide.side)
+    turned = np.concatenate([[0.0], np.cumsum(slide.turns @ slide.along)])
     slid = np.hypot(0.5 * diameter * turn, travel)
     both = np.stack([slid, slid], axis=1)
     return Faces(pressure, both, both, angle, turned)
 
 
-def _ball(force: Floats, motion: Motion, radius: float, order: Order) -> Faces:
+def _ball(force: Floats, slide: Slide, radius: float, order: Order) -> Faces:
     size = np.linalg.norm(force, axis=1)
     towards = np.divide(force, size[:, None], out=np.zeros_like(force), where=size[:, None] > 0.0)
 
     def slid(unit: Floats) -> Floats:
-        rolled = motion.turns - (motion.turns * unit).sum(axis=1, keepdims=True) * unit
+        rolled = slide.turns - (slide.turns * unit).sum(axis=1, keepdims=True) * unit
         found: Floats = radius * np.linalg.norm(rolled, axis=1)
         return found[:, None]
 
@@ -269,32 +247,32 @@ def _ball(force: Floats, motion: Motion, radius: float, order: Order) -> Faces:
     return Faces(pressure[:, None], slid(towards[order[:-1]]), slid(towards[order[1:]]))
 
 
-def _guide(force: Floats, moment: Floats, motion: Motion, size: dict[str, float], travel: Floats) -> Faces:
+def _guide(force: Floats, moment: Floats, slide: Slide, size: dict[str, float], travel: Floats) -> Faces:
     """The faces across `side` and those across the normal.
 
     Force and tilt press on each pair by themselves. What a moment about the axis needs beyond that is carried by the
     pair with the longer lever.
     """
     length, width, height = (size[key] for key in ("half_length", "half_width", "half_height"))
-    across = np.maximum(np.abs(force @ motion.side), np.abs(moment @ motion.normal) / length)
-    upright = np.maximum(np.abs(force @ motion.normal), np.abs(moment @ motion.side) / length)
+    across = np.maximum(np.abs(force @ slide.side), np.abs(moment @ slide.normal) / length)
+    upright = np.maximum(np.abs(force @ slide.normal), np.abs(moment @ slide.side) / length)
     lever = max(width, height)
     tapers = height / lever, width / lever
-    roll = np.abs(moment @ motion.along) / lever
+    roll = np.abs(moment @ slide.along) / lever
     more = np.maximum(roll - tapers[0] * across - tapers[1] * upright, 0.0)
     sums = np.stack([across + more * (height > width), upright + more * (height <= width)], axis=1)
     pressure = sums / (4.0 * length * np.array([height, width]))
     return Faces(pressure, *(2 * [np.stack([travel, travel], axis=1)]))
 
 
-def _plate(force: Floats, moment: Floats, motion: Motion, size: dict[str, float]) -> Faces:
+def _plate(force: Floats, moment: Floats, slide: Slide, size: dict[str, float]) -> Faces:
     normal, side = size["half_normal"], size["half_side"]
-    tilts = np.abs(moment @ motion.side) / normal, np.abs(moment @ motion.normal) / side
-    sums = np.maximum(np.abs(force @ motion.along), np.maximum(*tilts))
-    turn = motion.turns @ motion.along
+    tilts = np.abs(moment @ slide.side) / normal, np.abs(moment @ slide.normal) / side
+    sums = np.maximum(np.abs(force @ slide.along), np.maximum(*tilts))
+    turn = slide.turns @ slide.along
     slid = np.zeros(len(turn))
     for y, wy in zip(side * NODES, WEIGHTS, strict=True):
         for z, wz in zip(normal * NODES, WEIGHTS, strict=True):
-            moved = motion.shifts @ motion.side - turn * z, motion.shifts @ motion.normal + turn * y
+            moved = slide.shifts @ slide.side - turn * z, slide.shifts @ slide.normal + turn * y
             slid += 0.25 * wy * wz * np.hypot(*moved)
     return _plain(sums / (4.0 * normal * side), slid)

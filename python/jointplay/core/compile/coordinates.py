@@ -6,6 +6,8 @@ prismatic, cylindrical, pin_in_slot    distance along the first body's axis from
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from jointplay.basics import poses
@@ -29,7 +31,7 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     """
     joint = spec["joints"][index]
     if joint["kind"] in ANGULAR and at.shape[-1] != poses.SPATIAL:
-        first, second = bodies_of(spec, index, at)
+        first, second = _bodies(spec, index, at)
         # Not taken apart into full turns: a crank may go round.
         return np.asarray(second[..., 2] - first[..., 2])
     if joint["kind"] == "screw":
@@ -41,8 +43,63 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     return np.full(at.shape[:-2], np.nan)
 
 
-def bodies_of(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
-    """Poses of the two bodies of a joint, at poses of all bodies of shape (..., body, pose)."""
+@dataclass(frozen=True)
+class RelativePose:
+    """How the second body of a joint is seen from the first, SI.
+
+    Attributes
+    ----------
+    axes : ndarray
+        Axes of the first body as rotation matrices, shape (..., 3, 3).
+    apart : ndarray
+        From the first body's point to the second's, axes of the first, shape (..., 3).
+    turned : ndarray
+        Quaternion of the second body in the first, shape (..., 4).
+    directions : ndarray
+        The joint's axis, side and normal on the first body, its rows; in the plane the side is across the plane.
+    """
+
+    axes: Floats
+    apart: Floats
+    turned: Floats
+    directions: Floats
+
+
+def relative(spec: Spec, index: int, at: Floats) -> RelativePose:
+    """How the second body of a joint is seen from the first.
+
+    Parameters
+    ----------
+    spec : Spec
+        The mechanism as the core reads it.
+    index : int
+        Which joint.
+    at : ndarray
+        Poses of all bodies, shape (..., body, pose).
+    """
+    joint = spec["joints"][index]
+    first, second = _bodies(spec, index, at)
+    axes = poses.matrix(first)
+    ends = [_in_space(spec["points"][joint[end]]["at"]) for end in ("first", "second")]
+    apart = poses.seen_from(first, poses.place(second, ends[1]) - poses.place(first, ends[0]))
+    along = _in_space(joint["axis_first"])
+    if at.shape[-1] == poses.SPATIAL:
+        turned = poses.product(poses.inverse(first[..., 3:]), second[..., 3:])
+        side = np.array(joint["side_first"])
+    else:
+        angle = second[..., 2] - first[..., 2]
+        turned = poses.quaternion(np.stack([np.zeros_like(angle), np.zeros_like(angle), angle], axis=-1))
+        side = np.array([0.0, 0.0, -1.0])
+    return RelativePose(axes, apart, turned, np.stack([along, side, np.cross(along, side)]))
+
+
+def _in_space(vector: list[float]) -> Floats:
+    """A point or a direction with three components."""
+    return np.array([*vector, 0.0])[:3]
+
+
+def _bodies(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
+    """Poses of the two bodies of a joint."""
     ground = np.broadcast_to(poses.ground(at.shape[-1]), (*at.shape[:-2], 1, at.shape[-1]))
     placed = np.concatenate([at, ground], axis=-2)  # the ground has index -1
     ends = (spec["points"][spec["joints"][index][end]] for end in ("first", "second"))
@@ -52,7 +109,7 @@ def bodies_of(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
 
 def _along(spec: Spec, index: int, at: Floats) -> Floats:
     joint = spec["joints"][index]
-    first, second = bodies_of(spec, index, at)
+    first, second = _bodies(spec, index, at)
     axis = poses.matrix(first) @ np.array(joint["axis_first"])
     ends = [spec["points"][joint[end]]["at"] for end in ("first", "second")]
     return np.asarray(((poses.place(second, ends[1]) - poses.place(first, ends[0])) * axis).sum(axis=-1))
@@ -63,7 +120,7 @@ def _about(spec: Spec, index: int, at: Floats) -> Floats:
     joint = spec["joints"][index]
     a = poses.joint_axes(joint["axis_first"], joint["side_first"])
     b = poses.joint_axes(joint["axis_second"], joint["side_second"])
-    first, second = bodies_of(spec, index, at)
+    first, second = _bodies(spec, index, at)
     return poses.twist_angle((poses.matrix(first) @ a).swapaxes(-1, -2) @ poses.matrix(second) @ b)
 
 

@@ -2,8 +2,8 @@
 
     worn volume = rate * force * sliding distance        Archard, J. Appl. Phys. 24 (1953) 981
 
-The rate of two faces together stands for all of the wear at one place: the load stands still on the part that wears. A
-pin and its hole can have a rate each; what the load wanders over then wears all round.
+The rate of both faces together takes all of the wear to be at one place: the load does not move on the part that wears.
+A pin and its hole can have a rate each; what the load goes round then wears all round.
 
 Its sizes are those of the faces that slide on each other; what the clearance says of them is not said again.
 """
@@ -23,7 +23,7 @@ OF_ONE = "instead of rate, with rate_{}: specific wear rate of the {}, on whose 
 GROWTH = "instead: growth per cycle that was measured, in the measure in which the clearance is given"
 DIAMETER = "diameter of the {}, for pressure and sliding distance; that of the clearance if left out"
 
-Size = Positive | SkipJsonSchema[None]
+FaceSize = Positive | SkipJsonSchema[None]
 
 
 class Wear(Table):
@@ -117,8 +117,8 @@ class PinWear(RoundWear):
     example: ClassVar[str] = "{ rate = 1e-6, length = 20 }"
     needed: ClassVar[tuple[str, ...]] = ("length",)
 
-    length: Size = Field(None, description="length of the pin inside its hole")
-    diameter: Size = Field(None, description=DIAMETER.format("pin"))
+    length: FaceSize = Field(None, description="length of the pin inside its hole")
+    diameter: FaceSize = Field(None, description=DIAMETER.format("pin"))
 
 
 class SliderWear(Wear):
@@ -128,7 +128,7 @@ class SliderWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, width = 25 }"
     needed: ClassVar[tuple[str, ...]] = ("length", "width")
 
-    width: Size = Field(None, description="width of the faces that slide, across the plane")
+    width: FaceSize = Field(None, description="width of the faces that slide, across the plane")
 
 
 class BlockWear(Wear):
@@ -138,8 +138,8 @@ class BlockWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, length = 15, width = 10 }"
     needed: ClassVar[tuple[str, ...]] = ("length", "width")
 
-    length: Size = Field(None, description="length of the block along the slot")
-    width: Size = Field(None, description="width of the faces that slide, across the plane")
+    length: FaceSize = Field(None, description="length of the block along the slot")
+    width: FaceSize = Field(None, description="width of the faces that slide, across the plane")
 
 
 class JournalWear(RoundWear):
@@ -149,8 +149,8 @@ class JournalWear(RoundWear):
     example: ClassVar[str] = "{ rate = 1e-6 }"
     needed: ClassVar[tuple[str, ...]] = ("length",)
 
-    length: Size = Field(None, description="length of the pin inside its hole; that of the clearance if left out")
-    diameter: Size = Field(None, description=DIAMETER.format("pin"))
+    length: FaceSize = Field(None, description="length of the pin inside its hole; that of the clearance if left out")
+    diameter: FaceSize = Field(None, description=DIAMETER.format("pin"))
 
 
 class SleeveWear(JournalWear):
@@ -172,7 +172,7 @@ class BallWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, diameter = 15 }"
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
 
-    diameter: Size = Field(None, description="diameter of the ball; that of the clearance if left out")
+    diameter: FaceSize = Field(None, description="diameter of the ball; that of the clearance if left out")
 
 
 class PlateWear(Wear):
