@@ -552,7 +552,7 @@ def test_rates_of_twice_the_size_halve_the_life() -> None:
     assert fast.life.item() == pytest.approx(once.life_low.item(), rel=2e-4)
     assert fast.size_worn.values == pytest.approx(once.size_worn.values, rel=2e-4)
     assert once.used_without.values.argmin() == 1
-    assert "pin wears most of them away" in conclude(compute(m, "loaded")).sentences[1].text
+    assert "pin wears out first" in conclude(compute(m, "loaded")).sentences[1].text
 
 
 def test_measures_and_tolerances_of_the_file_are_kept() -> None:
@@ -776,3 +776,42 @@ def test_figures_refuse_what_is_not_there() -> None:
         jp.plot.life(result, "used")
     with pytest.raises(jp.InputError, match="is not the result of life"):
         jp.plot.life(jp.worst(jp.loads(BUSH)))
+
+
+def test_load_cases_act_in_as_many_cycles_each() -> None:
+    """Each of them presses the bush in half of the cycles; one can be asked for alone."""
+    cases = {
+        "loads": None,
+        "load_cases": {"light": [{"at": [0, 0], "force": [0, -100]}], "heavy": [{"at": [0, 0], "force": [300, 0]}]},
+    }
+    m = jp.loads(BUSH).with_(cases)
+    one = jp.life(jp.loads(BUSH)).growth.item()
+    both = jp.life(m, "loaded")
+    assert both.growth.item() == pytest.approx(2 * one, rel=1e-12)
+    assert both.pressure.item() == pytest.approx(300 / 600, rel=1e-12)
+    assert both.attrs["load_cases"] == "light, heavy"
+    assert jp.life(m.only(load_case="heavy")).growth.item() == pytest.approx(3 * one, rel=1e-12)
+
+
+def test_a_clearance_of_nothing_wears_as_well() -> None:
+    result = jp.life(jp.loads(BUSH).with_({"joints.J.clearance.radial": 0.0, "limits.position": 0.01}))
+    assert result.life.item() == pytest.approx(0.01 / (math.pi * 1e-4 * 1e-3 * 100 / 20), rel=2e-4)
+
+
+def test_clearances_that_stay_as_they_are_are_named() -> None:
+    m = jp.loads(CRANK).with_(worn({"pin": {"growth": 1e-7}}))
+    assert jp.life(m).attrs["without_wear"] == "shaft, wrist, guide"
+    assert any(note.startswith("Without wear, as they are: shaft, wrist") for note in tables(compute(m))[0].notes)
+
+
+def test_measured_growth_needs_no_path() -> None:
+    m = jp.loads(BUSH).with_({"drives.q": {"joint": "J", "values": [0]}, "joints.J.wear": {"growth": 1e-6}})
+    assert jp.life(m.with_({"limits.position": 0.1})).life.item() == pytest.approx(0.08 / 1e-6, rel=2e-4)
+
+
+def test_a_mechanism_that_cannot_be_assembled_has_no_life() -> None:
+    """Two pins too far apart for the play that they have: rigid, so that nothing is known of forces."""
+    text = SLOTS.replace("block = [0, 0]", "block = [0, 0.5]")
+    status, first, good = said(jp.loads(text), "loaded")
+    assert (status, good) == ("no_pose", False)
+    assert first.endswith("configurations 0, 1, 2, 3, 4 are not assemblable.")

@@ -28,7 +28,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
-from jointplay.model.wearing import wearings
+from jointplay.model.wearing import Wearing, wearings
 from jointplay.result import Result, ResultBuilder, Variable, figure, to_dataset
 
 from .course import Course
@@ -181,6 +181,12 @@ def _ages(cycles: Sequence[float] | None) -> list[float] | None:
     return sorted({float(age) for age in cycles})
 
 
+def _without_wear(m: Mechanism, worn: Sequence[Wearing]) -> list[str]:
+    """Clearances that stay as they are."""
+    own = {k for one in worn for k in one.sources}
+    return [m.sources[k] for k, kind in enumerate(m.source_kinds) if kind == "clearance" and k not in own]
+
+
 @dataclass(frozen=True)
 class _Found:
     """What a search found: the life, why it ends, and what binds."""
@@ -201,6 +207,8 @@ class _Life:
         nothing = np.full(len(self.worn), np.nan)
         self.now = Rates(nothing, nothing, nothing, nothing)
         self.course: Course | None = None
+        #: configurations that keep the life from being known, with their outcome
+        self.without: dict[int, str] = {}
 
     def result(self, ages: list[float] | None) -> Result:
         """Search, then ask at all ages."""
@@ -211,10 +219,12 @@ class _Life:
         return self._told(found, ages)
 
     def _found(self) -> _Found:
-        if self.duty.without:
-            return _Found("no_pose")
-        self.now = self.duty.rates(np.zeros(len(self.worn)))
+        if not self.duty.without:
+            self.now = self.duty.rates(np.zeros(len(self.worn)))
+        self.without = self.duty.without or ({} if self.duty.by_load else self.asked.without_error)
         growth = self.now.growth
+        if self.without:
+            return _Found("no_pose")
         if not np.isfinite(growth).all():
             return _Found("undetermined")
         if not growth.max() > 0.0:
@@ -340,9 +350,11 @@ class _Life:
                 builder.attrs["contact"] = ", ".join(asked.contacts)
         if asked.question == "loaded" and "size" in m.source_kinds:
             builder.attrs["sizes"] = asked.options.get("sizes", "middle")
-        if self.duty.without:
-            builder.attrs["without_pose"] = ", ".join(map(str, self.duty.without))
-            builder.attrs["without_pose_status"] = ", ".join(dict.fromkeys(self.duty.without.values()))
+        if self.without:
+            builder.attrs["without_pose"] = ", ".join(map(str, self.without))
+            builder.attrs["without_pose_status"] = ", ".join(dict.fromkeys(self.without.values()))
+        if rest := _without_wear(m, self.duty.worn):
+            builder.attrs["without_wear"] = ", ".join(rest)
         if self.course is not None and self.course.is_floored:
             builder.attrs["steps"] = "shortest"
         self._sources(builder, found, without)

@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analyses.loaded import require_loads, under_loads
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.several import places_of
-from jointplay.basics.arrays import Floats
+from jointplay.basics.arrays import Codes, Floats
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.wearing import Wearing
@@ -77,9 +77,9 @@ class Duty:
                 require_loads(case)
         self.at: list[Nominal] = places_of(self.cases)
         #: configurations without a pose or without forces, with why
-        self.without = {k: str(STATUSES[s]) for k, s in enumerate(self.at[0].status) if STATUSES[s] not in READABLE}
+        self.without = _unreadable(self.at[0].status) if self.by_load else {}
         self.cycle: Cycle | None = None
-        if not self.without:
+        if self.by_load and not self.without:
             self.cycle = cycle_of(m, self.at[0], cycle)
 
     def rates(self, grown: Floats) -> Rates:
@@ -90,11 +90,11 @@ class Duty:
         grown : ndarray
             By how much the radius or gap of each has grown, SI.
         """
-        assert self.cycle is not None
         measured = np.array([one.growth for one in self.worn])
         nothing = np.full(len(self.worn), np.nan)
         if not self.by_load:
             return Rates(measured, measured, nothing, nothing)
+        assert self.cycle is not None
         found = [self._case(part, at, self.cycle, grown) for part, at in zip(self.cases, self.at, strict=True)]
         mean = {name: np.mean([getattr(one, name) for one in found], axis=0) for name in ("growth", "coarse")}
         sliding = np.mean([one.sliding for one in found], axis=0)
@@ -111,7 +111,9 @@ class Duty:
         if done < len(at):
             raise KeyboardInterrupt
         reaction = found["reaction"].copy()
-        reaction[~np.isin(STATUSES[found["status"]], READABLE)] = np.nan
+        if failed := _unreadable(found["status"]):
+            reaction[list(failed)] = np.nan
+            self.without = self.without or failed
         rows = [self._one(copy, at.poses, own, reaction, cycle) for own in self.worn]
         return Rates(*np.array(rows).T)
 
@@ -133,6 +135,11 @@ class Duty:
         growth, coarse, slid, pressure = np.max(every, axis=0)
         known = np.isfinite(own.diameter) or np.isfinite(own.width) or not _is_pin(m, own)
         return growth, coarse, slid if known else np.nan, pressure if known else np.nan
+
+
+def _unreadable(status: Codes) -> dict[int, str]:
+    """Configurations whose numbers cannot be read, with their outcome."""
+    return {k: str(STATUSES[s]) for k, s in enumerate(status) if STATUSES[s] not in READABLE}
 
 
 def _every_second(order: Order) -> Order:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .clearances import BearingKeys, SizedClearance
+from .clearances import BearingKeys, SizedClearance, SleeveClearance
 from .values import NonNegative, Positive, Table, problem
 
 #: what the key `wear` is, for all kinds of joints
@@ -67,6 +67,8 @@ class Wear(Table):
         ValueError
             When a size is missing, or nothing slides.
         """
+        if isinstance(play, SleeveClearance) and play.length is None:
+            raise problem("wear: the clearance needs 'length' (length of the pin inside its hole), by which it tilts")
         if self.growth is not None:
             return
         if isinstance(play, BearingKeys) and play.bearing is not None:
@@ -126,7 +128,7 @@ class SliderWear(Wear):
 
     model_config = ConfigDict(json_schema_extra=_needing("width"))
     example: ClassVar[str] = "{ rate = 1e-6, width = 25 }"
-    needed: ClassVar[tuple[str, ...]] = ("length", "width")
+    needed: ClassVar[tuple[str, ...]] = ("width",)
 
     width: FaceSize = Field(None, description="width of the faces that slide, across the plane")
 
@@ -147,9 +149,7 @@ class JournalWear(RoundWear):
 
     model_config = ConfigDict(json_schema_extra=_needing(of_pins=True))
     example: ClassVar[str] = "{ rate = 1e-6 }"
-    needed: ClassVar[tuple[str, ...]] = ("length",)
 
-    length: FaceSize = Field(None, description="length of the pin inside its hole; that of the clearance if left out")
     diameter: FaceSize = Field(None, description=DIAMETER.format("pin"))
 
 
@@ -157,7 +157,7 @@ class SleeveWear(JournalWear):
     """Wear of a pin that turns and slides in its hole."""
 
     example: ClassVar[str] = "{ rate = 1e-6, diameter = 12 }"
-    needed: ClassVar[tuple[str, ...]] = ("length", "diameter")
+    needed: ClassVar[tuple[str, ...]] = ("diameter",)
 
 
 class GuideWear(Wear):

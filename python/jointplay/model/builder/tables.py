@@ -395,7 +395,7 @@ class JournalWearDict(TypedDict, total=False):
     """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
     wander."""
     length: NumberLike
-    """Length of the pin inside its hole; that of the clearance if left out."""
+    """Length of the pin inside its hole (in the plane only)."""
     diameter: NumberLike
     """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 
@@ -695,8 +695,6 @@ class SleeveWearDict(TypedDict, total=False):
     rate_pin: NumberLike
     """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
     wander."""
-    length: NumberLike
-    """Length of the pin inside its hole; that of the clearance if left out."""
     diameter: NumberLike
     """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 

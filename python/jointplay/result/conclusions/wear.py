@@ -1,4 +1,4 @@
-"""The answer of `life`: for how many cycles the limits hold, and which joint wears them away."""
+"""The answer of `life`: for how many cycles the limits hold, and which joint wears out first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, configurations
 
-from .sizes import first_missed, share_of
+from .sizes import MOST_NAMES, first_missed, share_of
 from .words import Conclusion, Sentence, say
 
 #: sources that wear as much of the limits away are named together
@@ -61,12 +61,11 @@ def _answer(result: Result) -> Iterator[Sentence]:
         case "ok":
             low, high = (rounded_down(float(result.get(name))) for name in ("life_low", "life_high"))
             spread = f"{low} to {high} with wear rates twice or half as large"
-            first = first_missed(result, "binding")
-            yield Sentence(f"{limits} for {rounded_down(life)} cycles ({spread}); {first} is first.", state=HELD)
+            yield Sentence(f"{limits} for {rounded_down(life)} cycles ({spread}); {_first(result)}.", state=HELD)
             yield from map(Sentence, _wears_out(result))
         case "missed":
-            text = f"The limits are missed {judged(result)} before anything wears; {first_missed(result, 'binding')} is"
-            yield Sentence(f"{text} first.", is_alarm=True, state=MISSED)
+            text = f"The limits are missed {judged(result)} before anything wears; {_first(result)}."
+            yield Sentence(text, is_alarm=True, state=MISSED)
         case "unlimited":
             yield Sentence(f"{limits} for more than {rounded_down(life)} cycles; no more were tried.", state=HELD)
         case "undetermined" if math.isfinite(life):
@@ -89,19 +88,26 @@ def _answer(result: Result) -> Iterator[Sentence]:
             yield Sentence(f"{text} {configurations(places)} {verb} {why}.", is_alarm=True, state=NOT_SHOWN)
 
 
+def _first(result: Result) -> str:
+    """``x #2 is first``: what misses its limit first."""
+    if str(result.get("binding_quantity")) == "assembly":
+        return f"configuration {int(result.get('binding_configuration'))} has no pose then"
+    return f"{first_missed(result, 'binding')} is first"
+
+
 def _wears_out(result: Result) -> Iterator[str]:
-    """Which clearance wears the limits away."""
+    """Which clearance takes most of the limits."""
     names, without = result.labels("source"), result.get("used_without")
     if len(names) == 1:
         return
     least = float(np.nanmin(without))
     if not least < 1.0 - ALIKE:
-        yield "No clearance alone decides: without the wear of any one of them the life would be the same."
+        yield f"No clearance wears out alone: without the wear of any of them {share_of(least, 3)} would be used then."
         return
     best = [name for name, share in zip(names, without, strict=True) if share <= least + ALIKE]
-    verb, its = ("wears", "its") if len(best) == 1 else ("wear", "that of one of them")
-    text = f"{listed(best)} {verb} most of them away: without {its} wear {share_of(least, 3)} would be used by then"
-    yield text.replace("that of one of them wear", "the wear of one of them") + "."
+    verb, its = ("wears", "its wear") if len(best) == 1 else ("wear", "the wear of one of them")
+    said = listed(best) if len(best) <= MOST_NAMES else f"{len(best)} clearances, such as {best[0]},"
+    yield f"{said} {verb} out first: without {its} {share_of(least, 3)} of the limits would be used then."
 
 
 def _fastest(result: Result) -> Iterator[str]:

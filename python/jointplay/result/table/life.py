@@ -6,11 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jointplay.errors import listed
 from jointplay.result import Result, first_largest
-from jointplay.result.conclusions import MOST_NAMES
 
-from .layout import NOTHING, Column, ResultTable, numbers, words
+from .layout import NOTHING, Column, ResultTable, numbers, some, words
 
 #: cycles by which growth is told
 MANY = 1_000_000
@@ -91,11 +89,12 @@ def _notes(result: Result) -> Iterator[str]:
             f"The path is coarse: with every second configuration the growth of {names[k]} is {100.0 * off[k]:.2g} %"
             " another one. Give the drives a larger count."
         )
+    if "without_wear" in result.attrs:
+        yield f"Without wear, as they are: {some(str(result.attrs['without_wear']).split(', '))}."
     unknown = names[~np.isfinite(growth)].tolist()
     if unknown and str(result.get("status")) == "undetermined":
-        more = len(unknown) - MOST_NAMES
-        told = listed(unknown) if more <= 0 else f"{', '.join(unknown[:MOST_NAMES])} and {more} more"
-        yield f"Without growth: {told}. Joints without clearance and stiffness share a load in a way that is not known."
+        shares = "Joints without clearance and stiffness share a load in a way that is not known"
+        yield f"The growth of {some(unknown)} is not known. {shares}."
     if "steps" in result.attrs:
         yield "The load jumps from joint to joint as they wear; the growth is that in short steps."
     if "rate_factor" in result.attrs:
