@@ -372,7 +372,7 @@ def slide(steps: int, turn: Any = (0, 0, 0), shift: Any = (0, 0, 0)) -> Slide:
 def test_normal_forces_of_a_guide_are_the_smallest_that_balance(seed: int) -> None:
     rng = np.random.default_rng(seed)
     length, width, height = rng.uniform(0.01, 0.05, 3)
-    force, moment = np.array([0.0, *rng.normal(size=2) * 100]), rng.normal(size=3) * 3
+    force, moment = np.array([0.0, *rng.normal(size=2) * 100]), rng.normal(size=3) * [60, 3, 3]
     size = {"half_length": length, "half_width": width, "half_height": height}
     faces = _guide(force[None], moment[None], slide(0), size, np.zeros(0))
     sums = faces.pressure[0] * 4 * length * np.array([height, width])
@@ -390,8 +390,8 @@ def test_normal_forces_of_a_guide_are_the_smallest_that_balance(seed: int) -> No
     best = linprog(np.ones(len(pairs)), A_eq=balance, b_eq=[*force[1:], *moment])
     assert sums.sum() == pytest.approx(best.fun, rel=1e-9)
     # And so they can be shared between the pairs of faces.
-    shared = np.vstack([balance, np.array(pairs) == 0])
-    assert linprog(np.ones(len(pairs)), A_eq=shared, b_eq=[*force[1:], *moment, sums[0]]).status == 0
+    shared = np.vstack([balance, np.array(pairs) == 0, np.array(pairs) == 1])
+    assert linprog(np.ones(len(pairs)), A_eq=shared, b_eq=[*force[1:], *moment, *sums]).status == 0
 
 
 def test_a_slider_in_space_by_hand() -> None:
@@ -420,6 +420,38 @@ force = [0, 80, -100]
     assert result.sliding.item() == pytest.approx(200)
     worst = max(5000 / 30 / (60 * 30), 4000 / 30 / (60 * 20))
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 200 * worst, rel=1e-6)
+
+
+def test_a_slider_on_an_arm_that_turns_slides_along_the_arm() -> None:
+    """The arm turns by 90 degrees while the slider goes 50 mm along it, under a load that turns with it."""
+    text = f"""{PLANE}
+[joints.J]
+type = "revolute"
+on = {{ ground = [0, 0], arm = [0, 0] }}
+[joints.G]
+type = "prismatic"
+on = {{ arm = {{ at = [0, 0], axis = [1, 0] }}, slider = [0, 0] }}
+clearance = {{ gap = 1e-9, length = 20 }}
+wear = {{ rate = 1e-5, width = 10 }}
+[drives.q]
+joint = "J"
+from = 0
+to = 90
+count = 11
+[drives.r]
+joint = "G"
+from = 30
+to = 80
+count = 11
+[output]
+body = "slider"
+[[loads]]
+force = [0, -100]
+axes = "body"
+"""
+    result = jp.life(jp.loads(text), cycle="one-way")
+    assert result.sliding.item() == pytest.approx(50, rel=1e-9)
+    assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 100 * 50 / (20 * 10), rel=1e-6)
 
 
 def test_a_plate_that_turns_slides_by_its_mean_distance_from_the_middle() -> None:
