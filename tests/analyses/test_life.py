@@ -847,3 +847,12 @@ def test_a_mechanism_that_cannot_be_assembled_has_no_life() -> None:
     status, first, good = said(jp.loads(text), "loaded")
     assert (status, good) == ("no_pose", False)
     assert first.endswith("configurations 0, 1, 2, 3, 4 are not assemblable.")
+
+
+def test_errors_are_at_their_configurations_where_the_machine_cannot_be_at_some() -> None:
+    drives = {"drives.q": {"joint": "J", "values": [0, 30, 60, 90]}, "limits.joints.J": [20, 90]}
+    m = jp.loads(BUSH).with_({**drives, "joints.J.wear": {"growth": 1e-6}, "limits.position": 0.1})
+    result = jp.life(m)
+    assert result.status.item() == "ok"
+    assert np.isnan(result.position.values[:, 0]).all()
+    assert result.position.values[0, 1:] == pytest.approx([0.02] * 3, rel=1e-6)

@@ -158,12 +158,12 @@ class Asked:
         self,
         parts: Sequence[Assumed],
         near: PlacesByPart | None = None,
-        seen: Callable[[Result], None] | None = None,
+        seen: Callable[[Result, NDArray[np.intp]], None] | None = None,
     ) -> Use:
         """How much of the limits the parts of a mechanism use, at all configurations or at some of them.
 
-        At all of them every part is asked, else until one says that the limits are missed. With `seen`, which is told
-        the answers, also those without limits are.
+        At all of them every part is asked, else until one says that the limits are missed. With `seen`, which is
+        handed the answers and their configurations, also those without limits are.
         """
         every = near is None
         near = self.every if near is None or self.question == "loaded" else near
@@ -189,7 +189,11 @@ class Asked:
         return replace(best, near=kept)
 
     def _asked(
-        self, one: Assumed, at: Nominal, places: NDArray[np.intp], seen: Callable[[Result], None] | None
+        self,
+        one: Assumed,
+        at: Nominal,
+        places: NDArray[np.intp],
+        seen: Callable[[Result, NDArray[np.intp]], None] | None,
     ) -> tuple[Floats, Array, Floats]:
         """What is used at some configurations, where that is not known, and the share of specimens without a pose."""
         # Loads may go by the number of the configuration.
@@ -200,7 +204,7 @@ class Asked:
         with within_another():
             result = computation(self.question, self.asker)(one.part, at=at if whole else at.chosen(places), **options)
         if seen is not None:
-            seen(result)
+            seen(result, np.arange(len(at)) if whole else places)
         used, failed = self._of(one.part, result), ~np.isin(result.get("status"), READABLE)
         for _, low, _ in ends_of_plays(result):
             failed |= np.isnan(low).any(axis=1)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointplay.analyses.allow import COARSEST, FINEST, SAMPLES, require_enough, share_of_specimens
 from jointplay.analyses.allow.asked import REFUSED, Asked, Use
@@ -324,9 +325,14 @@ class _Life:
         count = len(self.asked.at[0])
         if not np.isfinite(grown).all():
             return Use(np.nan, "", -1), [np.full(count, np.nan)] * 2
-        results: list[Result] = []
-        use = self.asked.use_of(self._parts(grown), seen=results.append)
-        return use, [np.max([figure(one, name)[0] for one in results], axis=0) for name in ("position", "rotation")]
+        both = np.full((2, count), -np.inf)
+
+        def seen(result: Result, places: NDArray[np.intp]) -> None:
+            for largest, name in zip(both, ("position", "rotation"), strict=True):
+                largest[places] = np.maximum(largest[places], figure(result, name)[0])
+
+        use = self.asked.use_of(self._parts(grown), seen=seen)
+        return use, [*np.where(np.isneginf(both), np.nan, both)]
 
     def _built(
         self,
