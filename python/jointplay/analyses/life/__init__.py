@@ -27,6 +27,7 @@ from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
+from jointplay.file.schema.values import LARGEST
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
 from jointplay.model.wearing import Wearing, wearings
@@ -175,8 +176,8 @@ def _ages(cycles: Sequence[float] | None) -> list[float] | None:
     if cycles is None:
         return None
     for age in cycles:
-        if isinstance(age, bool) or not isinstance(age, int | float) or not 0.0 <= age < math.inf:
-            raise InputError(f"ages are numbers of cycles, not below zero, and not {shown(age)}", key="cycles")
+        if isinstance(age, bool) or not isinstance(age, int | float) or not 0.0 <= age <= LARGEST:
+            raise InputError(f"ages are numbers of cycles from 0 to {LARGEST:.0e}, not {shown(age)}", key="cycles")
     if not 1 <= len(cycles) <= MOST_AGES:
         raise InputError(f"from 1 to {MOST_AGES:,} ages are needed, not {len(cycles):,}", key="cycles")
     return sorted({float(age) for age in cycles})
