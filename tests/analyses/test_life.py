@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import jointplay as jp
 from helpers.longer import some
+from helpers.strategies import mechanisms
 from jointplay.analyses.life import compute, holds
 from jointplay.analyses.life.course import FLOOR, Course
 from jointplay.analyses.life.sliding import Slide, _guide, _pin, _plate
@@ -573,6 +576,25 @@ def test_the_limits_hold_up_to_the_life_and_no_longer(question: str) -> None:
         largest = asked.worst_position if question == "worst" else np.hypot(*asked.error.values[:, :2].T)
         assert float(largest.max()) == pytest.approx(0.2, rel=2e-4)
         assert float(largest.max()) == pytest.approx(float(result.position.values[-1].max()), rel=1e-9)
+
+
+@settings(max_examples=4, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@given(mechanisms(), st.sampled_from(["worst", "loaded"]))
+def test_limits_hold_up_to_the_life_of_random_mechanisms(text: str, question: str) -> None:
+    m = jp.loads(text)
+    sizes = {"revolute": {"length": 10.0}, "prismatic": {"width": 10.0}, "pin_in_slot": {"length": 10.0, "width": 10.0}}
+    wear = {
+        f"joints.{name}.wear": {"rate": 1e-6, **sizes[joint["type"]]}
+        for name, joint in m.raw["joints"].items()
+        if "clearance" in joint
+    }
+    limit = 1.5 * float(jp.worst(m).worst_position.max())
+    m = m.with_({**wear, "limits": {"position": limit}} | ({} if m.has_loads else {"loads": [{"force": [0, -10.0]}]}))
+    result = jp.life(m, question)
+    assert result.status.item() in ("ok", "unlimited")
+    if result.status.item() == "ok":
+        used = jp.life(m, question, cycles=[result.life.item(), 1.001 * result.life.item()]).used.values
+        assert used[0] <= 1.0 < used[1]
 
 
 def test_rates_of_twice_the_size_halve_the_life() -> None:
