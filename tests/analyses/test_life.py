@@ -98,13 +98,18 @@ def worn(wear: dict[str, dict[str, float]]) -> dict[str, object]:
     return {f"joints.{name}.wear": dict(table) for name, table in wear.items()}
 
 
+def grows(m: jp.Mechanism, **options: Any) -> Any:
+    """Growth, and what else is known without any age."""
+    return jp.life(m, "loaded", cycles=[0], **options)
+
+
 # --- growth ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("diameter", [None, 10.0, 60.0])
 def test_a_bush_grows_as_by_hand_whatever_its_diameter(diameter: float | None) -> None:
     wear = {"rate": 1e-4, "length": 20} | ({} if diameter is None else {"diameter": diameter})
-    result = jp.life(jp.loads(BUSH).with_({"joints.J.wear": wear}))
+    result = grows(jp.loads(BUSH).with_({"joints.J.wear": wear}))
     # 1.5708 nm a turn: k F 2 pi / (2 w).
     assert result.growth.item() == pytest.approx(1e-4 * 1e-3 * 100 * 2 * math.pi / (2 * 20), rel=1e-12)
     assert (result.attrs["cycle"], result.status.item()) == ("closed", "no_limit")
@@ -132,7 +137,7 @@ def test_the_rate_is_in_its_own_unit_whatever_those_of_the_file(
         "output.at": [50 * mm, 0.0],
         "loads.0.force": [0.0, -100 * newton],
     }
-    result = jp.life(jp.loads(BUSH).with_(changes))
+    result = grows(jp.loads(BUSH).with_(changes))
     assert result.growth.item() / mm == pytest.approx(math.pi * 1e-4 * 1e-3 * 100 / 20, rel=1e-9)
     assert result.pressure.item() == pytest.approx(100 / 600, rel=1e-9)
     assert (result.growth.units, result.pressure.units) == (length, "MPa")
@@ -144,7 +149,7 @@ def test_the_rate_is_in_its_own_unit_whatever_those_of_the_file(
 def test_what_the_load_goes_round_wears_all_round(hole: float, pin: float, share: float) -> None:
     """The force stands still in the ground, which carries the pin; the hole turns under it."""
     wear = {"rate_hole": hole, "rate_pin": pin, "length": 20}
-    result = jp.life(jp.loads(BUSH).with_({"joints.J.wear": wear, "drives.q.count": 721}))
+    result = grows(jp.loads(BUSH).with_({"joints.J.wear": wear, "drives.q.count": 721}))
     # 720 places round the hole, and angles a quarter of a degree apart.
     assert result.growth.item() == pytest.approx(share * math.pi * 1e-4 * 1e-3 * 100 / 20, rel=2e-5)
 
@@ -152,14 +157,14 @@ def test_what_the_load_goes_round_wears_all_round(hole: float, pin: float, share
 def test_a_load_that_turns_with_the_hole_wears_the_hole_at_one_place() -> None:
     wear = {"rate_hole": 1e-4, "rate_pin": 0.0, "length": 20}
     changes = {"joints.J.wear": wear, "loads.0.axes": "body"}
-    result = jp.life(jp.loads(BUSH).with_(changes))
+    result = grows(jp.loads(BUSH).with_(changes))
     assert result.growth.item() == pytest.approx(math.pi * 1e-4 * 1e-3 * 100 / 20, rel=2e-5)
 
 
 def test_growth_and_life_of_the_reference() -> None:
     m = jp.loads(CRANK)
     tiny = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
-    result = jp.life(m.with_(TURN | worn(WEAR) | tiny | {"limits": None}))
+    result = grows(m.with_(TURN | worn(WEAR) | tiny | {"limits": None}))
     # What the trapezoid of 720 chords and 720 midpoints differ by where the sliding turns round.
     assert dict(zip(GROWTH, 1e6 * result.growth.values, strict=True)) == pytest.approx(GROWTH, rel=2e-5)
     measured = {name: {"growth": nanometres * 1e-6} for name, nanometres in GROWTH.items()}
@@ -244,7 +249,7 @@ force = [{force[0]}, {force[1]}]
 @pytest.mark.parametrize("seed", some(range(30), 4))
 def test_a_random_four_bar_wears_as_by_a_program_of_its_own(seed: int) -> None:
     m, growth = fourbar(np.random.default_rng(seed))
-    result = jp.life(m)
+    result = grows(m)
     assert (result.attrs["cycle"], result.status.item()) == ("closed", "no_limit")
     # Clearances of a billionth of a millimetre; the closure is solved to about as much.
     assert result.growth.values == pytest.approx(growth, rel=1e-6)
@@ -253,21 +258,21 @@ def test_a_random_four_bar_wears_as_by_a_program_of_its_own(seed: int) -> None:
 def test_a_path_that_ends_elsewhere_is_gone_back() -> None:
     half = {"drives.q": {"joint": "J", "from": 0, "to": 180, "count": 19}}
     m = jp.loads(BUSH).with_(half)
-    both, once = jp.life(m), jp.life(m, cycle="one-way")
+    both, once = grows(m), grows(m, cycle="one-way")
     assert (both.attrs["cycle"], once.attrs["cycle"]) == ("back-and-forth", "one-way")
     assert both.growth.item() == pytest.approx(2 * once.growth.item(), rel=1e-14)
-    assert both.growth.item() == pytest.approx(jp.life(jp.loads(BUSH)).growth.item(), rel=1e-12)
+    assert both.growth.item() == pytest.approx(grows(jp.loads(BUSH)).growth.item(), rel=1e-12)
     with pytest.raises(jp.InputError, match="cycle: the path does not end where it began"):
-        jp.life(m, cycle="closed")
+        grows(m, cycle="closed")
     with pytest.raises(jp.InputError, match="'there' is not a cycle"):
-        jp.life(m, cycle="there")
+        grows(m, cycle="there")
 
 
 def test_a_turn_may_end_one_step_before_its_beginning() -> None:
     turn = {"drives.q": {"joint": "J", "from": 0, "to": 350, "count": 36}}
-    result = jp.life(jp.loads(BUSH).with_(turn))
+    result = grows(jp.loads(BUSH).with_(turn))
     assert result.attrs["cycle"] == "closed"
-    assert result.growth.item() == pytest.approx(jp.life(jp.loads(BUSH)).growth.item(), rel=1e-12)
+    assert result.growth.item() == pytest.approx(grows(jp.loads(BUSH)).growth.item(), rel=1e-12)
 
 
 def test_both_ends_of_a_pin_in_space_by_hand() -> None:
@@ -290,13 +295,15 @@ at = [50, 0, 30]
 at = [0, 0, 30]
 force = [0, -100, 0]
 """
-    result = jp.life(jp.loads(text))
+    result = grows(jp.loads(text))
     most = 100 * (0.5 + 30 / 40)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * most * 2 * math.pi / 40, rel=1e-9)
     assert result.pressure.item() == pytest.approx(most / (20 * 20), rel=1e-9)
     own = {"rate_hole": 1e-5, "rate_pin": 0.0, "diameter": 20}
-    around = jp.life(jp.loads(text).with_({"joints.J.wear": own, "drives.q.count": 361}))
+    around = grows(jp.loads(text).with_({"joints.J.wear": own, "drives.q.count": 361}))
     assert around.growth.item() == pytest.approx(result.growth.item() / math.pi, rel=1e-4)
+    along = grows(jp.loads(text).with_({"joints.J.wear": own, "loads.0.axes": "body"}))
+    assert along.growth.item() == pytest.approx(result.growth.item(), rel=1e-4)
 
 
 def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
@@ -340,7 +347,7 @@ body = "slider"
 [[loads]]
 force = [-200, 30, 40]
 """
-    result = jp.life(jp.loads(text))
+    result = grows(jp.loads(text))
     theta = np.linspace(0, 2 * np.pi, 361)
     a = np.stack([40 * np.cos(theta), 40 * np.sin(theta), np.full(361, 10.0)], axis=1)
     across = np.array([0.0, 15.0, -30.0]) - a
@@ -419,7 +426,7 @@ body = "slider"
 at = [50, 0, 0]
 force = [0, 80, -100]
 """
-    result = jp.life(jp.loads(text))
+    result = grows(jp.loads(text))
     assert result.sliding.item() == pytest.approx(200)
     worst = max(5000 / 30 / (60 * 30), 4000 / 30 / (60 * 20))
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 200 * worst, rel=1e-6)
@@ -452,7 +459,7 @@ body = "slider"
 force = [0, -100]
 axes = "body"
 """
-    result = jp.life(jp.loads(text), cycle="one-way")
+    result = grows(jp.loads(text), cycle="one-way")
     assert result.sliding.item() == pytest.approx(50, rel=1e-9)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 100 * 50 / (20 * 10), rel=1e-6)
 
