@@ -100,14 +100,20 @@ def _wears_out(result: Result) -> Iterator[str]:
     names, without = result.labels("source"), result.get("used_without")
     if len(names) == 1:
         return
-    least = float(np.nanmin(without))
+    least, of = float(np.nanmin(without)), _used(result)
     if not least < 1.0 - ALIKE:
-        yield f"No clearance wears out alone: without the wear of any of them {share_of(least, 3)} would be used then."
+        shares = f"{share_of(least, 3)} {of} would be used then"
+        yield f"No clearance wears out alone: without the wear of any of them {shares}."
         return
     best = [name for name, share in zip(names, without, strict=True) if share <= least + ALIKE]
     verb, its = ("wears", "its wear") if len(best) == 1 else ("wear", "the wear of one of them")
     said = listed(best) if len(best) <= MOST_NAMES else f"{len(best)} clearances, such as {best[0]},"
-    yield f"{said} {verb} out first: without {its} {share_of(least, 3)} of the limits would be used then."
+    yield f"{said} {verb} out first: without {its} {share_of(least, 3)} {of} would be used then."
+
+
+def _used(result: Result) -> str:
+    """Of what a part is used."""
+    return "of the share that may be outside" if "probability" in result.attrs else "of the limits"
 
 
 def _fastest(result: Result) -> Iterator[str]:
@@ -125,7 +131,7 @@ def _about_ages(result: Result) -> Iterator[Sentence]:
     beyond = np.flatnonzero((used > 1.0) & (ages > float(result.get("life"))))
     if beyond.size:
         k = int(beyond[0])
-        text = f"After {ages[k]:,.0f} cycles {share_of(float(used[k]), 3)} of the limits are used."
+        text = f"After {ages[k]:,.0f} cycles {share_of(float(used[k]), 3)} {_used(result)} are used."
         yield Sentence(text, is_alarm=True, state=MISSED)
 
 

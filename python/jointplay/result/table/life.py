@@ -7,11 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
+from jointplay.result.conclusions.wear import MANY
 
 from .layout import NOTHING, Column, ResultTable, numbers, some, words
 
-#: cycles by which growth is told
-MANY = 1_000_000
 #: more clearances are not shown age by age
 MOST_COLUMNS = 6
 #: relative difference of growth with every second configuration from which on the path is called coarse
@@ -87,7 +86,7 @@ def _notes(result: Result) -> Iterator[str]:
         k = int(np.nanargmax(off))
         yield (
             f"The path is coarse: with every second configuration the growth of {names[k]} is {100.0 * off[k]:.2g} %"
-            " another one. Give the drives a larger count."
+            " different. Give the drives a larger count."
         )
     if "without_wear" in result.attrs:
         yield f"Without wear, as they are: {some(str(result.attrs['without_wear']).split(', '))}."
