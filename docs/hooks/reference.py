@@ -156,14 +156,18 @@ def definitions() -> dict[str, Any]:
     return found
 
 
+#: keys of joints whose value is a table of their kind
+OF_JOINTS = ("clearance", "stiffness", "wear")
+
+
 @cache
 def users() -> dict[tuple[str, str], list[str]]:
-    """The types of joints that have a table as `clearance` or `stiffness`."""
+    """The types of joints that have a table as `clearance`, `stiffness` or `wear`."""
     found: dict[tuple[str, str], list[str]] = {}
     for definition in definitions().values():
         properties = definition.get("properties", {})
         kind = properties.get("type", {}).get("const")
-        for key in ("clearance", "stiffness"):
+        for key in OF_JOINTS:
             for name in re.findall(r"#/\$defs/(\w+)", str(properties.get(key, ""))) if kind else ():
                 if kind not in found.setdefault((key, name), []):
                     found[key, name].append(kind)
@@ -173,7 +177,7 @@ def users() -> dict[tuple[str, str], list[str]]:
 def _types(name: str) -> list[str]:
     """The types of joints that a table is of."""
     own = definitions()[name].get("properties", {}).get("type", {}).get("const")
-    of = users().get(("clearance", name)) or users().get(("stiffness", name))
+    of = next(filter(None, (users().get((key, name)) for key in OF_JOINTS)), [])
     return [own] if own else of or ["space" if name.startswith("Spatial") else "plane"]
 
 
@@ -296,6 +300,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "compensate": lambda: [jp.compensate(_four_bar())],
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
+    "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],
     "allocate": lambda: [
         jp.allocate(_press(), curve=[1.0]),
         jp.allocate(_press(), "random", probability=0.9, samples=512),

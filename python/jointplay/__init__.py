@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .analyses.compare import compare
     from .analyses.compensate import compensate
     from .analyses.given import given
+    from .analyses.life import life
     from .analyses.loaded import loaded
     from .analyses.map import map
     from .analyses.random import random
@@ -70,6 +71,7 @@ __all__ = [
     "frame",
     "gap",
     "given",
+    "life",
     "load",
     "loaded",
     "loads",

@@ -98,6 +98,7 @@ QUESTIONS: Mapping[str, Question] = {
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
                 allow={"details": False},
+                life={"details": False},
             ),
             needs_loads=True,
             chunk=2**14,
@@ -111,7 +112,7 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
-                *("error", "map", "sweep", "compare", "allow", "allocate", "assemble"),
+                *("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble"),
                 # While sliders move.
                 studio={"exact": False},
             ),
@@ -131,6 +132,7 @@ QUESTIONS: Mapping[str, Question] = {
                 # The nodes of a grid are no path.
                 map={"path": False},
                 allow={"path": False, "probabilities": ()},
+                life={"path": False},
             ),
             chunk=2**6,
             table="questions.of_random",
@@ -188,6 +190,7 @@ QUESTIONS: Mapping[str, Question] = {
             overview="allow.overview",
             sheet="allowed",
         ),
+        Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),
         # These ask others.

@@ -22,7 +22,7 @@ from jointplay.result import from_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "jointplay"
-ASKERS = ("error", "map", "sweep", "compare", "allow", "allocate", "assemble", "compensate", "studio")
+ASKERS = ("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble", "compensate", "studio")
 #: beside the module of the question, its test and its two pages; CONTRIBUTING.md says why
 ALWAYS = {"questions.py", "__init__.py"}
 TOUCHED = {
@@ -123,7 +123,7 @@ def test_options_of_commands_are_arguments_of_questions() -> None:
     assert {CALLED.get(name, name) for name in OF_QUESTIONS} <= known
 
 
-@pytest.mark.parametrize("asker", ["sweep", "map", "compare", "allow"])
+@pytest.mark.parametrize("asker", ["sweep", "map", "compare", "allow", "life"])
 def test_what_is_not_asked_here_is_refused_by_the_names_that_are(asker: str) -> None:
     with pytest.raises(jp.InputError) as refused:
         computation("studio", asker)

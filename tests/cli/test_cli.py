@@ -269,6 +269,7 @@ def test_version_and_help(say) -> None:
         "compensate",
         "sweep",
         "allow",
+        "life",
         "allocate",
         "compare",
         "schema",

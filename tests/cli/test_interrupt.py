@@ -218,6 +218,7 @@ def test_what_is_done_of_several_outputs_and_load_cases_is_kept(
 #: commands that ask a question again and again, which have nothing to tell before the first answer of their own
 ASKING = {
     "allow": ["allow", "m.toml", "-q", "random", "--samples", "100000000"],
+    "life": ["life", "m.toml", "-q", "random", "--samples", "100000000", "-s", "joints.J3.wear.growth=1e-6"],
     "sweep": ["sweep", "m.toml", "-s", "drives.theta1.error=0.1,0.2", "-q", "random", "--samples", "1000000000"],
     "compare": ["compare", "m.toml", "m.toml", "-q", "random", "--samples", "1000000000"],
     "map": ["map", "m.toml", "-g", "theta1=20:60:3", "-q", "random", "--samples", "1000000000"],

@@ -49,13 +49,14 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
         "singularities": ("slider-crank", results(slider, "singularities")),
         "assemble": ("antenna-support", results(example("antenna-support"), "assemble")),
         "allow": ("six-bar", results(example("six-bar"), "allow")),
+        "life": ("four-bar", results(four.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}), "life")),
         "allocate": ("press", results(example("press"), "allocate")),
     }
 
 
 KINDS = (
     "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities",
-    "assemble", "allow", "allocate",
+    "assemble", "allow", "life", "allocate",
 )  # fmt: skip
 
 

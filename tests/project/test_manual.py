@@ -131,6 +131,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
     "allow": jp.allow,
+    "life": lambda m: jp.life(m.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0})),
     "allow random": lambda m: jp.allow(m, "random", samples=400),
     "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
     "assemble": jp.assemble,
@@ -138,7 +139,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "assemble random": lambda m: jp.assemble(m, "random", samples=20),
 }
 #: what is explained on a page of its own, or on two
-ELSEWHERE = {"assemble": ("assembly.md",), "map": ("questions.md", "map.md")}
+ELSEWHERE = {"assemble": ("assembly.md",), "life": ("questions.md", "running.md"), "map": ("questions.md", "map.md")}
 ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
 
@@ -179,8 +180,8 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "allocate", "cost_curve",
-        "map", "mechanism", "assembly", "pareto", "reactions",
+        "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "life", "allocate",
+        "cost_curve", "map", "mechanism", "assembly", "pareto", "reactions",
     ],
 )  # fmt: skip
 def test_every_figure_is_in_the_manual(name: str) -> None:

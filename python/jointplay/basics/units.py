@@ -69,6 +69,21 @@ class Units:
         return "K"
 
     @property
+    def pressure(self) -> float:
+        """Pascals per unit of pressure, which is the megapascal whatever the units."""
+        return 1e6
+
+    @property
+    def pressure_name(self) -> str:
+        """Name of the unit of pressure."""
+        return "MPa"
+
+    @property
+    def wear(self) -> float:
+        """Square metres per newton per unit of specific wear rate, which is mm3/(N m) whatever the units."""
+        return 1e-9
+
+    @property
     def moment(self) -> float:
         """Newton metres per unit of moment, which is force times length."""
         return self.force * self.length

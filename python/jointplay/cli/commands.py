@@ -19,6 +19,7 @@ HOMES = {
     "compensate": "asking.compensate",
     "sweep": "sweeping.sweep",
     "allow": "allowing.allow",
+    "life": "living.life",
     "map": "mapping.map_",
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",

@@ -52,6 +52,14 @@ class Best(StrEnum):
     error = "error"
 
 
+class Passes(StrEnum):
+    """How a cycle goes along the path."""
+
+    closed = "closed"
+    back_and_forth = "back-and-forth"
+    one_way = "one-way"
+
+
 Scheduler = Annotated[
     str | None,
     typer.Option(

@@ -8,7 +8,7 @@ import importlib
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -251,6 +251,27 @@ class Mechanism(Compiled):
         spec = MappingProxyType({**self.core_spec, "loads": loads})
         vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
         return steady
+
+    def worn(self, growth: Mapping[int, float]) -> Mechanism:
+        """The mechanism with larger clearances; their sizes scatter as before, about a larger play.
+
+        Parameters
+        ----------
+        growth : mapping
+            By how much the radius or the gap of a clearance has grown, SI, by the index of its source.
+        """
+        sources = list(self.compiled_sources)
+        for k, by in growth.items():
+            shape, size = sources[k].shape, dict(sources[k].size)
+            for key, sign in (("radius", 1.0), ("gap", 1.0), ("high", 1.0), ("low", -1.0)):
+                if key in size:
+                    size[key] += sign * by
+            sources[k] = replace(sources[k], spec={**sources[k].spec, "set": {shape: size}})
+        grown = object.__new__(Mechanism)
+        own = {name: value for name, value in vars(self).items() if name != "core"}
+        spec = MappingProxyType({**self.core_spec, "sources": [source.as_spec for source in sources]})
+        vars(grown).update(own, compiled_sources=tuple(sources), core_spec=spec, _parts={})
+        return grown
 
     def varied(self, **changes: Unpack[Changes]) -> _core.Mechanism:
         """The mechanism in the compiled core with other parts.

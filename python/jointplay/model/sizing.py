@@ -375,9 +375,7 @@ def _measure(play: Any, given: Mapping[str, Any]) -> str:
 def _diameter(play: object) -> float | None:
     if not isinstance(play, SizedClearance) or (isinstance(play, BearingKeys) and play.bearing is not None):
         return None
-    outer = getattr(play, play.pair[0])
-    found = outer.nominal if outer is not None else getattr(play, play.nominal_key)
-    return None if found is None else float(found)
+    return play.nominal_size
 
 
 def _scaled(play: Any, parts: list[Size], measure: str, size: float, new: float, unit: float) -> RawTable:

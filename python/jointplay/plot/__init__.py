@@ -17,6 +17,7 @@ from .allow import allow
 from .assembly import assembly
 from .corrections import correction
 from .figures import blame, error, histogram
+from .life import life
 from .linkage import mechanism
 from .map import draw as draw_map
 from .map import map
@@ -44,6 +45,7 @@ __all__ = [
     "draw_map",
     "error",
     "histogram",
+    "life",
     "map",
     "mechanism",
     "nearness",

@@ -26,6 +26,7 @@ from .bars import AROUND, BAR
 from .corrections import correction
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel
+from .life import AGEING, life
 from .linkage import VIEWS, mechanism
 from .paths import displaced_path
 from .singular import KINDS, distance, nearness
@@ -176,6 +177,11 @@ def _cost(sheet: Sheet, _: str) -> Panel | None:
     return Panel(_into(cost_curve, sheet.first)) if "curve_cost" in sheet.first.data else None
 
 
+def _aged(sheet: Sheet, name: str) -> Panel | None:
+    """What grows with the age."""
+    return Panel(_into(life, sheet.first, name)) if name in sheet.first.data else None
+
+
 def _drawings(sheet: Sheet) -> Iterable[str]:
     """The views of a mechanism in the order of a drawing: top above front, side beside it."""
     return ("top", "solid", "front", "side") if sheet.m.pose_size == poses.SPATIAL else ("mechanism",)
@@ -277,6 +283,7 @@ SHEETS: Mapping[str, Kind] = {
         )
     ),
     "allowed": Kind((_of_units(allow),), columns=1),
+    "life": Kind((PanelEntry(AGEING, _aged),), has_components=False),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }
 

@@ -147,6 +147,7 @@ LONG = [
     ["compare", "m.toml", "m.toml", "-q", "random", "--samples", "3000000"],
     ["allow", "m.toml", "-q", "random"],
     ["allow", "m.toml", "-q", "loaded"],
+    ["life", "m.toml", "-q", "random", "-s", "joints.J3.wear.growth=1e-6"],
     ["allocate", "press.toml", "-q", "random"],
     ["report", "m.toml", "-o", "page.html"],
     ["animate", "m.toml", "-o", "a.gif"],

@@ -58,6 +58,7 @@ OPTIONS = {
     "compare": ["-q", "--components", "-s", "-o", "--plot", "--law"],
     "assemble": ["-q", "-c", "-s", "-o", "--plot", "--law"],
     "allow": ["-s", "-o", "--plot", "-q", "--probability", "--tolerance", "--seed", "--law", "--contact", "--sizes"],
+    "life": ["-s", "-o", "--plot", "-q", "--cycles", "--cycle", "--probability", "--tolerance", "--seed", "--contact"],
     "allocate": ["-s", "-o", "--plot", "-q", "--probability", "--curve", "--changes", "--samples", "--seed"],
     "schema": ["-o"],
 }
@@ -67,10 +68,12 @@ WORDS = {
     "--law": ["uniform", "normal", "boundary", "none"],
     "--contact": ["scattered", "loaded", "none"],
     "--sizes": ["middle", "largest", "smallest", "none"],
+    "--cycle": ["closed", "back-and-forth", "one-way", "there"],
+    "--cycles": ["0:1e6:3", "1000", "-1", "1e400", "1,2", ""],
     "--components": ["x", "x,y", "x,y,angle", "z", "x,x", "", ","],
     "--variable": ["position", "rotation", "error.x", "error", "status", "undetermined.angle", "nothing", "x", ""],
 }
-SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow")
+SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow", "life")
 
 
 def line(random: Random) -> list[str]:

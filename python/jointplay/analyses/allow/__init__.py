@@ -139,11 +139,11 @@ def compute(
     if not FINEST <= tolerance <= COARSEST:
         problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
         raise InputError(problem, key="tolerance")
-    share = _probability(m, question, probability)
+    share = share_of_specimens(m, question, probability)
     if question == "random":
         options = {"samples": SAMPLES, **options}
         if not options.get("rare"):
-            _require_enough(options["samples"], share)
+            require_enough(options["samples"], share)
     base, sources = sizings(m)
     if not sources:
         raise InputError("nothing is off: give a joint a clearance, or a dimension a tolerance", file=m.file)
@@ -173,7 +173,8 @@ def keeps(result: Result) -> bool:
     return "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
 
 
-def _probability(m: Mechanism, question: str, given: float | None) -> float:
+def share_of_specimens(m: Mechanism, question: str, given: float | None) -> float:
+    """The share of the specimens that has to keep to the limits: as given, that of the file, or three sigma."""
     if given is None:
         own = m.limits.probability
         return PROBABILITY if math.isnan(own) else own
@@ -184,7 +185,7 @@ def _probability(m: Mechanism, question: str, given: float | None) -> float:
     return given
 
 
-def _require_enough(samples: int, share: float) -> None:
+def require_enough(samples: int, share: float) -> None:
     """Refuse so few samples that one of them is more than the share that may be outside."""
     # The difference from 1 is rounded.
     least = math.ceil((1.0 - 1e-12) / (1.0 - share))
@@ -206,7 +207,7 @@ class _Every:
 
     def __init__(self, asked: Asked, sources: Sequence[Sizing], tolerance: float) -> None:
         self.asked, self.sources, self.tolerance = asked, sources, tolerance
-        self.now = asked.use_of(asked.m, asked.every)
+        self.now = asked.use_of(asked.parts(asked.m))
         self.factor: Found | None = None
         self.needed = None if asked.m.core.isostatic else Needed(asked.m, asked.at[0])
 

@@ -12,7 +12,7 @@ prevents the assembly, limits do not hold.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,7 +28,7 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
-from jointplay.result import STATUSES, Result
+from jointplay.result import STATUSES, Result, first_largest
 from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
 
 #: configurations of each part of the mechanism
@@ -93,17 +93,31 @@ class Asked:
         Share of the specimens that must keep to the limits.
     options : mapping
         Of the question.
+    asker : str
+        Who asks.
+    needs_limits : bool
+        Whether a file that says of no error what is acceptable is refused.
     """
 
-    def __init__(self, m: Mechanism, question: str, probability: float, options: Mapping[str, Any]) -> None:
-        self.m, self.question, self.probability = m, question, probability
-        self.options = {**QUESTIONS[question].asked_by["allow"], **options}
+    def __init__(
+        self,
+        m: Mechanism,
+        question: str,
+        probability: float,
+        options: Mapping[str, Any],
+        *,
+        asker: str = "allow",
+        needs_limits: bool = True,
+    ) -> None:
+        self.m, self.question, self.probability, self.asker = m, question, probability, asker
+        self.options = {**QUESTIONS[question].asked_by[asker], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
         self.is_monotone = question == "worst" and not m.core.deformations
         self.by_load = question == "loaded" or "loaded" in self.contacts
         parts = self.parts(m)
-        if not any(one.part.limits.errors for one in parts):
+        self.has_limits = any(one.part.limits.errors for one in parts)
+        if needs_limits and not self.has_limits:
             names = ", ".join(("position", "rotation", *m.components))
             problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
             raise InputError(problem, file=m.file, key="limits")
@@ -138,23 +152,32 @@ class Asked:
                 _ = one.part.core
         except InputError:
             return Use(np.inf, REFUSED, -1)
-        return self.use_of(copy, self.every if near is None or self.question == "loaded" else near, near is None)
+        return self.use_of(self.parts(copy), near)
 
-    def use_of(self, m: Mechanism, near: PlacesByPart, every: bool = True) -> Use:
-        """How much of the limits a mechanism uses at some configurations.
+    def use_of(
+        self,
+        parts: Sequence[Assumed],
+        near: PlacesByPart | None = None,
+        seen: Callable[[Result, NDArray[np.intp]], None] | None = None,
+    ) -> Use:
+        """How much of the limits the parts of a mechanism use, at all configurations or at some of them.
 
-        Under `every` assumption, or until one says that the limits are missed.
+        At all of them every part is asked, else until one says that the limits are missed. With `seen`, which is
+        handed the answers and their configurations, also those without limits are.
         """
+        every = near is None
+        near = self.every if near is None or self.question == "loaded" else near
         best = Use(-np.inf, "", -1)
         columns: list[Floats] = []
-        for one, at, places in zip(self.parts(m), self.at, near, strict=True):
-            if not one.part.limits.errors or not len(places) or (best.used > 1.0 and not every):
+        for one, at, places in zip(parts, self.at, near, strict=True):
+            limited = one.part.limits.errors or seen is not None
+            if not limited or not len(places) or (best.used > 1.0 and not every):
                 columns.append(np.full(len(places), np.inf if best.used > 1.0 else 0.0))
                 continue
-            used, failed, lost = self._asked(one, at, places)
+            used, failed, lost = self._asked(one, at, places, seen)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
-            k = int(np.argmax(most))
+            k = int(first_largest(most))
             if most[k] > best.used:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
@@ -165,7 +188,13 @@ class Asked:
         kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
         return replace(best, near=kept)
 
-    def _asked(self, one: Assumed, at: Nominal, places: NDArray[np.intp]) -> tuple[Floats, Array, Floats]:
+    def _asked(
+        self,
+        one: Assumed,
+        at: Nominal,
+        places: NDArray[np.intp],
+        seen: Callable[[Result, NDArray[np.intp]], None] | None,
+    ) -> tuple[Floats, Array, Floats]:
         """What is used at some configurations, where that is not known, and the share of specimens without a pose."""
         # Loads may go by the number of the configuration.
         whole = len(places) == len(at) or (one.is_loaded and bool(one.part.loads.along)) or self.question == "loaded"
@@ -173,7 +202,9 @@ class Asked:
         if one.is_loaded:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))
         with within_another():
-            result = computation(self.question, "allow")(one.part, at=at if whole else at.chosen(places), **options)
+            result = computation(self.question, self.asker)(one.part, at=at if whole else at.chosen(places), **options)
+        if seen is not None:
+            seen(result, np.arange(len(at)) if whole else places)
         used, failed = self._of(one.part, result), ~np.isin(result.get("status"), READABLE)
         for _, low, _ in ends_of_plays(result):
             failed |= np.isnan(low).any(axis=1)

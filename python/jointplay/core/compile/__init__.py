@@ -23,7 +23,7 @@ from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 
 from .assembly import AssemblyOrder, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
-from .coordinates import coordinate
+from .coordinates import RelativePose, coordinate, relative
 from .correlations import compile_correlations
 from .costs import check_costs
 from .couplings import compile_couplings
@@ -286,6 +286,17 @@ class Compiled:
             Shape (..., body, pose).
         """
         return coordinate(self.core_spec, joint, poses)
+
+    def relative(self, joint: int, poses: Floats) -> RelativePose:
+        """How the second body of a joint is seen from the first, SI.
+
+        Parameters
+        ----------
+        joint : int
+        poses : ndarray
+            Shape (..., body, pose).
+        """
+        return relative(self.core_spec, joint, poses)
 
     def coordinate_kind(self, joint: int) -> str:
         """Whether the coordinate of a joint is an ``angle`` or a ``length``.

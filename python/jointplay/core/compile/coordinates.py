@@ -6,6 +6,8 @@ prismatic, cylindrical, pin_in_slot    distance along the first body's axis from
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from jointplay.basics import poses
@@ -39,6 +41,61 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     if joint["kind"] in SLIDING:
         return _along(spec, index, at)
     return np.full(at.shape[:-2], np.nan)
+
+
+@dataclass(frozen=True)
+class RelativePose:
+    """How the second body of a joint is seen from the first, SI.
+
+    Attributes
+    ----------
+    axes : ndarray
+        Axes of the first body as rotation matrices, shape (..., 3, 3).
+    apart : ndarray
+        From the first body's point to the second's, axes of the first, shape (..., 3).
+    turned : ndarray
+        Quaternion of the second body in the first, shape (..., 4).
+    directions : ndarray
+        The joint's axis, side and normal on the first body, its rows; in the plane the side is across the plane.
+    """
+
+    axes: Floats
+    apart: Floats
+    turned: Floats
+    directions: Floats
+
+
+def relative(spec: Spec, index: int, at: Floats) -> RelativePose:
+    """How the second body of a joint is seen from the first.
+
+    Parameters
+    ----------
+    spec : Spec
+        The mechanism as the core reads it.
+    index : int
+        Which joint.
+    at : ndarray
+        Poses of all bodies, shape (..., body, pose).
+    """
+    joint = spec["joints"][index]
+    first, second = _bodies(spec, index, at)
+    axes = poses.matrix(first)
+    ends = [_in_space(spec["points"][joint[end]]["at"]) for end in ("first", "second")]
+    apart = poses.seen_from(first, poses.place(second, ends[1]) - poses.place(first, ends[0]))
+    along = _in_space(joint["axis_first"])
+    if at.shape[-1] == poses.SPATIAL:
+        turned = poses.product(poses.inverse(first[..., 3:]), second[..., 3:])
+        side = np.array(joint["side_first"])
+    else:
+        angle = second[..., 2] - first[..., 2]
+        turned = poses.quaternion(np.stack([np.zeros_like(angle), np.zeros_like(angle), angle], axis=-1))
+        side = np.array([0.0, 0.0, -1.0])
+    return RelativePose(axes, apart, turned, np.stack([along, side, np.cross(along, side)]))
+
+
+def _in_space(vector: list[float]) -> Floats:
+    """A point or a direction with three components."""
+    return np.array([*vector, 0.0])[:3]
 
 
 def _bodies(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:

@@ -54,6 +54,7 @@ from .springs import SpringTable
 from .stiffness import Stiffness
 from .tables import Dimension, Drive, LoadTable, OutputTable, variables_of
 from .values import NAME, ToleranceTable
+from .wear import Wear
 
 __all__ = [
     "COPY",
@@ -123,6 +124,7 @@ __all__ = [
     "ToleranceTable",
     "Universal",
     "Variables",
+    "Wear",
     "Zone",
     "along_the_path",
     "checked",

@@ -86,6 +86,13 @@ class SizedClearance(Clearance):
         check_law(self.tolerance, self.size_law)
         return self
 
+    @property
+    def nominal_size(self) -> float | None:
+        """Diameter of pin and hole, or width of slot and slider, in units of the file; None where it is not said."""
+        outer = getattr(self, self.pair[0])
+        found = outer.nominal if outer is not None else getattr(self, self.nominal_key)
+        return None if found is None else float(found)
+
     def _go_together(self) -> list[tuple[str, str, str]]:
         """Keys that need another one: the key, what it needs, and what that is."""
         return [("fit", self.nominal_key, "the nominal size")]

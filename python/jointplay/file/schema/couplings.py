@@ -49,6 +49,10 @@ class Coupling(JointTable):
     """A joint that ties the motions of two bodies to each other."""
 
     is_pair: ClassVar[bool] = True
+    instead: ClassVar[Mapping[str, str]] = {
+        "wear": "how flanks, belts and threads slide differs from place to place, and is not computed; `sweep` over the"
+        " clearance shows what wear does"
+    }
 
     ratio_error: Ratio | SkipJsonSchema[None] = Field(
         None,

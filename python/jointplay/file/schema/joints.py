@@ -13,6 +13,7 @@ from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
 from .placements import Placement, PlacementKeys, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
+from .wear import WORN, BlockWear, PinWear, SliderWear, Wear
 
 #: what the key `stiffness` is, for all kinds of joints
 ELASTIC = "how hard it is in the directions that it holds; rigid if left out"
@@ -78,6 +79,20 @@ class JointTable(Table):
             if not self.has_direction(body):
                 raise problem(f"direction: {self.no_direction(body)}")
         return self
+
+    @model_validator(mode="after")
+    def _has_what_wears(self) -> Self:
+        if self.wears is not None:
+            play = getattr(self, "clearance", None)
+            if play is None:
+                raise problem("wear: it goes with clearance, which grows by it")
+            self.wears.check(play)
+        return self
+
+    @property
+    def wears(self) -> Wear | None:
+        """How its clearance grows; None where the file does not say."""
+        return getattr(self, "wear", None)
 
     def has_direction(self, body: str) -> bool:
         """Whether it has an axis on a body, which can deviate."""
@@ -168,6 +183,7 @@ class Revolute(PlanarJoint):
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: PinStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: PinWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class Prismatic(PlanarJoint):
@@ -181,6 +197,7 @@ class Prismatic(PlanarJoint):
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: SliderStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: SliderWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class PinInSlot(PlanarJoint):
@@ -193,6 +210,7 @@ class PinInSlot(PlanarJoint):
     type: Literal["pin_in_slot"] = Field(description="kind of joint")
     clearance: SlotClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: SlotStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: BlockWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
     @model_validator(mode="after")
     def _pin_has_no_axis(self) -> Self:
@@ -207,6 +225,7 @@ class Fixed(PlanarJoint):
 
     may_turn: ClassVar[bool] = True
     held: ClassVar[tuple[str, ...]] = ("along", "normal", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
 
     type: Literal["fixed"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(

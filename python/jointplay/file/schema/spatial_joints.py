@@ -1,6 +1,7 @@
 """The joints of mechanisms in space."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -26,6 +27,7 @@ from .stiffness import (
     SleeveStiffness,
 )
 from .values import Direction, Name, Triple, problem
+from .wear import WORN, BallWear, GuideWear, JournalWear, PlateWear, SleeveWear
 
 PLAY = "play built into the joint"
 #: how far from a right angle (cosine) the drawn pins of a cross may be
@@ -90,6 +92,7 @@ class SpatialRevolute(SpatialJoint):
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: JournalWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class SpatialPrismatic(SpatialJoint):
@@ -102,6 +105,7 @@ class SpatialPrismatic(SpatialJoint):
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: GuideStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: GuideWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class Cylindrical(SpatialJoint):
@@ -114,6 +118,7 @@ class Cylindrical(SpatialJoint):
     type: Literal["cylindrical"] = Field(description="kind of joint")
     clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: SleeveStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: SleeveWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class Spherical(SpatialJoint):
@@ -125,6 +130,7 @@ class Spherical(SpatialJoint):
     type: Literal["spherical"] = Field(description="kind of joint")
     clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: BallStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: BallWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class Universal(SpatialJoint):
@@ -137,6 +143,7 @@ class Universal(SpatialJoint):
     type: Literal["universal"] = Field(description="kind of joint")
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
+    wear: JournalWear | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {WORN}")
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
     )
@@ -177,12 +184,14 @@ class Planar(SpatialJoint):
     type: Literal["planar"] = Field(description="kind of joint")
     clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: PlateStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    wear: PlateWear | SkipJsonSchema[None] = Field(None, description=WORN)
 
 
 class SpatialFixed(SpatialJoint):
     """Two bodies locked together; axis and side on them give the mounting."""
 
     held: ClassVar[tuple[str, ...]] = ("along", "side", "normal", "roll", "tilt", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
 
     type: Literal["fixed"] = Field(description="kind of joint")
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")

@@ -13,8 +13,10 @@ from .tables import (
     BacklashDict,
     BallClearanceDict,
     BallStiffnessDict,
+    BallWearDict,
     BearingClearanceDict,
     BeltClearanceDict,
+    BlockWearDict,
     BoundsDict,
     ChoiceDict,
     ComponentDeviationDict,
@@ -23,13 +25,16 @@ from .tables import (
     FlankStiffnessDict,
     GuideClearanceDict,
     GuideStiffnessDict,
+    GuideWearDict,
     JournalStiffnessDict,
+    JournalWearDict,
     LawDict,
     LockedAngleDict,
     MountStiffnessDict,
     PlacementDict,
     PlateClearanceDict,
     PlateStiffnessDict,
+    PlateWearDict,
     PositionDict,
     RatioErrorDict,
     RevoluteClearanceDict,
@@ -37,6 +42,7 @@ from .tables import (
     ScrewClearanceDict,
     SleeveClearanceDict,
     SleeveStiffnessDict,
+    SleeveWearDict,
     SlotClearanceDict,
     SlotStiffnessDict,
     StrandStiffnessDict,
@@ -56,6 +62,7 @@ class Parts(Writing):
         *,
         clearance: BearingClearanceDict | None = None,
         stiffness: JournalStiffnessDict | None = None,
+        wear: JournalWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -75,6 +82,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -99,6 +108,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -117,6 +127,7 @@ class Parts(Writing):
         *,
         clearance: GuideClearanceDict | None = None,
         stiffness: GuideStiffnessDict | None = None,
+        wear: GuideWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -136,6 +147,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -160,6 +173,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -178,6 +192,7 @@ class Parts(Writing):
         *,
         clearance: SlotClearanceDict | None = None,
         stiffness: SlotStiffnessDict | None = None,
+        wear: BlockWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -196,6 +211,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -217,6 +234,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -575,6 +593,7 @@ class Parts(Writing):
         *,
         clearance: SleeveClearanceDict | None = None,
         stiffness: SleeveStiffnessDict | None = None,
+        wear: SleeveWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -594,6 +613,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -617,6 +638,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -635,6 +657,7 @@ class Parts(Writing):
         *,
         clearance: BallClearanceDict | None = None,
         stiffness: BallStiffnessDict | None = None,
+        wear: BallWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -654,6 +677,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -677,6 +702,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -695,6 +721,7 @@ class Parts(Writing):
         *,
         clearance: BearingClearanceDict | None = None,
         stiffness: JournalStiffnessDict | None = None,
+        wear: JournalWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -715,6 +742,8 @@ class Parts(Writing):
             Play of each of the two pins.
         stiffness : optional
             Of each of the two pins: how hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            Of each of the two pins: how fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -740,6 +769,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -759,6 +789,7 @@ class Parts(Writing):
         *,
         clearance: PlateClearanceDict | None = None,
         stiffness: PlateStiffnessDict | None = None,
+        wear: PlateWearDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -778,6 +809,8 @@ class Parts(Writing):
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
+        wear : optional
+            How fast its clearance grows.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -801,6 +834,7 @@ class Parts(Writing):
             {
                 "clearance": clearance,
                 "stiffness": stiffness,
+                "wear": wear,
                 "on": on,
                 "bodies": bodies,
                 "at": at,

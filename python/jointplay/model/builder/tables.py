@@ -84,6 +84,17 @@ class BallStiffnessDict(TypedDict, total=False):
     """In all directions, force per length."""
 
 
+class BallWearDict(TypedDict, total=False):
+    """Wear of a ball and its socket."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+    diameter: NumberLike
+    """Diameter of the ball; that of the clearance if left out."""
+
+
 class BearingClearanceDict(TypedDict, total=False):
     """Play of a pin in its hole and along it, or of a ball bearing, in space."""
 
@@ -128,6 +139,19 @@ class BeltClearanceDict(TypedDict, total=False):
     boundary."""
     slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
+
+
+class BlockWearDict(TypedDict, total=False):
+    """Wear of a block that slides in a slot and carries the pin."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+    length: NumberLike
+    """Length of the block along the slot."""
+    width: NumberLike
+    """Width of the faces that slide, across the plane."""
 
 
 class BoundsDict(TypedDict, total=False):
@@ -319,6 +343,17 @@ class GuideStiffnessDict(TypedDict, total=False):
     """About the axis, moment per angle, in the file's unit of angles (in the plane only)."""
 
 
+class GuideWearDict(TypedDict, total=False):
+    """Wear of a slider of rectangular section in its guide."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+    width: NumberLike
+    """Width of the faces that slide, across the plane (in the plane only)."""
+
+
 HoleDict = TypedDict(
     "HoleDict",
     {
@@ -344,6 +379,25 @@ class JournalStiffnessDict(TypedDict, total=False):
     and about the direction across."""
     axial: NumberLike
     """Along the pin, force per length."""
+
+
+class JournalWearDict(TypedDict, total=False):
+    """Wear of a pin and its hole, in space."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+    rate_hole: NumberLike
+    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
+    wander."""
+    rate_pin: NumberLike
+    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
+    wander."""
+    length: NumberLike
+    """Length of the pin inside its hole (in the plane only)."""
+    diameter: NumberLike
+    """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 
 
 class LawDict(TypedDict, total=False):
@@ -457,6 +511,15 @@ class PlateStiffnessDict(TypedDict, total=False):
     tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
     and about the direction across."""
+
+
+class PlateWearDict(TypedDict, total=False):
+    """Wear of a plate between two planes."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
 
 
 class PositionDict(TypedDict, total=False):
@@ -617,6 +680,23 @@ class SleeveStiffnessDict(TypedDict, total=False):
     tilt: NumberLike | NumbersLike
     """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
     and about the direction across."""
+
+
+class SleeveWearDict(TypedDict, total=False):
+    """Wear of a pin that turns and slides in its hole."""
+
+    rate: NumberLike
+    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
+    growth: NumberLike
+    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+    rate_hole: NumberLike
+    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
+    wander."""
+    rate_pin: NumberLike
+    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
+    wander."""
+    diameter: NumberLike
+    """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 
 
 SliderDict = TypedDict(

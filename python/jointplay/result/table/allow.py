@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from jointplay.basics.arrays import Floats, Texts
-from jointplay.errors import listed
 from jointplay.result import Result
 from jointplay.result.conclusions import MOST_NAMES, first_missed, share_of
 
 from .fit import MOST_ROWS
-from .layout import DIGITS, NOTHING, Column, ResultTable, decimals, fixed, numbers, words
+from .layout import DIGITS, NOTHING, Column, ResultTable, decimals, fixed, numbers, some, words
 
 TITLES = {
     "worst": "Largest sizes with which the limits hold in the worst case",
@@ -127,7 +126,7 @@ def _notes(result: Result) -> Iterator[str]:
     names = np.array(result.labels("source"), dtype=str)
     for outcome, meaning in MEANINGS.items():
         if (status == outcome).any():
-            yield f"{outcome.replace('_', ' ')}: {meaning} ({_some(names[status == outcome].tolist())})."
+            yield f"{outcome.replace('_', ' ')}: {meaning} ({some(names[status == outcome].tolist())})."
     yield from _too_small(result)
     if _has_needed(result):
         yield "needed: the smallest size with which all specimens can be assembled without strain."
@@ -141,7 +140,7 @@ def _notes(result: Result) -> Iterator[str]:
     if not np.isin(status, ["not_enough", "needs_play"]).all():
         for why, words in WITHOUT_FIT.items():
             if unnamed := names[result.get("without_fit") == why].tolist():
-                yield f"No fit is named for {_some(unnamed)}: {words}."
+                yield f"No fit is named for {some(unnamed)}: {words}."
     if "samples" in result.attrs:
         return
     yield f"Sizes are exact to a relative tolerance of {float(result.attrs['tolerance']):g}."
@@ -163,15 +162,10 @@ def _too_small(result: Result) -> Iterator[str]:
             what = "the mechanism cannot be assembled" if lost > 0.0 else "the limits are missed"
         yield f"{name}: {what} at {sizes[k]:.3g} {unit}; the limits hold from {_up(float(found[k]))} {unit} on."
     if len(below) > MOST_NAMES:
-        yield f"So it is with {_some([result.labels('source')[k] for k in below[MOST_NAMES:]])}."
+        yield f"So it is with {some([result.labels('source')[k] for k in below[MOST_NAMES:]])}."
 
 
 def _up(value: float) -> str:
     """Three digits of a number, rounded up."""
     places = 2 - math.floor(math.log10(value))
     return f"{math.ceil(value * 10.0**places * (1.0 - NOISE)) / 10.0**places:.3g}"
-
-
-def _some(names: Sequence[str]) -> str:
-    more = len(names) - MOST_NAMES
-    return listed(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.errors import one_line
-from jointplay.result.conclusions import Sentence
+from jointplay.errors import listed, one_line
+from jointplay.result.conclusions import MOST_NAMES, Sentence
 
 #: significant digits of the largest number of a column
 DIGITS = 4
@@ -91,6 +91,12 @@ class ResultTable:
 
     def __post_init__(self) -> None:
         vars(self).update(title=one_line(self.title), notes=tuple(map(one_line, self.notes)))
+
+
+def some(names: Sequence[str]) -> str:
+    """Names in a sentence; of many the first and how many more there are."""
+    more = len(names) - MOST_NAMES
+    return listed(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
 
 
 def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGITS) -> int:

@@ -13,6 +13,7 @@ from jointplay.analyses import (
     assemble,
     check,
     compensate,
+    life,
     loaded,
     random,
     region,
@@ -136,6 +137,7 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
 def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callable[[], Result]]:
     """What is asked about an output."""
     m, first = chapter.m, chapter.m.first
+    wears = any(joint.wears is not None for joint in m.data.joints.values())
     return {
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
@@ -145,6 +147,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "sizes": lambda: _sizes(first),
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
+        **({"life": lambda: life.compute(m)} if wears else {}),
     }
 
 

@@ -59,6 +59,7 @@ def of_chapter(chapter: Chapter) -> Iterator[Section]:
             "random": ("Scatter from specimen to specimen", _scatter),
             "loaded": ("Reactions in the joints", _reactions),
             "allow": ("How large clearances and tolerances may be", _allowed),
+            "life": ("Wear and life", _life),
             "compensate": ("Compensation", _compensation),
             "singularities": ("Distance from singularities", _singularities),
         }
@@ -225,6 +226,13 @@ def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
     return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
+
+
+def _life(chapter: Chapter) -> str:
+    result = chapter.results["life"]
+    words = "Clearances and errors while the joints wear, and the age from which on a limit is missed."
+    picture_ = picture(sheet(chapter.m.first, {"life": result}), words, _all(result, "life.csv"))
+    return _concluded(result) + picture_ + _table(result)
 
 
 def _compensation(chapter: Chapter) -> str:

@@ -1,0 +1,78 @@
+"""The subcommand that says how long the limits hold while joints wear."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from .belonging import NO_OPTIONS, GivenOptions, asks
+from .drawing import NO_FIGURE, FigureFile, with_figure
+from .options import File, LoadCase, OutputPath, Passes, PointName, Settings
+from .printing import prints
+
+if TYPE_CHECKING:
+    from jointplay.model.mechanism import Mechanism
+    from jointplay.result import Result
+
+
+@prints()
+@with_figure("panel")
+@asks(
+    "life",
+    "In which question the limits have to hold.",
+    "worst",
+    *("samples", "seed", "law", "sampling", "contact", "sizes"),
+    samples=20_000,
+)
+def life(
+    file: File,
+    question: str = "",
+    cycles: Annotated[
+        str | None,
+        typer.Option(
+            "--cycles", metavar="A:B:N", help="Ages at which clearances and errors are given: A to B, or A,B,C."
+        ),
+    ] = None,
+    cycle: Annotated[
+        Passes | None,
+        typer.Option("--cycle", help="What a cycle is. [default: closed where the path is, else back-and-forth]"),
+    ] = None,
+    probability: Annotated[
+        float | None,
+        typer.Option(
+            "--probability",
+            metavar="P",
+            help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the life.")
+    ] = 1e-4,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: OutputPath = None,
+    plot: FigureFile = NO_FIGURE,
+) -> int:
+    """Say for how many cycles the limits hold while joints wear.
+
+    Clearances grow by the loads and the sliding along the path. Exit code 1: the limits are missed within the ages
+    that are given, or it is not known for how long they hold.
+    """
+    from jointplay.analyses.life import compute, holds
+
+    m = answer.mechanism(file, settings, output_point, load_case)
+    ages = None if cycles is None else arguments.several(cycles, "--cycles", answer.reader(m))
+    found: list[Result] = []
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        every = {"cycles": ages, "cycle": None if cycle is None else cycle.value, "progress": progress}
+        every |= {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
+        found.append(compute(m, question, **every))
+        return found[0]
+
+    code = answer.answer({"life": ask}, m, output, plot)
+    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
