@@ -442,8 +442,25 @@ MISTAKES = {
     "a hand of straight teeth": (bevel(), "radii", 'hand = "left"\nradii', "teeth of a hand have a spiral_angle there"),
     "a spiral without a hand": (bevel(), "radii", "spiral_angle = 20\nradii", "a spiral_angle needs the hand of the first wheel"),
     "a spiral across": (bevel(), "radii", 'spiral_angle = 90\nhand = "left"\nradii', "a spiral angle is below 90 deg, not 90"),
+    "a bearing across": (worm(), "at = [40, 0, 0]\naxis = [0, 1, 0]", "at = [40, 0, 0]\naxis = [1, 1, 0]", "teeth of 'first' are about [0, 1, 0] through [40, 0, 0], and it turns in 'f' about [0.707107, 0.707107, 0]"),
+    "a bearing beside": (worm(), "at = [40, 0, 0]\naxis", "at = [42, 0, 0]\naxis", "it turns in 'f' about [0, 1, 0] through [42, 0, 0]; a wheel has a bearing along its own axis"),
+    "a flank that is hardly one": (bevel(), "radii", "pressure_angle = 89\nradii", "is at most 45 deg"),
+    "run-out beyond the teeth": (worm(), "radii", "runout = { first = 1 }\nradii", "by up to 1 mm, more than the height of its teeth, 0.9 mm"),
     "another hand": (worm(), '"right"', '"both"', "hand"),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        # A wheel on a shaft of its own, and one on a sliding shaft.
+        '[joints.k]\ntype = "fixed"\nbodies = ["shaft", "first"]\nat = [40, 0, 0]\n',
+        '[joints.k]\ntype = "cylindrical"\nbodies = ["shaft", "first"]\nat = [40, -20, 0]\naxis = [0, 1, 0]\n',
+    ],
+)
+def test_a_wheel_may_have_its_bearing_elsewhere(more: str) -> None:
+    text = worm().replace('bodies = ["ground", "first"]', 'bodies = ["ground", "shaft"]', 1) + more
+    assert "shaft" in jp.loads(text).bodies
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
