@@ -55,6 +55,23 @@ def test_a_lift_follows_a_polynomial_of_an_angle() -> None:
     np.testing.assert_allclose(lifts(m), 3 + 0.1 * x - 0.002 * x**2 + 1e-5 * x**3, atol=1e-10)
 
 
+def test_powers_count_from_an_origin() -> None:
+    """An angle counts within half a turn of it; all questions answer as with the powers of the angle itself."""
+    m = jp.loads(cam("origin = 150\npolynomial = [3, 0.1, -0.002]")).with_({"drives.q.values": [0, 100, 200, 300]})
+    x = np.array([0.0, 100, 200, 300]) - 150
+    np.testing.assert_allclose(lifts(m), 3 + 0.1 * x - 0.002 * x**2, atol=1e-10)
+    plain = "polynomial = [-57, 0.7, -0.002]"
+    one, other = (
+        jp.loads(LOOP.replace("polynomial = [4, 0.05, 0.0004]", law)).with_({"drives.q.values": [80]})
+        for law in (plain, "origin = -150\npolynomial = [-207, 1.3, -0.002]")
+    )
+    for answer, name in ((jp.loaded, "error"), (lambda m: jp.worst(m, certify=True), "worst_position_certified")):
+        np.testing.assert_allclose(answer(one)[name], answer(other)[name], rtol=1e-9)
+    np.testing.assert_allclose(
+        jp.random(one, samples=200).error_std, jp.random(other, samples=200).error_std, rtol=1e-9
+    )
+
+
 @pytest.mark.parametrize("ends", ["natural", "clamped", "periodic"])
 def test_a_table_is_the_spline_of_another_program(ends: str) -> None:
     at = np.array([-180.0, -100, -20, 30, 90, 140, 180])
@@ -426,6 +443,7 @@ MISTAKES: dict[str, tuple[str, str, str, str]] = {
     "itself": ('follows = "shaft"', 'follows = "lift"', "followers.cam", "'lift' cannot follow itself"),
     "nobody": ('follows = "shaft"', 'follows = "shift"', "followers.cam.follows", "'shift' is not a joint; did you mean 'shaft'?"),
     "a driven joint": ('joint = "lift"\nfollows = "shaft"', 'joint = "shaft"\nfollows = "lift"', "followers.cam.joint", "drive 'q' commands 'shaft' already"),
+    "an origin of a table": ("polynomial = [0, 1]", "at = [0, 1]\nvalues = [0, 1]\norigin = 3", "followers.cam", "'origin' goes with a polynomial"),
     "ends of a polynomial": ("polynomial = [0, 1]", 'polynomial = [0, 1]\nends = "natural"', "followers.cam", "'ends' goes with a table"),
     "falling": ("polynomial = [0, 1]", "at = [0, 2, 1]\nvalues = [0, 1, 2]", "followers.cam", "1 comes after 2"),
     "of two lengths": ("polynomial = [0, 1]", "at = [0, 2]\nvalues = [0, 1, 2]", "followers.cam", "have the same length, not 2 and 3"),

@@ -141,7 +141,8 @@ def _curve(entry: Follower, x_unit: float, y_unit: float) -> tuple[CurveSpec, fl
     """The curve in SI and the middle of its table."""
     if entry.polynomial is not None:
         coefficients = [c * y_unit / x_unit**k for k, c in enumerate(entry.polynomial)]
-        return {"knots": [0.0, 1.0], "pieces": [coefficients]}, 0.0
+        origin = entry.origin * x_unit
+        return {"knots": [origin, origin + 1.0], "pieces": [coefficients]}, origin
     x, y = (np.array(values) * unit for values, unit in ((entry.at, x_unit), (entry.values, y_unit)))
     middle = 0.5 * float(x[0] + x[-1])
     pieces = spline(x, y, entry.ends)

@@ -32,8 +32,8 @@ FITTED = ("fit", "diameter", "nominal", *PAIRS, *BEARING)
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {
-    "values": ("from", "to", "count", "polynomial"),
-    "at": ("polynomial",),
+    "values": ("from", "to", "count", "polynomial", "origin"),
+    "at": ("polynomial", "origin"),
     "polynomial": ("at", "values", "ends"),
     "from": ("values",),
     "to": ("values",),

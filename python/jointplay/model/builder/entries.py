@@ -1153,6 +1153,7 @@ class Parts(Writing):
         joint: str | None = None,
         follows: str | None = None,
         polynomial: NumbersLike | None = None,
+        origin: NumberLike | None = None,
         at: NumbersLike | None = None,
         values: NumbersLike | None = None,
         csv: str | None = None,
@@ -1176,6 +1177,9 @@ class Parts(Writing):
             The joint whose coordinate it depends on.
         polynomial : optional
             Coefficients of the powers of the leading coordinate, from the constant on, in file units.
+        origin : optional
+            Of a polynomial: the leading coordinate from which its powers count; an angle counts within half a turn
+            of it.
         at : optional
             Instead: values of the leading coordinate, rising.
         values : optional
@@ -1206,6 +1210,7 @@ class Parts(Writing):
                 "joint": joint,
                 "follows": follows,
                 "polynomial": polynomial,
+                "origin": origin,
                 "at": at,
                 "values": values,
                 "csv": csv,
