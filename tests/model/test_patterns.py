@@ -677,7 +677,7 @@ at = [50, 0]
 
 
 def test_a_table_of_a_follower_in_a_pattern_is_read(tmp_path: Path) -> None:
-    """One called `law` was taken for the law of a tolerance, and a plate that only its follower moves for a misspelt one."""
+    """One called `law` was taken for the law of a tolerance, and a plate that its follower moves for a misspelt one."""
     (tmp_path / "cam.csv").write_text("angle [rad];lift [cm]\n-1;0.1\n0;0.4\n1.5;-0.2\n")
     path = tmp_path / "cams.toml"
     path.write_text(
