@@ -340,7 +340,7 @@ class Parts(Writing):
         internal : optional
             Whether the second body is a ring with teeth inside.
         pressure_angle : optional
-            Pressure angle where the pitch circles touch; 20 degrees if left out.
+            Pressure angle where the pitch circles touch, at most 45 degrees; 20 if left out.
         marks : optional
             Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
             start if left out.
@@ -431,7 +431,7 @@ class Parts(Writing):
         module : optional
             Instead of the radius, with teeth: pitch diameter over tooth count.
         pressure_angle : optional
-            Pressure angle; 20 degrees if left out.
+            Pressure angle, at most 45 degrees; 20 if left out.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -861,7 +861,7 @@ class Parts(Writing):
         spiral_angle : optional
             Only where the axes intersect: angle from straight teeth at the pitch point.
         pressure_angle : optional
-            Pressure angle in the section across the teeth; 20 degrees if left out.
+            Pressure angle in the section across the teeth, at most 45 degrees; 20 if left out.
         marks : optional
             Direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in the
             start if left out.
