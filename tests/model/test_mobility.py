@@ -119,7 +119,12 @@ def test_drives_of_several_linkages_are_redundant_each_with_its_own() -> None:
     found = refused(pairs(3))
     assert found == f"m.toml: drives: too many drives: {told}; drives share a motion where each has a stiffness"
     shared = "; ".join(f"'p_{k}' and 'q_{k}' share a motion by their stiffness" for k in (1, 2, 3))
-    assert examine(loads(pairs(3, "stiffness = 1e4\n"))).words == f"3 degrees of freedom, 6 drives; {shared}"
+    m = loads(pairs(3, "stiffness = 1e4\n"))
+    assert examine(m).words == f"3 degrees of freedom, 6 drives; {shared}"
+    with pytest.raises(
+        InputError, match=r"'p_3' and 'q_3' share a motion by their stiffness, which this .* drive each by"
+    ):
+        require_determinate(m)
 
 
 def test_only_the_pair_without_stiffness_is_too_many() -> None:

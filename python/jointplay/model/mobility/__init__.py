@@ -308,8 +308,9 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         rows = listed(mobility.redundant_constraints)
         advice = "give one of these joints another freedom or take a joint away"
         problems += [f"{part}, among {rows}; {advice}" for part in _redundancy(mobility)]
-    if not over_constrained:
-        problems += [f"{part}, which this question cannot take; drive it by one" for part in _shared(mobility)]
+    if not over_constrained and (shared := _shared(mobility)):
+        each = "it" if len(shared) == 1 else "each"
+        problems.append(f"{'; '.join(shared)}, which this question cannot take; drive {each} by one")
     key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
     raise InputError("; ".join(problems), file=m.file, key=key)
 
