@@ -26,6 +26,8 @@ from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
 
 NUMBERS = Path(__file__).resolve().parents[1] / "docs" / "robots.json"
+#: where repositories are cloned from
+HOST = "https://github.com"
 #: random poses of every robot; how far drives are from their values (rad, m), where there are loops and where not
 POSES, NEAR, FAR = 5, 0.05, 0.5
 #: ways in which loops of the other program are closed until one is that of jointplay
@@ -66,6 +68,11 @@ def _parallel(name: str, path: str) -> Robot:
     return Robot(name, "loops, by `--loop`", PARALLEL, f"robots/{path}/robot.urdf")
 
 
+def _open(name: str, path: str) -> Robot:
+    """One whose frames of loops are far apart as drawn, up to 0.6 m, or whose loops are singular there."""
+    return Robot(name, "tree, without its loops", PARALLEL, f"robots/{path}/robot.urdf")
+
+
 ROBOTS = (
     Robot("Cassie", "loops, springs", MENAGERIE, "agility_cassie/cassie.xml"),
     Robot("Robotiq 2F-85", "loops, coupling, springs", MENAGERIE, "robotiq_2f85/2f85.xml"),
@@ -86,21 +93,21 @@ ROBOTS = (
     Robot("Inspire hand", "mimic joints", HANDS, "robots/hands/inspire_hand/inspire_hand_right.urdf"),
     Robot("Ability Hand", "mimic joints", HANDS, "robots/hands/ability_hand/ability_hand_right.urdf"),
     Robot("Schunk SVH", "mimic joints", HANDS, "robots/hands/schunk_hand/schunk_svh_hand_right.urdf"),
-    Robot("Barrett hand", "mimic joints", HANDS, "robots/hands/barrett_hand/bhand_model.urdf"),
+    Robot("Barrett hand", "tree", HANDS, "robots/hands/barrett_hand/bhand_model.urdf"),
     Robot("Panda gripper", "mimic joint", HANDS, "robots/hands/panda_gripper/panda_gripper_glb.urdf"),
     Robot("RM75 with Inspire hand", "mimic joints", HANDS, "robots/assembly/rm75_inspire/rm75_inspire_right_hand.urdf"),
     Robot(
         "xArm7 with Ability Hand", "mimic joints", HANDS, "robots/assembly/xarm7_ability/xarm7_ability_right_hand.urdf"
     ),
     _parallel("5-bar linkage", "5bar_linkage"),
-    _parallel("leg like Cassie", "cassie_like"),
-    _parallel("leg like Digit", "digit_like"),
-    _parallel("leg like TALOS", "talos_like"),
-    _parallel("leg like Kangaroo", "kangaroo_like"),
-    _parallel("WL-16", "wl16_like"),
+    _open("leg like Cassie", "cassie_like"),
+    _open("leg like Digit", "digit_like"),
+    _open("leg like TALOS", "talos_like"),
+    _open("leg like Kangaroo", "kangaroo_like"),
+    _open("WL-16", "wl16_like"),
     _parallel("Delta", "robot_delta"),
-    _parallel("Disney robot", "disney_robot"),
-    _parallel("Battobot", "battobot_6d"),
+    _open("Disney robot", "disney_robot"),
+    _open("Battobot", "battobot_6d"),
 )
 
 
@@ -114,8 +121,12 @@ def _fetched(robot: Robot, folder: Path, into: Path) -> Path:
     place = folder / owner.replace("/", "+")
     if not place.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        address = f"https://github.com/{owner}"
-        subprocess.run(["git", "clone", "-q", "--bare", "--filter=blob:limit=1m", address, str(place)], check=True)
+        # One that was broken off is not taken for whole.
+        with tempfile.TemporaryDirectory(dir=folder) as made:
+            whole = Path(made) / place.name
+            clone = ["git", "clone", "-q", "--bare", "--filter=blob:limit=1m", f"{HOST}/{owner}", str(whole)]
+            subprocess.run(clone, check=True)
+            whole.rename(place)
     base = str(Path(robot.path).parent)
     listed = _git(place, "ls-tree", "-r", "-z", "--name-only", commit, f"{base}/").decode().split("\0")
     # Of models in parts.
@@ -128,7 +139,10 @@ def _fetched(robot: Robot, folder: Path, into: Path) -> Path:
 
 
 def _balls(path: Path) -> list[tuple[str, str]]:
-    """Pairs of links that coincide: by the names of onshape-to-robot, or those that the joints ...A and ...B carry."""
+    """Pairs of links that coincide: by the names of onshape-to-robot, or those that joints of a loop carry.
+
+    Joints ...A_frame and ...B_frame are those of robots that are not drawn closed.
+    """
     text = path.read_text(encoding="utf-8")
     links = re.findall(r'<link\s+name="([^"]+)"', text)
     found = [(link, f"{link[:-1]}2") for link in links if re.fullmatch(r"closing_.*_1", link)]
@@ -207,7 +221,7 @@ def compared(robot: Robot, path: Path) -> dict[str, Any]:
     return {
         "robot": robot.name,
         "has": robot.has,
-        "source": f"https://github.com/{robot.source[0]}/blob/{robot.source[1]}/{robot.path}",
+        "source": f"{HOST}/{robot.source[0]}/blob/{robot.source[1]}/{robot.path}",
         "engine": type(oracle).__name__,
         "bodies": len(m.bodies),
         "degrees of freedom": int(checked["degrees_of_freedom"]),

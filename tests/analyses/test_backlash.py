@@ -14,6 +14,8 @@ import jointplay as jp
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
 from jointplay.cli import run
+from jointplay.result import from_dataset
+from jointplay.result.table import tables
 
 LINK = """
 format = 1
@@ -354,6 +356,12 @@ rocker = {{ angle = {pose(start)[2]!r} }}
         # The minimum is flat: its place is known to the root of rounding.
         np.testing.assert_allclose(result.error[0, :2], [moved.real, moved.imag], atol=2e-5)
         assert jp.check(jp.loads(text)).attrs["decided"]
+
+    def test_a_joint_names_both(self) -> None:
+        """The table of the check had the last one only."""
+        checked = jp.check(jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]\nstiffness = 2")))
+        (driven,) = (column for column in tables(from_dataset(checked))[0].columns if column.name == "driven by")
+        assert driven.cells == ("a, b",)
 
     def test_a_path_has_values_of_both(self) -> None:
         m = jp.loads(

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers import platforms
+from helpers.crossed import loose
 from helpers.graphs import graph
 from helpers.longer import some
 from helpers.places import deviating
@@ -165,6 +166,18 @@ def test_of_random_mechanisms(seed: int) -> None:
 def test_of_random_elastic_platforms(seed: int) -> None:
     text, stiffness = platforms.platform(seed, elastic=True, sliders=0)
     assert_slopes(platforms.mechanism(text, stiffness), 0, tolerance=2e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("elastic", [False, True])
+def test_of_crossed_gears(seed: int, elastic: bool) -> None:
+    """Worms, spiral bevel and crossed helical gears on loose bearings, with a drive that winds up."""
+    m = jp.loads(loose(seed)).with_({"drives.q.backlash": 0.3, "drives.q.error": 0.02})
+    if elastic:
+        # In the middle of a play a flank would bear nothing.
+        rigid = m.with_({"joints.m.clearance": None})
+        m = rigid.with_({"drives.q.stiffness": 2e5, "joints.m.stiffness": {"flank": 2e5}})
+    assert_slopes(m, 1, np.random.default_rng(seed).permutation(len(Held(m, 1).parameters))[:5], tolerance=2e-5)
 
 
 SPRING = "[springs.s]\non = { ground = [50, 20, 400], arm = [180, 20, 100] }\nstiffness = 0.4\nfree_length = 100\n"

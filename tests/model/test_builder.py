@@ -96,10 +96,7 @@ def test_every_section_of_the_file_has_its_method() -> None:
     known |= {"joints", *signatures.BESIDE, *signatures.BESIDE.values()}
     for name in ("PlanarFile", "SpatialFile"):
         assert set(json_schema()["$defs"][name]["properties"]) == known
-    inside = {"count", "about", "values", "shared", "joints", "limits", "loads", *signatures.NAMED} - {
-        "costs",
-        "followers",
-    }
+    inside = {"count", "about", "values", "shared", "joints", "limits", "loads", *signatures.NAMED} - {"costs"}
     for name in ("PlanarPattern", "SpatialPattern"):
         assert set(json_schema()["$defs"][name]["properties"]) == inside
 

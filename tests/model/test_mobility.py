@@ -104,6 +104,40 @@ def test_too_many_drives_are_named() -> None:
     assert "drives: too many drives: 'p' and 'q' command the same motion; take away 1 of them" in found
 
 
+def pairs(count: int, stiffness: str = "") -> str:
+    """Parallelograms side by side, each with drives on both of its cranks."""
+    text = four_bar(drive("p", "A", 60) + stiffness + drive("q", "C", 60) + stiffness)
+    for section in ("joints", "drives", "start"):
+        text = text.replace(f"[{section}", f"[patterns.linkage.{section}")
+    return f"{text}[patterns.linkage]\ncount = {count}\n".replace('"coupler"', '"coupler_1"')
+
+
+def test_drives_of_several_linkages_are_redundant_each_with_its_own() -> None:
+    """Six drives in three pairs were told as sharing one motion, of which three could be taken away."""
+    pair = "'p_{0}' and 'q_{0}' command the same motion; take away 1 of them"
+    told = "; ".join(pair.format(k) for k in (1, 2, 3))
+    found = refused(pairs(3))
+    assert found == f"m.toml: drives: too many drives: {told}; drives share a motion where each has a stiffness"
+    shared = "; ".join(f"'p_{k}' and 'q_{k}' share a motion by their stiffness" for k in (1, 2, 3))
+    m = loads(pairs(3, "stiffness = 1e4\n"))
+    assert examine(m).words == f"3 degrees of freedom, 6 drives; {shared}"
+    with pytest.raises(
+        InputError, match=r"'p_3' and 'q_3' share a motion by their stiffness, which this .* drive each by"
+    ):
+        require_determinate(m)
+
+
+def test_only_the_pair_without_stiffness_is_too_many() -> None:
+    m = loads(pairs(2, "stiffness = 1e4\n")).with_({"drives.s": {"joint": "B_2", "values": [-60]}})
+    mobility = examine(m)
+    assert mobility.drive_redundancy == 3
+    assert mobility.problems == (
+        "too many drives: 's', 'p_2' and 'q_2' command the same motion; take away 2 of them; drives share a motion"
+        " where each has a stiffness",
+    )
+    assert "'p_1' and 'q_1' share a motion by their stiffness" in mobility.words
+
+
 def test_a_drive_on_what_cannot_move() -> None:
     triangle = pins("ground = [0, 0], a = [0, 0]", "a = [50, 0], b = [0, 0]", "ground = [60, 0], b = [50, 0]")
     start = "[start]\na = { angle = 53 }\nb = { angle = -53 }\n"

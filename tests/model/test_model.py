@@ -235,6 +235,9 @@ def test_a_value_replaces_its_other_way_of_writing() -> None:
     [
         ("joints.J1.clearance.radail", 1, "joints.J1.clearance: 'radail' is not a key here; did you mean 'radial'?"),
         ("joints.J9.clearance.radial", 1, "joints.J9.clearance.radial: 'J9' is not a joint; known: J1"),
+        ("followers.cam.backlash", 1, "followers.cam.backlash: 'cam' is not a follower; known: none"),
+        ("springs.s.stiffness", 1, "springs.s.stiffness: 's' is not a spring; known: none"),
+        ("outputs.tip.at", [1, 2], "outputs.tip.at: 'tip' is not an output; known: none"),
         ("jonts.*.clearance.radial", 1, "the * matches nothing: 'jonts' is not given; did you mean 'joints'?"),
         ("joints.*.clearance.gap", 1, "the * matches nothing: 'gap' is not given in joints.*.clearance; known: radial"),
         ("dimensions.*.law", 1, "'law' is not given in dimensions.*; known:"),

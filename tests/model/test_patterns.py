@@ -271,6 +271,7 @@ def planar_legs(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
     axes = [_numbers(draw, 1, -180, 180)[0] for _ in range(4)]
     starts, centre, force = [_numbers(draw, 3) for _ in range(2)], _numbers(draw, 2), _numbers(draw, 2, 1, 9)
     values = sorted(_numbers(draw, 2))
+    law, table = _numbers(draw, 3), [-101, *_numbers(draw, 1), 101]
     common: dict[str, Any] = {
         "format": 1,
         "units": {"length": "mm", "angle": "deg", "force": "N"},
@@ -306,6 +307,16 @@ def planar_legs(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
             },
             "bodies": {a: {"mass": 2, "centre": centre}},
             "drives": {f"q{suffix}": {"joint": hip, "values": [v + first for v in values], "error": 0.1}},
+            "followers": {
+                f"f{suffix}": {"joint": knee, "follows": hip, "polynomial": [*law, 1], "origin": 5 + first},
+                f"g{suffix}": {
+                    "joint": foot,
+                    "follows": "hold",
+                    "at": table,
+                    "values": [k * k - angle for k in range(3)],
+                    "backlash": 0.1,
+                },
+            },
             "loads": [
                 {"body": b, "at": knee, "force": turned(force), "moment": 3},
                 {"body": b, "axes": "body", "force": force},
@@ -619,6 +630,84 @@ def test_the_excavator_by_hand() -> None:
     swept = jp.sweep(bare, "variables.play", [0.1, 0.3])
     first = swept.worst_position_first_order.values
     np.testing.assert_allclose(first[1], 3 * first[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law", ["polynomial = [20, 0.5, -0.002, 1e-5]", "at = [-150, 0, 90, 150]\nvalues = [9, 20, 40, -5]"]
+)
+def test_followers_turn_with_their_copies(law: str) -> None:
+    """A leading angle counted within half a turn of zero: copies at 240 degrees took another branch of a polynomial."""
+    text = f"""
+format = 1
+units = {{ length = "mm", angle = "deg", force = "N" }}
+[patterns.cam]
+count = 3
+about = {{ point = [200, 100] }}
+[patterns.cam.joints.shaft]
+type = "revolute"
+on = {{ ground = [0, 0], crank = [0, 0] }}
+[patterns.cam.joints.arm]
+type = "revolute"
+on = {{ ground = [80, 0], finger = [0, 0] }}
+[patterns.cam.followers.law]
+joint = "arm"
+follows = "shaft"
+{law}
+backlash = 0.2
+[patterns.cam.drives.q]
+joint = "shaft"
+values = [0, 100, 140, -120]
+[[patterns.cam.loads]]
+body = "finger"
+moment = 3
+[output]
+body = "finger_1"
+at = [50, 0]
+"""
+    m = jp.loads(text)
+    assert m.sources == ("law_1.backlash", "law_2.backlash", "law_3.backlash")
+    first = jp.loaded(m)
+    for k in (2, 3):
+        other = jp.loaded(m.with_({"output.body": f"finger_{k}"}))
+        turn = np.exp(2j * np.pi * (k - 1) / 3)
+        for name, centre in (("nominal", 200 + 100j), ("error", 0.0)):
+            at = first[name].values[:, 0] + 1j * first[name].values[:, 1]
+            there = other[name].values[:, 0] + 1j * other[name].values[:, 1]
+            np.testing.assert_allclose(there, centre + turn * (at - centre), atol=1e-9)
+
+
+def test_a_table_of_a_follower_in_a_pattern_is_read(tmp_path: Path) -> None:
+    """One called `law` was taken for the law of a tolerance, and a plate that its follower moves for a misspelt one."""
+    (tmp_path / "cam.csv").write_text("angle [rad];lift [cm]\n-1;0.1\n0;0.4\n1.5;-0.2\n")
+    path = tmp_path / "cams.toml"
+    path.write_text(
+        """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.shaft]
+type = "revolute"
+on = { ground = [0, 0], crank = [0, 0] }
+[patterns.cam.values]
+x = [50, 90]
+[patterns.cam.joints.lift]
+type = "prismatic"
+on = { ground = { at = ["x", 0], axis = [0, 1] }, plate = [0, 0] }
+[patterns.cam.followers.law]
+joint = "lift"
+follows = "shaft"
+csv = "cam.csv"
+columns = ["angle", "lift"]
+[drives.q]
+joint = "shaft"
+values = [0]
+[output]
+body = "plate_2"
+"""
+    )
+    np.testing.assert_allclose(jp.solve(jp.load(path)).nominal.values[0, :2], [90, 4], atol=1e-12)
+    path.write_text(path.read_text().replace('"angle", "lift"', '"angle", "left"'))
+    with pytest.raises(jp.InputError, match=r"patterns\.cam\.followers\.law\.columns\.1"):
+        jp.load(path)
 
 
 def test_marks_and_eccentricities_turn_where_they_are_on_shared_bodies() -> None:

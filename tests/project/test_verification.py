@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -136,3 +137,45 @@ def test_public_robots_are_where_other_engines_have_them() -> None:
     assert [row["robot"] for row in rows] == [robot.name for robot in verify_robots.ROBOTS]
     assert len(rows) >= 20
     assert [row["robot"] for row in rows if not verify_robots.is_right(row)] == []
+
+
+def test_what_a_public_robot_is_said_to_have_it_has() -> None:
+    """Seven whose loops were not read stood in the table as robots with loops, and a hand as one with mimic joints."""
+    rows = json.loads(pages.CHECKS.with_name("robots.json").read_text(encoding="utf-8"))["robots"]
+    assert [row["has"] for row in rows] == [robot.has for robot in verify_robots.ROBOTS]
+    trees = [row for row in rows if row["has"].startswith("tree")]
+    bound = [row for row in rows if row not in trees and re.search("loop|mimic|coupl", row["has"])]
+    assert [row["robot"] for row in trees if row["degrees of freedom"] != row["bodies"]] == []
+    assert [row["robot"] for row in bound if row["degrees of freedom"] >= row["bodies"]] == []
+
+
+def test_a_public_robot_is_cloned_and_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a repository of this machine, at a commit that later ones have changed."""
+    shop = tmp_path / "host" / "maker" / "robots"
+    work = tmp_path / "work"
+    (work / "arm").mkdir(parents=True)
+
+    def git(*arguments: str) -> str:
+        who = ["-c", "user.name=maker", "-c", "user.email=maker@example.org"]
+        return subprocess.run(
+            ["git", "-C", str(work), *who, *arguments], check=True, capture_output=True, text=True
+        ).stdout.strip()
+
+    git("init", "-q")
+    (work / "arm" / "arm.urdf").write_text((pages.CHECKS.with_name("robots") / "arm.urdf").read_text(encoding="utf-8"))
+    (work / "arm" / "mesh.stl").write_bytes(b"0" * 2_000_000)
+    git("add", "-A")
+    git("commit", "-q", "-m", "arm")
+    commit = git("rev-parse", "HEAD")
+    (work / "arm" / "arm.urdf").write_text("<robot/>")
+    git("commit", "-q", "-a", "-m", "spoilt")
+    git("clone", "-q", "--bare", str(work), str(shop))
+    monkeypatch.setattr(verify_robots, "HOST", f"file://{shop.parents[1]}")
+    robot = verify_robots.Robot("arm", "tree", ("maker/robots", commit), "arm/arm.urdf")
+    for _ in range(2):  # the second time from the folder
+        path = verify_robots._fetched(robot, tmp_path / "kept", tmp_path / "into")
+        assert [one.name for one in path.parent.iterdir()] == ["arm.urdf"]
+        row = verify_robots.compared(robot, path)
+        assert verify_robots.is_right(row)
+        assert row["source"].endswith(f"maker/robots/blob/{commit}/arm/arm.urdf")
+    assert [one.name for one in (tmp_path / "kept").iterdir()] == ["maker+robots"]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
 from jointplay.errors import InputError, shown
 from jointplay.file.columns import Tables
+
+#: sections in which a word is the name of an entry, which may have a table beside the file itself
+NAMES = re.compile(r"(patterns\.[^.]*\.)?(drives|followers)")
 
 
 def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
@@ -36,7 +40,8 @@ def _laws(node: Any, key: str) -> Iterator[tuple[str, dict[str, Any]]]:
     if isinstance(node, dict):
         for name, value in node.items():
             place = f"{key}.{name}" if key else str(name)
-            if name in ("law", "size_law") and isinstance(value, dict) and "csv" in value:
+            is_law = name in ("law", "size_law") and not NAMES.fullmatch(key)
+            if is_law and isinstance(value, dict) and "csv" in value:
                 yield place, value
             else:
                 yield from _laws(value, place)

@@ -45,7 +45,7 @@ def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
     # What gives values as well is refused where the table is checked.
     if _refers(targets) and not set(targets) & set(components):
         found["path"] = reader.targets(targets, components)
-    return reader.with_followers(reader.with_drives(found, ()))
+    return reader.with_motions(found, raw.get("joints"), ())
 
 
 def _refers(table: object) -> TypeGuard[Mapping[str, Any]]:
@@ -69,38 +69,26 @@ class _PathReader:
         rest = {key: value for key, value in table.items() if key != "csv"}
         return rest | {name: self._values(columns, names[name], name in LENGTHS, "path.csv") for name in asked}
 
-    def with_drives(self, tables: dict[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-        """Tables, of the file or of a pattern, with the values of their drives."""
-        drives = tables.get("drives")
-        if isinstance(drives, Mapping):
-            joints = tables.get("joints")
-            tables = tables | {
-                "drives": {
-                    name: self._drive(name, drive, joints, ".".join((*above, "drives", str(name))))
-                    for name, drive in drives.items()
-                }
-            }
+    def with_motions(self, tables: dict[str, Any], outside: Any, above: tuple[str, ...]) -> dict[str, Any]:
+        """Tables, of the file or of a pattern, with the values of their drives and followers."""
+        joints = {**_table(outside), **_table(tables.get("joints"))}
+        made: dict[str, Any] = {}
+        for section, read in (("drives", self._drive), ("followers", self._follower)):
+            entries = tables.get(section)
+            if isinstance(entries, Mapping):
+                keys = {name: ".".join((*above, section, str(name))) for name in entries}
+                made[section] = {name: read(name, entry, joints, keys[name]) for name, entry in entries.items()}
         patterns = tables.get("patterns")
         if isinstance(patterns, Mapping) and not above:
-            made = {
-                name: self.with_drives(dict(part), ("patterns", str(name))) if isinstance(part, Mapping) else part
+            made["patterns"] = {
+                name: self.with_motions(dict(part), joints, ("patterns", str(name)))
+                if isinstance(part, Mapping)
+                else part
                 for name, part in patterns.items()
             }
-            tables = tables | {"patterns": made}
-        return tables
+        return tables | made
 
-    def with_followers(self, tables: dict[str, Any]) -> dict[str, Any]:
-        """The tables of a file with the values of the tables that its followers name."""
-        followers = tables.get("followers")
-        if not isinstance(followers, Mapping):
-            return tables
-        made = {
-            name: self._follower(follower, tables.get("joints"), f"followers.{name}")
-            for name, follower in followers.items()
-        }
-        return tables | {"followers": made}
-
-    def _follower(self, follower: Any, joints: Any, key: str) -> Any:
+    def _follower(self, _: str, follower: Any, joints: Any, key: str) -> Any:
         names = follower.get("columns") if _refers(follower) else None
         if not isinstance(names, list) or len(names) != 2 or set(follower) & {"at", "values", "polynomial"}:
             return follower
@@ -155,6 +143,10 @@ def _kind(joints: Any, name: object) -> Any:
     """The type of a joint of the file by the name of it, or of one of its riders."""
     joint = joints.get(str(name).partition("/")[0]) if isinstance(joints, Mapping) else None
     return joint.get("type") if isinstance(joint, Mapping) else None
+
+
+def _table(node: Any) -> Mapping[str, Any]:
+    return node if isinstance(node, Mapping) else {}
 
 
 def _split(word: str) -> tuple[str, str]:

@@ -12,6 +12,8 @@ and a joint between a first body with point A and axis s and a second one with p
     pin_in_slot   n . (B - A) = normal
     fixed         B = A,                 t - s = angle
 
+A follower has the row of a drive whose value is a polynomial or a natural cubic spline of its leader's coordinate.
+
 Forces along what a label means follow from virtual work. Lengths are in mm, angles in degrees, forces in N.
 """
 
@@ -21,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 Array = NDArray[Any]
 Raw = dict[str, Any]
@@ -111,12 +114,38 @@ class Device:
                 turn = self.pose(q, b)[2] + self.direction(b, name, u) - along
                 rows += [RADIUS * (turn - np.radians(u.get(f"{name}.angle", 0.0)))]
         for name, drive in self.raw["drives"].items():
-            value = drives[name] + u.get(f"{name}.value", 0.0)
-            joint = drive["joint"]
-            is_angle = self.raw["joints"][joint]["type"] == "revolute"
-            coordinate = self.coordinate(q, joint, u)
-            rows += [RADIUS * (coordinate - np.radians(value)) if is_angle else coordinate - value]
+            value = drives[name] + u.get(f"{name}.value", 0.0) + u.get(f"{name}.backlash.value", 0.0)
+            rows += [self.commanded(q, drive["joint"], value, u)]
+        for name, follower in self.raw.get("followers", {}).items():
+            is_angle = self.raw["joints"][follower["joint"]]["type"] == "revolute"
+            off = sum(u.get(f"{name}.{what}.{'angle' if is_angle else 'along'}", 0.0) for what in ("backlash", "error"))
+            rows += [self.commanded(q, follower["joint"], self.curve(q, follower, u) + off, u)]
         return np.array(rows)
+
+    def commanded(self, q: Array, joint: str, value: Any, u: Raw) -> Any:
+        coordinate = self.coordinate(q, joint, u)
+        if self.raw["joints"][joint]["type"] != "revolute":
+            return coordinate - value
+        return RADIUS * (coordinate - np.pi / 180.0 * value)
+
+    def curve(self, q: Array, follower: Raw, u: Raw) -> Any:
+        """Where a follower is led, in units of the file."""
+        x, leader = self.coordinate(q, follower["follows"], u), follower["follows"]
+        middle = (
+            follower.get("origin", 0.0)
+            if "polynomial" in follower
+            else np.mean(follower["at"][:: len(follower["at"]) - 1])
+        )
+        if self.raw["joints"][leader]["type"] == "revolute":
+            x = 180.0 / np.pi * x
+            x = x - 360.0 * np.round((x.real - middle) / 360.0)
+        if "polynomial" in follower:
+            s, coefficients = x - middle, follower["polynomial"]
+        else:
+            at = np.array(follower["at"])
+            k = int(np.clip(np.searchsorted(at, x.real) - 1, 0, len(at) - 2))
+            s, coefficients = x - at[k], CubicSpline(at, follower["values"], bc_type="natural").c[::-1, k]
+        return sum(c * s**k for k, c in enumerate(coefficients))
 
     def coordinate(self, q: Array, joint: str, u: Raw) -> Any:
         a, b = self.raw["joints"][joint]["on"]
@@ -191,6 +220,7 @@ class Device:
         """The force along every offset: per millimetre and per degree."""
         multipliers = np.linalg.solve(self.slope(lambda p: self.rows(p, drives, u), q).T, pull)
         labels = [f"{n}.{c}" for n, joint in self.raw["joints"].items() for c in OFFSETS.get(joint["type"], ())]
+        labels += [label for label, _ in self.lost()]
 
         def row_rate(label: str) -> Array:
             ends = [self.rows(q, drives, {**u, label: u.get(label, 0.0) + step}) for step in (0.5, -0.5)]
@@ -199,6 +229,14 @@ class Device:
         return {label: -float(multipliers @ row_rate(label)) for label in labels}
 
     # clearances
+
+    def lost(self) -> list[tuple[str, float]]:
+        """Lost motion of drives and followers: its label, and half of it."""
+        found = [(f"{name}.backlash.value", drive.get("backlash", 0.0)) for name, drive in self.raw["drives"].items()]
+        for name, follower in self.raw.get("followers", {}).items():
+            component = "angle" if self.raw["joints"][follower["joint"]]["type"] == "revolute" else "along"
+            found.append((f"{name}.backlash.{component}", follower["backlash"]))
+        return [(label, backlash / 2.0) for label, backlash in found]
 
     def play(self, joint: str, u: Raw) -> float:
         """Radius or gap at the sizes of the parts and the temperature."""

@@ -51,9 +51,9 @@ impl Mechanism {
         }
     }
 
-    /// Whether the equations can be recorded: a curve of several pieces asks where it is.
+    /// Whether the equations can be recorded: of a curve all pieces are.
     pub(crate) fn is_recordable(&self) -> bool {
-        self.joints.iter().filter_map(|joint| joint.follows.as_ref()).all(|follower| follower.curve.is_polynomial())
+        self.joints.iter().filter_map(|joint| joint.follows.as_ref()).all(|follower| follower.curve.is_short())
     }
 }
 

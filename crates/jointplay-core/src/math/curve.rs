@@ -7,6 +7,9 @@ use std::ops::{Add, Mul};
 
 use serde::Deserialize;
 
+/// Pieces that cost less together than to solve a closure without a recording.
+const SHORT: usize = 120;
+
 /// See the module.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "CurveSpec")]
@@ -53,6 +56,11 @@ impl Curve {
     /// Whether it is one polynomial.
     pub(crate) fn is_polynomial(&self) -> bool {
         self.pieces.len() == 1
+    }
+
+    /// Whether it has so few pieces that all of them can be computed at once.
+    pub(crate) fn is_short(&self) -> bool {
+        self.pieces.len() <= SHORT
     }
 
     /// Its derivative of some order.

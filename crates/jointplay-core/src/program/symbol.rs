@@ -355,9 +355,27 @@ impl Real for Symbol<'_> {
         self.root_from(near, ROOT_STEPS)
     }
 
+    /// Of several pieces, by what each adds with the part of the way that lies in it:
+    /// `f(x) = f(x_0) + sum of [f_k(x_k + s_k) - f_k(x_k)]`, `s_k = min(max(x - x_k, 0), x_(k+1) - x_k)`.
     fn along(self, curve: &Curve) -> (Self, Self) {
-        let s = self - Self::known(curve.knots()[0]);
-        let at = |order: usize| polynomial(curve.piece(0), s, order, Self::known);
-        (at(0), at(1))
+        let (zero, knots) = (Self::Constant(0.0), curve.knots());
+        if curve.is_polynomial() {
+            let s = self - Self::known(knots[0]);
+            let at = |order: usize| polynomial(curve.piece(0), s, order, Self::known);
+            return (at(0), at(1));
+        }
+        let (first, last) = (knots[0], knots[knots.len() - 1]);
+        let [before, beyond] = [(Self::known(first) - self).max(zero), (self - Self::known(last)).max(zero)];
+        let [fall, rise] = [first, last].map(|end| Self::known(curve.at(end, 1)));
+        let mut value = Self::known(curve.at(first, 0)) - before * fall + beyond * rise;
+        let mut slope = fall;
+        for (k, ends) in knots.windows(2).enumerate() {
+            let s = -(-(self - Self::known(ends[0])).max(zero)).max(Self::known(ends[0] - ends[1]));
+            let added: Vec<f64> = curve.piece(k).iter().copied().skip(1).collect();
+            let steeper: Vec<f64> = added.iter().enumerate().skip(1).map(|(j, c)| (j + 1) as f64 * c).collect();
+            value = value + s * polynomial(&added, s, 0, Self::known);
+            slope = slope + s * polynomial(&steeper, s, 0, Self::known);
+        }
+        (value, slope)
     }
 }

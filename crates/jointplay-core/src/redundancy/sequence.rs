@@ -273,7 +273,7 @@ impl System<'_> {
             let size = self.difference(known, &target).max(self.difference(known, own));
             // Stiff springs make small changes of what would be larger ones.
             let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
-                || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
+                || change * stiffness.max(1.0) <= NOISE * size && change >= last;
             if still && pull > 0.0 && rested.is_none() {
                 // Springs leave what nothing pushes where it is. It is put in the middle of its play, if that is a place of rest,
                 // too.

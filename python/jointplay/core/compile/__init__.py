@@ -379,7 +379,7 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
     spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
-    followers = compile_followers(data, graph)
+    followers = compile_followers(data, graph, commands)
     sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
     check_costs(data, graph, sources)

@@ -7,6 +7,7 @@ nearest tooth is the one that is meant. Wheels mesh when their pitch circles tou
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -35,10 +36,18 @@ from .spacing import MeshPair, mismatches
 PRESSURE_ANGLE = 20.0
 #: degrees by which axes of wheels may differ in the start, which is rough
 PARALLEL = 5.0
+#: degrees up to which teeth have a width at their tips; those of racks and gears end in points beyond about 38 degrees,
+#: the short ones of splines have up to 45
+STEEPEST = 45.0
 #: modules by which pitch circles may miss each other: the height of a tooth is 2.25 of them
 TOOTH = 2.25
 #: modules by which pitch circles of crossed gears may miss each other: what is rounded in a file
 TOUCHING = 0.1
+#: degrees by which the axes of a wheel and of its bearing may differ: what is rounded in a file
+ALONG = 1.0
+#: kinds of joint that let bodies turn about one axis, and those that do not hold a wheel
+ABOUT = ("revolute", "cylindrical", "screw")
+NO_BEARING = ("prismatic", "gear", "crossed_gear", "rack", "belt", "follower")
 #: what directions of one line differ by
 ROUNDED = 1e-9
 
@@ -125,7 +134,9 @@ class _Wheels:
         entry = self.entry
         if self.in_space:
             self._check_parallel()
+            self._check_bearings()
         self._check_play()
+        self._check_runout()
         first, second = self.radii[0], self.radii[-1]
         told: CouplingSpec
         counts = [entry.counts[0], entry.counts[-1]]
@@ -199,9 +210,10 @@ class _Wheels:
         if given is None:
             return math.radians(PRESSURE_ANGLE)
         angle = float(given * self.units.angle)
-        if angle >= math.pi / 2.0:
-            limit = math.pi / 2.0 / self.units.angle
-            problem = f"a pressure angle is below {limit:.4g} {self.units.angle_name}, not {given:g}"
+        limit = math.radians(STEEPEST)
+        if angle > limit * (1.0 + ROUNDED):
+            most, name = limit / self.units.angle, self.units.angle_name
+            problem = f"a pressure angle is at most {most:.4g} {name}, beyond which teeth have no tips; not {given:g}"
             raise self.refuse(problem, ".pressure_angle")
         return angle
 
@@ -233,6 +245,64 @@ class _Wheels:
             )
             raise self.refuse(problem, ".clearance")
 
+    def _check_runout(self) -> None:
+        """Refuse wheels that are further out of their centres than their teeth are high, or round the centre."""
+        unit, name = self.units.length, self.units.length_name
+        for body, runout in self.entry.runout.items():
+            off = math.hypot(*runout.deviation) + (runout.tolerance or 0.0)
+            if getattr(self.entry, "teeth", None) is None or isinstance(self.entry, BeltKeys):
+                limit = self.radii[self.entry.wheels.index(self.entry.names.index(body))] / unit
+                what = f"its pitch radius, {limit:.4g} {name}"
+            else:
+                limit = self._height() / unit
+                what = f"the height of its teeth, {limit:.4g} {name}"
+            if off > limit:
+                raise self.refuse(f"is off its centre by up to {off:.4g} {name}, more than {what}", f".runout.{body}")
+
+    def _height(self) -> float:
+        """How high teeth are, metres."""
+        return TOOTH * 2.0 * self.radii[-1] / self.entry.counts[-1]
+
+    def _check_bearings(self) -> None:
+        """Refuse a wheel that turns about other axes only, in joints that let it turn about nothing else."""
+        for end, body in enumerate(self.entry.names):
+            joints = [joint for joint in self.graph.joints if self.ends[end].body in self._bodies(joint)]
+            # One of an unknown kind, or the cross of a universal joint, may let it turn about any axis.
+            if any(joint.kind not in (*ABOUT, *NO_BEARING) for joint in joints):
+                continue
+            if any(self.graph.crosses.keys() & self._bodies(joint) for joint in joints):
+                continue
+            found = [(joint, at, axis) for joint in joints for at, axis in self._turning(end, joint)]
+            if found and not any(self._carries(end, at, axis) for _, at, axis in found):
+                own = self._line(self.ends[end].at, self.frames[end][0])
+                others = " and ".join(f"in '{joint.name}' about {self._line(at, axis)}" for joint, at, axis in found)
+                raise self.refuse(
+                    f"the teeth of '{body}' are about {own}, and it turns {others}; a wheel has a bearing along its own"
+                    " axis"
+                )
+
+    def _line(self, at: Vector3, axis: Vector3) -> str:
+        """A line in words, body axes and file units."""
+        place = ", ".join(f"{x / self.units.length:.6g}" for x in at)
+        return f"[{', '.join(f'{x:.6g}' for x in axis)}] through [{place}]"
+
+    def _carries(self, end: int, at: Vector3, axis: Vector3) -> bool:
+        """Whether a wheel that turns about a line turns about its own axis; eccentric ones need parallel axes."""
+        off = np.linalg.norm(np.cross(axis, np.array(self.ends[end].at) - np.array(at)))
+        along = abs(dot(axis, self.frames[end][0])) >= math.cos(math.radians(ALONG))
+        return along and (not isinstance(self.entry, CrossedGear) or float(off) <= self._height())
+
+    def _turning(self, end: int, joint: CompiledJoint) -> Iterator[tuple[Vector3, Vector3]]:
+        """Where and about which axis a joint lets the body of a wheel turn, body axes."""
+        if joint.kind in ABOUT:
+            for number, axis in ((joint.first, joint.axis_first), (joint.second, joint.axis_second)):
+                point = self.graph.points[number]
+                if point.body == self.ends[end].body:
+                    yield point.at, axis
+
+    def _bodies(self, joint: CompiledJoint) -> set[int]:
+        return {self.graph.points[joint.first].body, self.graph.points[joint.second].body}
+
     def _check_centres(self, internal: bool) -> None:
         apart = self._held_apart()
         first, second = self.radii
@@ -245,7 +315,7 @@ class _Wheels:
             f"the centres of '{a}' and '{b}' are {apart / unit:.6g} {name} apart; with pitch radii of"
             f" {first / unit:.6g} and {second / unit:.6g} {name} they mesh at {wanted / unit:.6g} {name}"
         )
-        if abs(apart - wanted) > TOOTH * 2.0 * first / self.entry.counts[0]:
+        if abs(apart - wanted) > self._height():
             raise self.refuse(problem)
         low, high = play_at_rim(self.entry, self.units)
         taken = -2.0 * self._opening(apart, wanted, internal)
@@ -357,6 +427,8 @@ class _Crossed(_Wheels):
     def spec(self) -> CouplingSpec:
         self._check_play()
         contact = self._contact()
+        self._check_bearings()
+        self._check_runout()
         told: CouplingSpec = {
             "radii": self.radii,
             "teeth": list(self.entry.counts),

@@ -18,7 +18,7 @@ from jointplay.core.spec import CurveSpec, FollowerSpec, SourcePart
 from jointplay.errors import listed
 from jointplay.file.schema import Follower, MechanismFile
 
-from .drives import coordinate_factor
+from .drives import Commands, coordinate_factor
 from .graph import CompiledJoint, Graph
 from .source import CompiledSource, interval
 
@@ -53,13 +53,21 @@ def add_followers(data: MechanismFile, graph: Graph) -> None:
         graph.joints.append(CompiledJoint(name, name, "follower", *ends, gives, places=False))
 
 
-def compile_followers(data: MechanismFile, graph: Graph) -> dict[int, FollowerSpec]:
-    """What the core is told of every follower, by the index of its joint."""
+def compile_followers(data: MechanismFile, graph: Graph, commands: Commands) -> dict[int, FollowerSpec]:
+    """What the core is told of every follower, by the index of its joint.
+
+    Raises
+    ------
+    InputError
+        When a drive turns the leading joint to where its angle begins again.
+    """
     found: dict[int, FollowerSpec] = {}
     for name, entry in data.followers.items():
         of, leader = (graph.joint_index(word, f"followers.{name}.{at}") for word, at in _joints(entry))
         factors = [coordinate_factor(graph, graph.joints[k]) for k in (leader, of)]
         curve, middle = _curve(entry, factors[0], factors[1])
+        if graph.joints[leader].is_angular and entry.ends != "periodic":
+            _check_turn(graph, commands, leader, middle, f"followers.{name}")
         told: FollowerSpec = {"of": of, "leader": leader, "curve": curve, "middle": middle}
         found[graph.joint_index(name, f"followers.{name}")] = told
     return found
@@ -137,11 +145,30 @@ def _check_table(graph: Graph, entry: Follower, own: CompiledJoint, leader: Comp
         )
 
 
+def _check_turn(graph: Graph, commands: Commands, leader: int, middle: float, key: str) -> None:
+    """Refuse drive values on both sides of half a turn from the middle of a curve, where it would jump."""
+    for drive, (name, moves) in enumerate(zip(commands.names, commands.moves, strict=True)):
+        for joint, coefficient in moves:
+            if joint != leader or commands.values is None:
+                continue
+            angles = coefficient * commands.values[:, drive]
+            turns = np.floor((angles - middle) / math.tau + 0.5)
+            if turns.min() < turns.max():
+                unit, word = graph.units.angle, graph.units.angle_name
+                at = (middle + math.pi * (2.0 * turns.min() + 1.0)) / unit
+                raise graph.refuse(
+                    f"drive '{name}' turns '{graph.joints[leader].name}' past {at:.6g} {word}, half a turn from the"
+                    " middle of the curve, where the angle begins again; give another origin, or a periodic table",
+                    key,
+                )
+
+
 def _curve(entry: Follower, x_unit: float, y_unit: float) -> tuple[CurveSpec, float]:
     """The curve in SI and the middle of its table."""
     if entry.polynomial is not None:
         coefficients = [c * y_unit / x_unit**k for k, c in enumerate(entry.polynomial)]
-        return {"knots": [0.0, 1.0], "pieces": [coefficients]}, 0.0
+        origin = entry.origin * x_unit
+        return {"knots": [origin, origin + 1.0], "pieces": [coefficients]}, origin
     x, y = (np.array(values) * unit for values, unit in ((entry.at, x_unit), (entry.values, y_unit)))
     middle = 0.5 * float(x[0] + x[-1])
     pieces = spline(x, y, entry.ends)

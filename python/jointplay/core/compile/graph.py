@@ -265,6 +265,7 @@ class Graph:
     def _check_strays(self, data: MechanismFile) -> None:
         """A body on a single loose joint that nothing else speaks of, with a name almost like another one's."""
         driven = {joint for drive in data.drives.values() for joint in drive.moves}
+        driven |= {joint for follower in data.followers.values() for joint in (follower.joint, follower.follows)}
         outputs = [data.output, *data.outputs.values()]
         loads = [load for loads in (data.loads, *data.load_cases.values()) for load in loads]
         named = {place.body for place in (*outputs, *loads) if place} | {*data.start, *data.bodies}

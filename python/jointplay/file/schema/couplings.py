@@ -173,7 +173,7 @@ class GearKeys(Mesh):
     )
     internal: bool = Field(False, description="whether the second body is a ring with teeth inside")
     pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle where the pitch circles touch; 20 degrees if left out"
+        None, description="pressure angle where the pitch circles touch, at most 45 degrees; 20 if left out"
     )
 
     @model_validator(mode="after")
@@ -228,7 +228,7 @@ class RackKeys(Mesh):
         None, description="instead of the radius, with teeth: pitch diameter over tooth count"
     )
     pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle; 20 degrees if left out"
+        None, description="pressure angle, at most 45 degrees; 20 if left out"
     )
 
     @model_validator(mode="after")
@@ -338,7 +338,7 @@ class CrossedGear(SpatialMesh):
         None, description="only where the axes intersect: angle from straight teeth at the pitch point"
     )
     pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle in the section across the teeth; 20 degrees if left out"
+        None, description="pressure angle in the section across the teeth, at most 45 degrees; 20 if left out"
     )
     marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(
         None,

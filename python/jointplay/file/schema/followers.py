@@ -10,7 +10,7 @@ from jointplay.errors import shown
 
 from .drives import Flanks
 from .laws import ToleranceLaw, check_law
-from .values import ClearanceLaw, Numbers, Positive, Table, Tolerance, problem
+from .values import ClearanceLaw, Number, Numbers, Positive, Table, Tolerance, problem
 
 #: terms of a polynomial and points of a table
 MOST_TERMS, MOST_POINTS = 20, 2000
@@ -30,6 +30,11 @@ class Follower(Table):
     follows: str = Field(description="the joint whose coordinate it depends on")
     polynomial: Annotated[Numbers, Field(max_length=MOST_TERMS)] | SkipJsonSchema[None] = Field(
         None, description="coefficients of the powers of the leading coordinate, from the constant on, in file units"
+    )
+    origin: Number = Field(
+        0.0,
+        description="of a polynomial: the leading coordinate from which its powers count; an angle counts within half a"
+        " turn of it",
     )
     at: Annotated[Numbers, Field(min_length=2, max_length=MOST_POINTS)] | SkipJsonSchema[None] = Field(
         None, description="instead: values of the leading coordinate, rising"
@@ -84,6 +89,8 @@ class Follower(Table):
                 raise problem("'ends' goes with a table")
             check_law(self.error, self.law)
             return self
+        if "origin" in self.model_fields_set:
+            raise problem("'origin' goes with a polynomial")
         at, values = self.at or (), self.values or ()
         if len(at) != len(values):
             raise problem(f"at and values have the same length, not {len(at)} and {len(values)}")

@@ -15,8 +15,11 @@ from jointplay.file.toml import DEEPEST, too_deep
 NAMED = {
     "joints": "a joint",
     "drives": "a drive",
+    "followers": "a follower",
     "dimensions": "a dimension",
     "links": "a link",
+    "springs": "a spring",
+    "outputs": "an output",
     "variables": "a variable",
     "load_cases": "a load case",
     "patterns": "a pattern",
@@ -29,7 +32,9 @@ FITTED = ("fit", "diameter", "nominal", *PAIRS, *BEARING)
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {
-    "values": ("from", "to", "count"),
+    "values": ("from", "to", "count", "polynomial", "origin"),
+    "at": ("polynomial", "origin"),
+    "polynomial": ("at", "values", "ends"),
     "from": ("values",),
     "to": ("values",),
     "count": ("values",),

@@ -8,6 +8,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import BodyTable, PlanarBody, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
+from .followers import Follower
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
 from .limits import CopyLimits
@@ -116,6 +117,7 @@ class PatternTable(PatternHead):
     bodies: Mapping[str, BodyTable]
     start: Mapping[str, StartTable]
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates, those of the first copy")
+    followers: dict[Name, Follower] = Field({}, description="joint coordinates that depend on those of other joints")
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
     links: Mapping[str, LinkTable]

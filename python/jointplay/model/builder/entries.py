@@ -358,7 +358,7 @@ class Parts(Writing):
         internal : optional
             Whether the second body is a ring with teeth inside.
         pressure_angle : optional
-            Pressure angle where the pitch circles touch; 20 degrees if left out.
+            Pressure angle where the pitch circles touch, at most 45 degrees; 20 if left out.
         marks : optional
             Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
             start if left out.
@@ -449,7 +449,7 @@ class Parts(Writing):
         module : optional
             Instead of the radius, with teeth: pitch diameter over tooth count.
         pressure_angle : optional
-            Pressure angle; 20 degrees if left out.
+            Pressure angle, at most 45 degrees; 20 if left out.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -895,7 +895,7 @@ class Parts(Writing):
         spiral_angle : optional
             Only where the axes intersect: angle from straight teeth at the pitch point.
         pressure_angle : optional
-            Pressure angle in the section across the teeth; 20 degrees if left out.
+            Pressure angle in the section across the teeth, at most 45 degrees; 20 if left out.
         marks : optional
             Direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in the
             start if left out.
@@ -1187,6 +1187,7 @@ class Parts(Writing):
         joint: str | None = None,
         follows: str | None = None,
         polynomial: NumbersLike | None = None,
+        origin: NumberLike | None = None,
         at: NumbersLike | None = None,
         values: NumbersLike | None = None,
         csv: str | None = None,
@@ -1210,6 +1211,9 @@ class Parts(Writing):
             The joint whose coordinate it depends on.
         polynomial : optional
             Coefficients of the powers of the leading coordinate, from the constant on, in file units.
+        origin : optional
+            Of a polynomial: the leading coordinate from which its powers count; an angle counts within half a turn
+            of it.
         at : optional
             Instead: values of the leading coordinate, rising.
         values : optional
@@ -1240,6 +1244,7 @@ class Parts(Writing):
                 "joint": joint,
                 "follows": follows,
                 "polynomial": polynomial,
+                "origin": origin,
                 "at": at,
                 "values": values,
                 "csv": csv,

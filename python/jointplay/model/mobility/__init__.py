@@ -25,7 +25,7 @@ from jointplay.model.mechanism import Mechanism
 from .attempt import Attempt, attempt
 from .misfit import Misfit, gaps_words, misfit, misfit_words
 from .motions import FreeMotion, free_motions
-from .probe import RANK, Probe, Sample, motors, takes_part
+from .probe import RANK, Probe, Sample, dependent, motors, takes_part
 from .report import sentences
 from .self_stress import SelfStress, self_stresses
 from .spins import held_spins, spin_bodies, spin_words
@@ -60,6 +60,25 @@ CONFIGURATIONS = 5
 
 
 @dataclass(frozen=True)
+class RedundantDrives:
+    """Drives that command the same motions.
+
+    Parameters
+    ----------
+    drives : tuple of str
+        Their names; a single one commands what cannot move.
+    number : int
+        How many of them are redundant.
+    shared : bool
+        Whether all of them give way, so that they share what loads their motions.
+    """
+
+    drives: tuple[str, ...]
+    number: int
+    shared: bool
+
+
+@dataclass(frozen=True)
 class Mobility:
     """Freedoms and redundancies of a mechanism.
 
@@ -79,10 +98,8 @@ class Mobility:
         How many drives command what is decided already.
     redundant_constraints : tuple of str
         Joint components that depend on one another, such as ``J4.x``.
-    redundant_drives : tuple of str
-        Drives that depend on one another or on the joints.
-    shared : bool
-        Whether all of these give way, so that they share what loads their motion.
+    redundant_drives : tuple of RedundantDrives
+        Drives that depend on one another or on the joints; of two entries each is redundant by itself.
     motors : tuple of str
         Drives that move several joints.
     special : int
@@ -102,8 +119,7 @@ class Mobility:
     joint_redundancy: int
     drive_redundancy: int
     redundant_constraints: tuple[str, ...]
-    redundant_drives: tuple[str, ...]
-    shared: bool = False
+    redundant_drives: tuple[RedundantDrives, ...]
     motors: tuple[str, ...] = ()
     special: int = 0
     misfit: Misfit | None = None
@@ -119,6 +135,11 @@ class Mobility:
     def is_determinate(self) -> bool:
         """Whether the drives decide every body's pose, and just once."""
         return not (self.motions or self.joint_redundancy or self.drive_redundancy)
+
+    @property
+    def shared(self) -> bool:
+        """Whether all redundant drives give way, so that they share what loads their motions."""
+        return all(drives.shared for drives in self.redundant_drives)
 
     @property
     def is_decided(self) -> bool:
@@ -287,8 +308,9 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         rows = listed(mobility.redundant_constraints)
         advice = "give one of these joints another freedom or take a joint away"
         problems += [f"{part}, among {rows}; {advice}" for part in _redundancy(mobility)]
-    if not over_constrained:
-        problems += [f"{part}, which this question cannot take; drive it by one" for part in _shared(mobility)]
+    if not over_constrained and (shared := _shared(mobility)):
+        each = "it" if len(shared) == 1 else "each"
+        problems.append(f"{'; '.join(shared)}, which this question cannot take; drive {each} by one")
     key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
     raise InputError("; ".join(problems), file=m.file, key=key)
 
@@ -316,13 +338,16 @@ def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
     joint_redundancy = len(sample.joints) - (unknowns - sample.freedoms(held[:0]))
     drive_redundancy = len(sample.joints) + len(held) - (unknowns - left) - joint_redundancy
     constraints: list[int] = []
-    drives: list[int] = []
+    drives: list[RedundantDrives] = []
     if joint_redundancy:
         dependence = sample.dependences([])
         constraints = [k for k in range(len(sample.joints)) if takes_part(dependence, k)]
     if drive_redundancy:
-        dependence = sample.dependences(probe.driven)
-        drives = [probe.drives[k] for k in range(len(held)) if takes_part(dependence, len(sample.joints) + k)]
+        dependence = sample.dependences(probe.driven)[len(sample.joints) :]
+        found = dependent(dependence, drive_redundancy, probe.drives)
+        for group, number in found.items():
+            shared = all(all(m.gives_way(k)) for k in group)
+            drives.append(RedundantDrives(tuple(m.drives[k] for k in group), number, shared))
     # The pieces of an elastic body hang together by joints that are not in the file.
     inner = {member.joint for member in m.members}
     rows = [probe.rows[k] for k in constraints if probe.rows[k][0] not in inner]
@@ -334,8 +359,7 @@ def _mobility(probe: Probe, sample: Sample, first: int = 0) -> Mobility:
         joint_redundancy=joint_redundancy,
         drive_redundancy=drive_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
-        redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
-        shared=bool(drives) and all(all(m.gives_way(k)) for k in drives),
+        redundant_drives=tuple(drives),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
         special=first if first > sample.freedoms(held[:0]) else 0,
         strained=lambda: self_stresses(probe, sample),
@@ -349,9 +373,8 @@ def _redundancy(mobility: Mobility) -> list[str]:
 
 
 def _shared(mobility: Mobility) -> list[str]:
-    if not (mobility.drive_redundancy and mobility.shared):
-        return []
-    return [f"{joined([repr(name) for name in mobility.redundant_drives])} share a motion by their stiffness"]
+    shared = (found.drives for found in mobility.redundant_drives if found.shared)
+    return [f"{joined([repr(name) for name in drives])} share a motion by their stiffness" for drives in shared]
 
 
 def _drive_problems(mobility: Mobility) -> list[str]:
@@ -360,22 +383,26 @@ def _drive_problems(mobility: Mobility) -> list[str]:
         number = len(mobility.motions)
         free = "; ".join(_free(motion) for motion in mobility.motions[:3]) + ("; ..." if number > 3 else "")
         problems.append(f"too few drives: {count(number, 'motion')} {'is' if number == 1 else 'are'} free: {free}")
-    if mobility.drive_redundancy and not mobility.shared:
-        names = [repr(name) for name in mobility.redundant_drives]
-        if len(names) == 1:
-            several = mobility.redundant_drives[0] in mobility.motors
-            tied = "joints that others tie to each other already; drive one of them"
-            problem = f"{names[0]} commands {tied if several else 'a joint that cannot move; take it away'}"
-        else:
-            number = mobility.drive_redundancy
-            problem = f"{joined(names)} command the same motion; take away {number} of them"
+    rigid = [found for found in mobility.redundant_drives if not found.shared]
+    if rigid:
+        several = any(len(found.drives) > 1 for found in rigid)
+        problem = "; ".join(_too_many(mobility, found) for found in rigid)
         if mobility.open:
-            contradict = "they contradict one another" if len(names) > 1 else "it contradicts the joints"
+            contradict = "they contradict one another" if several else "it contradicts the joints"
             problem += f" ({contradict}, so that joints stay open where all others are closed: {mobility.open})"
-        if len(names) > 1:
+        if several:
             problem += "; drives share a motion where each has a stiffness"
         problems.append(f"too many drives: {problem}")
     return problems
+
+
+def _too_many(mobility: Mobility, found: RedundantDrives) -> str:
+    names = [repr(name) for name in found.drives]
+    if len(names) > 1:
+        return f"{joined(names)} command the same motion; take away {found.number} of them"
+    if found.drives[0] in mobility.motors:
+        return f"{names[0]} commands joints that others tie to each other already; drive one of them"
+    return f"{names[0]} commands a joint that cannot move; take it away"
 
 
 def _free(motion: FreeMotion) -> str:

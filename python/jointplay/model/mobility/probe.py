@@ -8,7 +8,8 @@ open on the way, because closing them would lead back to the special pose.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -254,3 +255,47 @@ def motors(m: Mechanism, rows: Floats, length: float) -> tuple[Floats, Floats]:
 def takes_part(space: Floats, row: int) -> bool:
     """Whether a row of a null space is more than rounding."""
     return bool(space.size and np.abs(space[row]).max() > TAKES_PART)
+
+
+def dependent(space: Floats, number: int, owners: Sequence[int]) -> dict[tuple[int, ...], int]:
+    """Owners of rows that depend on one another, apart from those whose rows do so by themselves.
+
+    Of independent dependences in the form [I, F], each with a row of its own, those that have other rows in common
+    belong together: no other choice of them comes apart further.
+
+    Parameters
+    ----------
+    space : ndarray
+        Dependences of the rows by column, with what else than these rows takes part in them left out.
+    number : int
+        How many of them are independent.
+    owners : sequence of int
+        What every row is of; all rows of one owner belong together.
+
+    Returns
+    -------
+    dict
+        Number of independent dependences of every group of owners.
+
+    Examples
+    --------
+    >>> both = np.array([[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [0.0, 0.0]])
+    >>> dependent(both, 2, [0, 1, 2, 3, 4])
+    {(0, 1): 1, (2, 3): 1}
+    """
+    from scipy.linalg import qr, solve_triangular
+
+    basis = np.linalg.svd(space, full_matrices=False)[0][:, :number]
+    _, reduced, order = qr(basis.T, mode="economic", pivoting=True)
+    rest = solve_triangular(reduced[:, :number], reduced)
+    at = {row: {row} for row in set(owners)}
+    counts: Counter[int] = Counter()
+    for found in rest:
+        taking = [owners[row] for row in order[np.abs(found) > TAKES_PART]]
+        joined = set().union(*(at[owner] for owner in taking))
+        at |= dict.fromkeys(joined, joined)
+        counts[taking[0]] += 1
+    groups: Counter[tuple[int, ...]] = Counter()
+    for owner, times in sorted(counts.items()):
+        groups[tuple(sorted(at[owner]))] += times
+    return dict(sorted(groups.items()))

@@ -17,6 +17,7 @@ from .turn import (
     open_start,
     turned_angle,
     turned_body,
+    turned_follower,
     turned_joint,
     turned_load,
     turned_spring,
@@ -101,6 +102,10 @@ def entries(copy: Copy, names: PatternNames) -> Iterator[CopiedEntry]:
         shift = _motor_shift(copy, name, names)
         turned = {**drive, **{key: turned_angle(drive[key], shift) for key in ("values", "from", "to") if key in drive}}
         yield CopiedEntry(("drives",), name_of.own(name), name_of.in_drive(turned, f"drives.{name}"), f"drives.{name}")
+    for name, follower in data.get("followers", {}).items():
+        key = f"followers.{name}"
+        turned = turned_follower(follower, copy.shift(follower["follows"]), copy.shift(follower["joint"]))
+        yield CopiedEntry(("followers",), name_of.own(name), name_of.in_follower(turned, key), key)
     for number, load in enumerate(data.get("loads", [])):
         if turn is not None:
             place = _is_own(load.get("body"), copy, names)

@@ -17,7 +17,7 @@ GROUND = "ground"
 #: a point of the output among the two of a dimension
 OUTPUT = "output"
 #: sections whose entries have names, apart from those of bodies
-NAMED = ("joints", "drives", "dimensions", "links", "springs")
+NAMED = ("joints", "drives", "followers", "dimensions", "links", "springs")
 #: axes of a load: those of its body
 OF_BODY = "body"
 #: keys whose value is the name of a body
@@ -224,6 +224,10 @@ class NamesOfCopy:
             if isinstance(drive.get(word), dict) and not {*drive[word]} <= {*Backlash.model_fields}:
                 new[word] = {self.joint(name, f"{key}.{word}.{name}"): value for name, value in drive[word].items()}
         return new
+
+    def in_follower(self, follower: Mapping[str, Any], key: str) -> dict[str, Any]:
+        """A follower between joints of the copy."""
+        return {**follower, **{word: self.joint(follower[word], f"{key}.{word}") for word in ("joint", "follows")}}
 
     def in_spring(self, spring: Mapping[str, Any], key: str) -> dict[str, Any]:
         """A spring between bodies of the copy, or about one of its joints."""

@@ -276,6 +276,18 @@ def turned_body(data: Data, turn: Turn, refuse: Any) -> Data:
     return new
 
 
+def turned_follower(data: Data, leading: float, following: float) -> Data:
+    """A follower of the copy, whose leading and following coordinates have angles added."""
+    new = dict(data)
+    if "polynomial" in data:
+        first, *rest = data["polynomial"]
+        new["polynomial"] = [first + following, *rest]
+        if leading:
+            new["origin"] = data.get("origin", 0.0) + leading
+        return new
+    return new | {"at": turned_angle(data["at"], leading), "values": turned_angle(data["values"], following)}
+
+
 def turned_angle(values: Any, shift: float) -> Any:
     """A coordinate, or a list of them, with the angle added."""
     return [value + shift for value in values] if isinstance(values, list) else values + shift

@@ -37,15 +37,16 @@ def _joints(result: Result) -> ResultTable:
     kinds, first, second = (result.get(name)[rows] for name in ("joint_kind", "first_body", "second_body"))
     driven = result.get("driven_joint").tolist() if "driven_joint" in result.data else []
     names_of_drives = result.labels("drive") if driven else []
-    drives = {joint: drive for many, drive in zip(driven, names_of_drives, strict=True) for joint in many.split(", ")}
+    moves = [(joint, drive) for many, drive in zip(driven, names_of_drives, strict=True) for joint in many.split(", ")]
     columns = [
         words("joint", names, is_key=True),
         words("type", [WORDS.get(kind, kind) for kind in kinds.tolist()]),
         words("carried by", first.tolist()),
         words("rides on it", second.tolist()),
     ]
-    if drives:
-        columns.append(words("driven by", [drives.get(name, "") for name in names]))
+    if moves:
+        by = [", ".join(drive for joint, drive in moves if joint == name) for name in names]
+        columns.append(words("driven by", by))
     title = f"{plural(len(_bodies(result)), 'body', 'bodies')}, {plural(len(names), 'joint', 'joints')}"
     return ResultTable(title, tuple(columns))
 
