@@ -179,7 +179,7 @@ class Draft:
             if self.maybe(0.4):
                 drive["backlash"] = self.rng.uniform(0.1, 1.0)
             if elastic and self.maybe():
-                drive["stiffness"] = 10 ** self.rng.uniform(4, 5)
+                drive["stiffness"] = 10 ** self.rng.uniform(2.3, 5)
         for body, names in on.items():
             if links and len(names) > 1 and self.joints[names[1]]["type"] not in ("fixed", "pin_in_slot"):
                 link = {"body": body, "between": names[:2], **{c: self.off(self.play) for c in "xy"}}
