@@ -58,6 +58,9 @@ pub(crate) struct Rest {
     pub still: bool,
 }
 
+/// By element, the middle of a set that forces leave open as a whole.
+type Middles = Vec<Option<Vec<f64>>>;
+
 /// Where a sequence begins.
 pub(super) struct Start<P> {
     pub place: P,
@@ -246,7 +249,7 @@ impl System<'_> {
     ) -> Result<Reached<P>, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(place.displacements(), known);
         let (mut slowest, mut restless) = (0.0_f64, 0);
-        let mut rested: Option<(Reached<P>, Vec<Option<Vec<f64>>>)> = None;
+        let mut rested: Option<(Reached<P>, Middles)> = None;
         // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
         loop {
@@ -333,7 +336,7 @@ impl System<'_> {
     }
 
     /// The middle of every set that no equation ties and that forces leave open as a whole.
-    fn middles_of_open(&self, c: &Ties, forces: &DVector<f64>) -> Vec<Option<Vec<f64>>> {
+    fn middles_of_open(&self, c: &Ties, forces: &DVector<f64>) -> Middles {
         let middle = |element: &Element| {
             let open = self.face(element, c, forces).filter(|face| face.is_whole() && !Self::is_tied(element, c));
             open.map(|face| face.centre[..element.columns.len()].to_vec())
