@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
-use jointplay_core::nominal::Seed;
+use jointplay_core::nominal::{DriveRates, Seed};
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Answer, Case, Mechanism as Core, Spec};
@@ -275,6 +275,32 @@ impl Mechanism {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
         self.table(py, work(py, || self.core.measure(&cases))?)
+    }
+
+    /// How all bodies move at their origins (see `origins`) in configurations that are solved already, by the speeds and
+    /// accelerations of the drives.
+    fn moving<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        speeds: PyReadonlyArray2<'py, f64>,
+        accelerations: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let speeds = rows(&speeds, "speeds", core.n_drives())?;
+        let accelerations = rows(&accelerations, "accelerations", core.n_drives())?;
+        if [speeds.len(), accelerations.len()] != [cases.len(); 2] {
+            return Err(PyValueError::new_err("a row of speeds and of accelerations per configuration is needed"));
+        }
+        let rates: Vec<DriveRates<'_>> = speeds
+            .iter()
+            .zip(&accelerations)
+            .map(|(speeds, accelerations)| DriveRates { speeds, accelerations })
+            .collect();
+        self.table(py, work(py, || core.moving(&cases, &rates))?)
     }
 
     fn inverse<'py>(

@@ -253,7 +253,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     require_loads(m)
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
-        if not m.loads.along:
+        if not m.loads.vary:
             found = m.core.loaded(drives, at.poses[places])
             return found["error"], at.worse(found["status"], places)
         numbers = np.arange(len(at))[places]
@@ -324,7 +324,7 @@ def _report(
         def corrected_under(one: Mechanism, part: slice) -> Loaded:
             return one.core.loaded(found.drives[part], at.poses[part])
 
-        half = under_loads(m, len(at), corrected_under)[0]["undetermined"]
+        half = under_loads(m, at, corrected_under)[0]["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")
     lengths = np.isin(m.components, LENGTHS)

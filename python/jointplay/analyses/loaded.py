@@ -23,6 +23,7 @@ from jointplay.basics.typed import typed
 from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
 from jointplay.model.gaps import attributes, core_with
+from jointplay.model.inertia import wrenches
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
 from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
@@ -39,6 +40,7 @@ from .nominal import (
     without_singular,
 )
 from .recorded import recorded
+from .running import moving
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -128,7 +130,7 @@ def compute(
     count, drives, poses = len(at), at.drives, at.poses
     found, done = under_loads(
         m,
-        count,
+        at,
         lambda one, part: core_with(one, sizes).loaded(
             drives[part], poses[part], exact, offset or details, details, partly=True
         ),
@@ -173,7 +175,7 @@ def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) ->
         def ask(one: Mechanism, part: slice, play: str = play) -> Loaded:
             return core_with(one, play).loaded(at.drives[part], at.poses[part], exact, False, False, partly=True)
 
-        found, done = under_loads(m, len(at), ask)
+        found, done = under_loads(m, at, ask)
         known = np.isin(STATUSES[at.first(done).worse(found["status"])], READABLE)
         error[:done][known], half[:done][known] = found["error"][known], found["undetermined"][known]
         add_play(builder, play, error, half)
@@ -182,18 +184,21 @@ def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) ->
     return unfinished
 
 
-def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], AnyColumns]) -> tuple[AnyColumns, int]:
+def under_loads(m: Mechanism, at: Nominal, run: Callable[[Mechanism, slice], AnyColumns]) -> tuple[AnyColumns, int]:
     """What a question gives for all configurations, each under its own loads; and how many of them are done."""
+    if not m.loads.vary:
+        found = run(m, slice(len(at)))
+        return found, len(found["status"])
+    forces = None if m.motion is None else wrenches(m, moving(m, at))
 
     def rows(part: slice) -> AnyColumns:
+        k = part.start
+        own = m.at_rest_under(k) if forces is None else m.running_with(k, forces[k])
         # Without the totals, which belong to no configuration.
-        found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
+        found = {name: array for name, array in run(own, part).items() if np.ndim(array)}
         return cast("AnyColumns", found)
 
-    if m.loads.along:
-        return batched(count, 1, rows, None)
-    found = run(m, slice(count))
-    return found, len(found["status"])
+    return batched(len(at), 1, rows, None)
 
 
 def _details(builder: ResultBuilder, found: Loaded) -> None:

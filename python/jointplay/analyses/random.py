@@ -325,7 +325,8 @@ class _Draws:
     def scatter(self, place: tuple[int, Nominal]) -> Random:
         """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
         k, at = place
-        return (self.m.under_loads_of(k) if self.is_loaded else self.m).core.random(
+        own = self.m.running_under(k, at.drives, at.poses) if self.is_loaded else self.m
+        return own.core.random(
             at.drives,
             at.poses,
             self.samples,

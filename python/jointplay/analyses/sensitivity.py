@@ -62,7 +62,7 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `sensitivity`."""
     at = (at or nominal(m)).with_errors
     drives, poses = at.drives, at.poses
-    found, done = under_loads(m, len(at), lambda one, part: one.core.jacobians(drives[part], poses[part]))
+    found, done = under_loads(m, at, lambda one, part: one.core.jacobians(drives[part], poses[part]))
     found, at = without_singular(found), at.first(done)
     builder = report(m, "sensitivity", at, obtained="derivatives of the equations of closure and equilibrium")
     each = ("configuration", "component")

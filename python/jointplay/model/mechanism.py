@@ -20,14 +20,15 @@ from jointplay import _core
 from jointplay.basics import files
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
-from jointplay.core.compile import Compiled, Loads, compile_file
-from jointplay.core.spec import Changes, PointSpec, Spec
+from jointplay.core.compile import Compiled, Loads, DriveMotion, compile_file
+from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml
 from jointplay.file.document import Source
 from jointplay.file.schema import MechanismFile, validate
 from jointplay.file.schema.keys import change, expand, value_at
 from jointplay.model import motion
+from jointplay.model.inertia import kinematics, with_inertia, wrenches
 from jointplay.model.patterns import written_out
 
 
@@ -235,21 +236,52 @@ class Mechanism(Compiled):
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
 
-    def under_loads_of(self, configuration: int) -> Mechanism:
-        """The mechanism under the loads of a configuration; itself where they do not change along the path.
+    def at_rest_under(self, configuration: int) -> Mechanism:
+        """The mechanism at rest under the loads of a configuration; itself where they do not change along the path.
 
         Parameters
         ----------
         configuration : int
             Number of the configuration, from 0.
         """
-        if not self.loads.along:
-            return self
+        return self._under(self.loads.at(configuration), None) if self.loads.vary else self
+
+    def running_under(self, configuration: int, drives: Floats, placed: Floats) -> Mechanism:
+        """The mechanism under the loads of a configuration and, where drives move, its inertia there.
+
+        Parameters
+        ----------
+        configuration : int
+            Number of the configuration, from 0: whose loads act, and whose speeds the drives have.
+        drives : ndarray
+            Drive values, shape (1, drive).
+        placed : ndarray
+            Nominal poses there, shape (1, body, pose).
+        """
+        if self.motion is None:
+            return self.at_rest_under(configuration)
+        moving = kinematics(self, drives, placed, self.motion.at(configuration).rates)
+        return self.running_with(configuration, wrenches(self, moving)[0])
+
+    def running_with(self, configuration: int, forces: Floats) -> Mechanism:
+        """The same where the forces of inertia are known already.
+
+        Parameters
+        ----------
+        configuration : int
+        forces : ndarray
+            As `inertia.wrenches` has them.
+        """
+        assert self.motion is not None
+        loads = with_inertia(self, self.loads.at(configuration), forces)
+        return self._under(loads, self.motion.at(configuration))
+
+    def _under(self, loads: list[LoadSpec], motion: DriveMotion | None) -> Mechanism:
+        """The same mechanism under loads that do not change, moving as it does in one configuration."""
         steady = object.__new__(Mechanism)
-        loads = self.loads.at(configuration)
         own = {name: value for name, value in vars(self).items() if name != "core"}
         spec = MappingProxyType({**self.core_spec, "loads": loads})
-        vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
+        vars(steady).update(own, loads=Loads(loads), motion=motion, core_spec=spec, _parts={})
         return steady
 
     def worn(self, growth: Mapping[int, float]) -> Mechanism:

@@ -33,6 +33,7 @@ from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph, Point
 from .grid import Grid, compile_grid
 from .loads import Loads, compile_loads, compile_output, places_of_outputs
 from .members import Member, split
+from .motion import DriveMotion
 from .sizes import described
 from .source import LOOSE, CompiledSource
 from .sources import compile_sources
@@ -55,6 +56,7 @@ __all__ = [
     "Limits",
     "Loads",
     "Member",
+    "DriveMotion",
     "Spin",
     "compile_file",
     "coordinate",
@@ -171,6 +173,10 @@ class Compiled:
         SI per file unit of every drive.
     drive_values : ndarray or None
         Commanded values, shape (configuration, drive); None when a path is followed.
+    motion : DriveMotion or None
+        Speeds and accelerations of the drives; None where every drive stands still.
+    rotor_inertia : ndarray
+        Of every drive, reduced to its value: kg m^2, or kg where the value is a length.
     start_drives : ndarray
         Drive values at the start guess, from which a path is approached.
     targets : ndarray or None
@@ -223,6 +229,8 @@ class Compiled:
     pose_size: int
     drive_factors: Floats
     drive_values: Floats | None
+    motion: DriveMotion | None
+    rotor_inertia: Floats
     start_drives: Floats
     targets: Floats | None
     target_components: tuple[str, ...]
@@ -359,7 +367,7 @@ def compile_file(data: MechanismFile, file: str, output: str = "", load_case: st
 
 def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str]) -> Compiled:
     assert data.output is not None
-    units = Units(data.units.length, data.units.angle, data.units.force)
+    units = Units(data.units.length, data.units.angle, data.units.force, data.units.turning_speed or "")
     graph = Graph(data, units, file)
     add_followers(data, graph)
     commands = compile_drives(data, graph)
@@ -442,6 +450,13 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         pose_size=guess.shape[1],
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
+        motion=commands.motion,
+        rotor_inertia=_fixed(
+            [
+                drive.rotor_inertia * (units.length**2 if graph.joints[joint].is_angular else 1.0)
+                for drive, joint in zip(data.drives.values(), commands.joints, strict=True)
+            ]
+        ),
         start_drives=_fixed([float(coordinate(spec, moves[0][0], guess)) / moves[0][1] for moves in commands.moves]),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,

@@ -1,0 +1,154 @@
+"""Forces of inertia: what the nominal motion of the bodies does to a mechanism.
+
+With velocities and accelerations of the origins from the core, a point at r from the origin of its body has
+
+    v = v_O + w x r,    a = a_O + w' x r + w x (w x r)
+
+and inertia loads a body of mass m and moments of inertia I with -m a at its centre of mass and -(I w' + w x I w) about
+it, all in ground axes. A rod between two balls that nothing turns about its line keeps no spin about it: with the line
+along e its angular velocity is that part of w across e, and its derivative is taken accordingly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
+from jointplay.core.spec import LoadSpec
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """How bodies move in some configurations, SI, ground axes; nan where a configuration is not assembled.
+
+    Attributes
+    ----------
+    poses : ndarray
+        Shape (configuration, body, pose).
+    velocity, acceleration : ndarray
+        Of the core's origins, then angular; shape (configuration, body, 6).
+    origins : ndarray
+        Where these origins are, body axes, shape (body, 3).
+    """
+
+    poses: Floats
+    velocity: Floats
+    acceleration: Floats
+    origins: Floats
+
+    def of_point(self, body: int, at: tuple[float, ...]) -> tuple[Floats, Floats]:
+        """Velocity and acceleration of a point of a body, each with the angular one behind; shape (configuration, 6)."""
+        arm = np.einsum("nij,j->ni", poses.matrix(self.poses[:, body]), np.array(at) - self.origins[body])
+        (v, w), (a, turning) = (np.split(of[:, body], 2, axis=1) for of in (self.velocity, self.acceleration))
+        spun = np.cross(w, arm)
+        return (
+            np.concatenate([v + spun, w], axis=1),
+            np.concatenate([a + np.cross(turning, arm) + np.cross(w, spun), turning], axis=1),
+        )
+
+
+def kinematics(m: Mechanism, drives: Floats, placed: Floats, rates: Floats) -> Kinematics:
+    """How the bodies move.
+
+    Parameters
+    ----------
+    m : Mechanism
+    drives : ndarray
+        Drive values, SI, shape (configuration, drive).
+    placed : ndarray
+        Nominal poses there.
+    rates : ndarray
+        Speeds and accelerations of the drives, shape (2 or more, configuration or 1, drive).
+    """
+    speeds, accelerations = (np.ascontiguousarray(np.broadcast_to(rate, drives.shape)) for rate in rates[:2])
+    found = m.core.moving(drives, placed, speeds, accelerations)
+    velocity, acceleration = (_in_space(found[name]) for name in ("velocity", "acceleration"))
+    motion = Kinematics(placed, velocity, acceleration, m.core.origins)
+    for spin in m.spins:
+        if spin.load is None:
+            _without_spin(m, motion, spin.joints, spin.bodies)
+    return motion
+
+
+def _in_space(twists: Floats) -> Floats:
+    """Velocities as six numbers, in the plane as in space."""
+    if twists.shape[-1] == 6:
+        return twists
+    whole = np.zeros((*twists.shape[:-1], 6))
+    whole[..., [0, 1, 5]] = twists
+    return whole
+
+
+def _without_spin(m: Mechanism, motion: Kinematics, joints: tuple[int, int], bodies: tuple[int, ...]) -> None:
+    """Take the spin about the line through two balls away from the motion of the bodies between them, in place."""
+    own = [next(point for point in m.joint_points[joint] if m.points[point].body in bodies) for joint in joints]
+    start, end = (poses.place(motion.poses[:, m.points[p].body], m.points[p].at) for p in own)
+    line = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+    for body in bodies:
+        w, turning = motion.velocity[:, body, 3:].copy(), motion.acceleration[:, body, 3:].copy()
+        along = np.sum(w * line, axis=1, keepdims=True)
+        bending = np.cross(w, line)
+        across = w - along * line
+        # The line turns with w, whatever the spin: e' = w x e.
+        slower = turning - np.sum(turning * line, axis=1, keepdims=True) * line - along * bending
+        # Points of the line keep their motion, the origin of the body may be off it.
+        arm = poses.place(motion.poses[:, body], motion.origins[body]) - start
+        v, a = motion.velocity[:, body, :3], motion.acceleration[:, body, :3]
+        at_start = v - np.cross(w, arm)
+        pulled = a - np.cross(turning, arm) - np.cross(w, np.cross(w, arm))
+        motion.velocity[:, body, :3] = at_start + np.cross(across, arm)
+        motion.acceleration[:, body, :3] = (
+            pulled + np.cross(slower, arm) + np.cross(across, np.cross(across, arm))
+        )
+        motion.velocity[:, body, 3:], motion.acceleration[:, body, 3:] = across, slower
+
+
+def wrenches(m: Mechanism, motion: Kinematics) -> Floats:
+    """Force and moment of inertia on every body that has any, at its centre of mass; shape (configuration, body, 6).
+
+    Parameters
+    ----------
+    m : Mechanism
+    motion : Kinematics
+    """
+    found = np.zeros((len(motion.poses), len(m.loads.inertial), 6))
+    for k, inertial in enumerate(m.loads.inertial):
+        point = m.points[m.loads.first[inertial.load]["point"]]
+        velocity, acceleration = motion.of_point(point.body, point.at)
+        turn = poses.matrix(motion.poses[:, point.body])
+        matrix = turn @ inertial.matrix @ np.swapaxes(turn, 1, 2)
+        w, turning = velocity[:, 3:], acceleration[:, 3:]
+        found[:, k, :3] = -inertial.mass * acceleration[:, :3]
+        spun = np.einsum("nij,nj->ni", matrix, w)
+        found[:, k, 3:] = -(np.einsum("nij,nj->ni", matrix, turning) + np.cross(w, spun))
+    # Where nothing is assembled no load decides anything.
+    return np.nan_to_num(found)
+
+
+def with_inertia(m: Mechanism, loads: list[LoadSpec], forces: Floats) -> list[LoadSpec]:
+    """Loads of a configuration with the forces of inertia.
+
+    Parameters
+    ----------
+    m : Mechanism
+    loads : list of LoadSpec
+        Those at rest.
+    forces : ndarray
+        Of `wrenches`, of this configuration.
+    """
+    told = list(loads)
+    for inertial, wrench in zip(m.loads.inertial, forces, strict=True):
+        weight = told[inertial.load]
+        told[inertial.load] = {
+            **weight,
+            "force": (np.array(weight["force"]) + wrench[:3]).tolist(),
+            "moment": (np.array(weight["moment"]) + wrench[3:]).tolist(),
+        }
+    return told
