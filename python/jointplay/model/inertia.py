@@ -5,8 +5,9 @@ With velocities and accelerations of the origins from the core, a point at r fro
     v = v_O + w x r,    a = a_O + w' x r + w x (w x r)
 
 and inertia loads a body of mass m and moments of inertia I with -m a at its centre of mass and -(I w' + w x I w) about
-it, all in ground axes. A rod between two balls that nothing turns about its line keeps no spin about it: with the line
-along e its angular velocity is that part of w across e, and its derivative is taken accordingly.
+it, all in ground axes. A rod between two balls, with the same moment of inertia about every direction across its line e,
+has no spin about it, since nothing turns it. Without its moment about the line, `I - (e.I e) e e^T`, the two terms are
+those of a rod that does not spin, whatever w is along e.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import Spin
 from jointplay.core.spec import LoadSpec
 
 if TYPE_CHECKING:
@@ -70,11 +72,7 @@ def kinematics(m: Mechanism, drives: Floats, placed: Floats, rates: Floats) -> K
     speeds, accelerations = (np.ascontiguousarray(np.broadcast_to(rate, drives.shape)) for rate in rates[:2])
     found = m.core.moving(drives, placed, speeds, accelerations)
     velocity, acceleration = (_in_space(found[name]) for name in ("velocity", "acceleration"))
-    motion = Kinematics(placed, velocity, acceleration, m.core.origins)
-    for spin in m.spins:
-        if spin.load is None:
-            _without_spin(m, motion, spin.joints, spin.bodies)
-    return motion
+    return Kinematics(placed, velocity, acceleration, m.core.origins)
 
 
 def _in_space(twists: Floats) -> Floats:
@@ -86,28 +84,35 @@ def _in_space(twists: Floats) -> Floats:
     return whole
 
 
-def _without_spin(m: Mechanism, motion: Kinematics, joints: tuple[int, int], bodies: tuple[int, ...]) -> None:
-    """Take the spin about the line through two balls away from the motion of the bodies between them, in place."""
-    own = [next(point for point in m.joint_points[joint] if m.points[point].body in bodies) for joint in joints]
-    start, end = (poses.place(motion.poses[:, m.points[p].body], m.points[p].at) for p in own)
-    line = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
-    for body in bodies:
-        w, turning = motion.velocity[:, body, 3:].copy(), motion.acceleration[:, body, 3:].copy()
-        along = np.sum(w * line, axis=1, keepdims=True)
-        bending = np.cross(w, line)
-        across = w - along * line
-        # The line turns with w, whatever the spin: e' = w x e.
-        slower = turning - np.sum(turning * line, axis=1, keepdims=True) * line - along * bending
-        # Points of the line keep their motion, the origin of the body may be off it.
-        arm = poses.place(motion.poses[:, body], motion.origins[body]) - start
-        v, a = motion.velocity[:, body, :3], motion.acceleration[:, body, :3]
-        at_start = v - np.cross(w, arm)
-        pulled = a - np.cross(turning, arm) - np.cross(w, np.cross(w, arm))
-        motion.velocity[:, body, :3] = at_start + np.cross(across, arm)
-        motion.acceleration[:, body, :3] = (
-            pulled + np.cross(slower, arm) + np.cross(across, np.cross(across, arm))
-        )
-        motion.velocity[:, body, 3:], motion.acceleration[:, body, 3:] = across, slower
+def matrices(m: Mechanism, placed: Floats) -> Floats:
+    """Moments of inertia of what inertia loads, about the centres of mass in ground axes; shape (configuration, body, 3, 3).
+
+    Of bodies that can spin about a line between two balls without that about the line, which they do not turn.
+
+    Parameters
+    ----------
+    m : Mechanism
+    placed : ndarray
+        Poses of all bodies, shape (configuration, body, pose).
+    """
+    found = np.zeros((len(placed), len(m.loads.inertial), 3, 3))
+    lines = {body: _line(m, spin, placed) for spin in m.spins if spin.load is None for body in spin.bodies}
+    for k, inertial in enumerate(m.loads.inertial):
+        body = m.points[m.loads.first[inertial.load]["point"]].body
+        turn = poses.matrix(placed[:, body])
+        found[:, k] = turn @ inertial.matrix @ np.swapaxes(turn, 1, 2)
+        if body in lines:
+            line = lines[body]
+            about = np.einsum("ni,nij,nj->n", line, found[:, k], line)
+            found[:, k] -= np.einsum("n,ni,nj->nij", about, line, line)
+    return found
+
+
+def _line(m: Mechanism, spin: Spin, placed: Floats) -> Floats:
+    """Direction of the line through the two balls of a spin, ground axes, shape (configuration, 3)."""
+    own = [next(p for p in m.joint_points[joint] if m.points[p].body in spin.bodies) for joint in spin.joints]
+    start, end = (poses.place(placed[:, m.points[p].body], m.points[p].at) for p in own)
+    return np.asarray((end - start) / np.linalg.norm(end - start, axis=1, keepdims=True))
 
 
 def wrenches(m: Mechanism, motion: Kinematics) -> Floats:
@@ -119,15 +124,14 @@ def wrenches(m: Mechanism, motion: Kinematics) -> Floats:
     motion : Kinematics
     """
     found = np.zeros((len(motion.poses), len(m.loads.inertial), 6))
+    matrix = matrices(m, motion.poses)
     for k, inertial in enumerate(m.loads.inertial):
         point = m.points[m.loads.first[inertial.load]["point"]]
         velocity, acceleration = motion.of_point(point.body, point.at)
-        turn = poses.matrix(motion.poses[:, point.body])
-        matrix = turn @ inertial.matrix @ np.swapaxes(turn, 1, 2)
         w, turning = velocity[:, 3:], acceleration[:, 3:]
         found[:, k, :3] = -inertial.mass * acceleration[:, :3]
-        spun = np.einsum("nij,nj->ni", matrix, w)
-        found[:, k, 3:] = -(np.einsum("nij,nj->ni", matrix, turning) + np.cross(w, spun))
+        swing = np.cross(w, np.einsum("nij,nj->ni", matrix[:, k], w))
+        found[:, k, 3:] = -(np.einsum("nij,nj->ni", matrix[:, k], turning) + swing)
     # Where nothing is assembled no load decides anything.
     return np.nan_to_num(found)
 

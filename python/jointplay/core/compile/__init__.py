@@ -384,7 +384,12 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
     asked = [data.output, *data.outputs.values()]
     watched = {name for each in asked for name in (each.body, each.relative_to)}
     acting = _acting(data, loads, springs, key_of_load)
-    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
+    inertias = {
+        graph.points[loads.first[one.load]["point"]].body: (f"bodies.{one.body}.rotational_inertia", one.matrix)
+        for one in loads.inertial
+    }
+    outputs_of = {k for k, name in enumerate(graph.bodies) if name in watched}
+    spins = find_spins(graph, guess, outputs_of, acting, inertias)
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
     followers = compile_followers(data, graph, commands)
@@ -481,9 +486,14 @@ def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output
 def _acting(
     data: MechanismFile, loads: Loads, springs: list[SpringSpec], key_of_load: Callable[[int], str]
 ) -> list[tuple[str, LoadSpec]]:
-    """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
+    """What acts on the bodies in some configuration, by its key in the file; of springs and inertia any force."""
     keys = _of_loads(data, loads, key_of_load, "its weight")
     acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
+    acting += [
+        (f"bodies.{one.body}.centre", {**loads.first[one.load], "force": [1.0, 0.0, 0.0]})
+        for one in loads.inertial
+        if one.mass > 0.0
+    ]
     for name, spring in _named(data, springs):
         acting += [
             (f"springs.{name}", {"point": spring[end], "force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})

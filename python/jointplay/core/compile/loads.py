@@ -31,6 +31,8 @@ class Inertial:
 
     Parameters
     ----------
+    body : str
+        Its name.
     load : int
         The number of its weight among the loads, at its centre of mass, to which the forces of inertia are added.
     mass : float
@@ -38,6 +40,7 @@ class Inertial:
         Of its moments of inertia about the centre, body axes.
     """
 
+    body: str
     load: int
     mass: float
     matrix: Floats
@@ -209,7 +212,7 @@ def _add_weights(data: MechanismFile, graph: Graph, commands: Commands, loads: L
         index = graph.bodies.index(name)
         if commands.motion is not None:
             matrix = _matrix(body) * graph.units.length**2
-            loads.inertial.append(Inertial(len(loads.first), body.mass, matrix))
+            loads.inertial.append(Inertial(name, len(loads.first), body.mass, matrix))
         told: LoadSpec = {
             "point": graph.add_point(index, body.centre),
             "force": list(vector(data.gravity, body.mass)),
