@@ -40,7 +40,7 @@ from .nominal import (
     without_singular,
 )
 from .recorded import recorded
-from .running import moving
+from .running import add_contact, add_drives, add_motion, moving
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -145,11 +145,13 @@ def compute(
     builder.add(
         "undetermined", pose, found["undetermined"], "half-width of the indeterminacy that the load leaves", "component"
     )
+    add_motion(m, builder, at, details=details)
     if offset or details:
         builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     if details:
         _details(builder, found)
         _drives(m, builder, found)
+        add_contact(m, builder, at)
     builder.add("iterations", "configuration", found["iterations"], "steps until contact had converged")
     if not m.core.isostatic:
         words = "clearance scale factor required for assembly of the rigid bodies"
@@ -235,6 +237,7 @@ def _drives(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:
     each = ("configuration", "drive")
     words = "moment or force of the drive on the second body of its joint, along its coordinate"
     builder.add("drive_torque", each, found["drive_force"], words, "work:drive")
+    add_drives(m, builder, found["drive_force"])
     if "backlash" in m.source_kinds:
         words = "end of the lost motion at which the load holds the drive: 1 the upper, -1 the lower, 0 neither"
         builder.add("drive_flank", each, _flanks(m, found["offset"]), words)

@@ -45,9 +45,14 @@ class Kinematics:
     acceleration: Floats
     origins: Floats
 
+    def arm(self, body: int, at: tuple[float, ...]) -> Floats:
+        """From the origin of a body to a point of it, shape (configuration, 3)."""
+        turn = poses.matrix(self.poses[:, body])
+        return np.asarray(np.einsum("nij,j->ni", turn, np.array(at) - self.origins[body]))
+
     def of_point(self, body: int, at: tuple[float, ...]) -> tuple[Floats, Floats]:
         """Velocity and acceleration of a point of a body, each with the angular one behind; shape (configuration, 6)."""
-        arm = np.einsum("nij,j->ni", poses.matrix(self.poses[:, body]), np.array(at) - self.origins[body])
+        arm = self.arm(body, at)
         (v, w), (a, turning) = (np.split(of[:, body], 2, axis=1) for of in (self.velocity, self.acceleration))
         spun = np.cross(w, arm)
         return (
