@@ -7,15 +7,18 @@ sqrt(R / (m_t c)), while R itself turns with the speed theta'. The ratio of both
 
     kappa = theta' sqrt(m_t c / R),   theta' = |R x R'| / R^2,   m_t = 1 / (t . (T^T M T)^-1 t)
 
-with t across R in the plane of R and R', T the twists of all bodies by displacements of the gap, and M their masses. Below
+with t across R in the plane of R and R', T the twists of all bodies by displacements of the gap, and M their masses. It has
+peaks where R passes near zero, often between two configurations; so R is followed from each to the next. Below
 `FOLLOWS` the pin lags by less than some degrees; above `LOST` the pendulum, starting from rest, leaves its hole while R
 passes by; in between it depends on what is still swinging.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics import poses
@@ -26,7 +29,7 @@ from jointplay.model.inertia import Kinematics, kinematics, matrices, wrenches
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
-from .nominal import OK, Nominal
+from .nominal import OK, Nominal, at_drives
 
 #: contact rates below which contact follows, and above which it is lost
 FOLLOWS, LOST = 0.3, 5.6
@@ -36,6 +39,8 @@ CONTACT = ("follows", "may be lost", "lost")
 ROUND = ("disc", "ball")
 #: motion of the drives by which reactions are differenced, in radians or characteristic lengths
 STEP = 1e-4
+#: instants of a path between which reactions go straight on, and the fewest from one configuration to the next
+INSTANTS, FEWEST = 720, 4
 #: a rate of turning below this part of the speed of the drives is rounding
 STILL = 1e-9
 
@@ -105,36 +110,164 @@ def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal) -> None:
     words = "turning of the reaction over the frequency of the play's pendulum (contact rate)"
     builder.add("contact_rate", ("configuration", "source"), rate, words)
     named = np.where(np.isnan(rate), "", np.array(CONTACT)[(rate > FOLLOWS).astype(int) + (rate > LOST)])
-    builder.add("contact", ("configuration", "source"), named, "whether contact follows the reaction; empty: not judged")
+    builder.add(
+        "contact", ("configuration", "source"), named, "whether contact follows the reaction; empty: not judged"
+    )
 
 
 def contact_rates(m: Mechanism, at: Nominal) -> Floats:
-    """Contact rate of every source, shape (configuration, source); nan where it is not judged."""
-    rates = rates_of(m, len(at))
-    unit = np.array([1.0 if m.coordinate_kind(joint) == "angle" else m.length for joint in m.drive_joints])
-    fastest = np.abs(rates[0] / unit).max(axis=1)
-    places = np.flatnonzero(np.isfinite(at.poses).all(axis=(1, 2)) & (at.status == OK) & (fastest > 0.0))
+    """The largest contact rate of every source near each configuration, shape (configuration, source).
+
+    Near is as far as half-way to the next configurations, where it is known when each of them is passed. Not a number
+    where it is not judged.
+    """
     found = np.full((len(at), len(m.sources)), np.nan)
     judged = _judged(m)
-    if not len(places) or not judged:
+    if not judged:
         return found
-    here, own, fastest = at.chosen(places), rates[:, places], fastest[places]
-    before, reaction, after = (_reactions(m, here, own, side * STEP / fastest, places) for side in (-1.0, 0.0, 1.0))
-    turning = (after - before) / (2.0 * STEP / fastest[:, None, None])
-    masses, twists = _mobility(m, here)
+    instants = _along_path(m, at) if _timed(m, at) else _around(m, at)
+    speed = np.abs(instants.rates[0] / _units(m)).max(axis=1)
+    known = np.isfinite(instants.at.poses).all(axis=(1, 2)) & (instants.at.status == OK)
+    places = np.flatnonzero(known)
+    if not len(places):
+        return found
+    forces = np.full((len(known), len(m.joints), 3), np.nan)
+    forces[places] = _reactions(m, instants.chosen(places))
+    masses, twists = _mobility(m, instants.at.chosen(places))
+    own = np.cumsum(known) - 1
+    begin = np.flatnonzero(known[:-1] & known[1:] & instants.goes_on[:-1] & (speed[:-1] + speed[1:] > 0.0))
     for source, joint, play in judged:
-        size = np.linalg.norm(reaction[:, joint], axis=1)
-        along = reaction[:, joint] / np.where(size > 0.0, size, 1.0)[:, None]
-        across = turning[:, joint] - np.sum(turning[:, joint] * along, axis=1, keepdims=True) * along
-        change = np.linalg.norm(across, axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            gap = twists[:, :, _rows(m, joint)]
-            mass = _effective(np.einsum("nia,nij,njb->nab", gap, masses, gap), across / change[:, None])
-            theta = change / size
-            rate = theta * np.sqrt(mass * play / size)
-        rate = np.where(theta > STILL * fastest, rate, 0.0)
-        found[places, source] = np.where(size > 0.0, rate, np.inf)
+        rows = _rows(m, joint)
+        gaps = [twists[own[k]][:, :, rows] for k in (begin, begin + 1)]
+        ends = [
+            np.einsum("nia,nij,njb->nab", gap, masses[own[k]], gap)
+            for k, gap in zip((begin, begin + 1), gaps, strict=True)
+        ]
+        rate = _passing(
+            forces[begin, joint, : len(rows)], forces[begin + 1, joint, : len(rows)], instants.steps[begin], ends, play
+        )
+        np.fmax.at(found[:, source], instants.nearest[begin], rate)
     return found
+
+
+@dataclass(frozen=True)
+class _Instants:
+    """Instants one after the other.
+
+    Attributes
+    ----------
+    at : Nominal
+    rates : ndarray
+        Of the drives, shape (2, instant, drive).
+    number : ndarray
+        Number of the configuration, between two of them a part more, shape (instant,).
+    nearest : ndarray of int
+        The configuration nearest to the half-way from each to the next one.
+    steps : ndarray
+        Time to the next one.
+    goes_on : ndarray of bool
+        Whether the next one follows it.
+    """
+
+    at: Nominal
+    rates: Floats
+    number: Floats
+    nearest: NDArray[np.intp]
+    steps: Floats
+    goes_on: NDArray[np.bool_]
+
+    def chosen(self, places: NDArray[np.intp]) -> _Instants:
+        """Some of them."""
+        rest = (self.number[places], self.nearest[places], self.steps[places], self.goes_on[places])
+        return _Instants(self.at.chosen(places), self.rates[:, places], *rest)
+
+
+def _timed(m: Mechanism, at: Nominal) -> bool:
+    """Whether the configurations are those of the file, and it is known when each of them is passed."""
+    times = m.motion.times if m.motion is not None else None
+    return times is not None and len(times) == len(at) > 1
+
+
+def _along_path(m: Mechanism, at: Nominal) -> _Instants:
+    """Instants on the way from configuration to configuration.
+
+    Between two of them a drive follows the polynomial of degree 5 with its value, speed and acceleration at both.
+    """
+    from scipy.interpolate import BPoly
+
+    assert m.motion is not None and m.motion.times is not None
+    times, rates = m.motion.times, rates_of(m, len(at))
+    parts = max(FEWEST, -(-INSTANTS // len(at)))
+    share = np.arange(parts) / parts
+    states: list[Floats] = []
+    number, steps, goes_on = [], [], []
+    for k, step in enumerate(np.diff(times, append=times[-1])):
+        if step > 0.0:
+            both = [np.stack([at.drives[n], *rates[:2, n]]) for n in (k, k + 1)]
+            way = BPoly.from_derivatives([0.0, step], both)
+            states.append(np.stack([way(share * step), way(share * step, 1), way(share * step, 2)]))
+        else:
+            states.append(np.stack([at.drives[k : k + 1], *rates[:2, k : k + 1]]))
+        count = states[-1].shape[1]
+        number.append(k + np.arange(count) / parts)
+        steps.append(np.full(count, step / parts))
+        goes_on.append(np.full(count, step > 0.0))
+    whole, numbers = np.concatenate(states, axis=1), np.concatenate(number)
+    nearest = np.floor(numbers + 0.5 / parts + 0.5).astype(np.intp)
+    return _Instants(
+        at_drives(m, whole[0]),
+        whole[1:],
+        numbers,
+        np.minimum(nearest, len(at) - 1),
+        np.concatenate(steps),
+        np.concatenate(goes_on),
+    )
+
+
+def _around(m: Mechanism, at: Nominal) -> _Instants:
+    """Instants right before and after each configuration, where they are no path."""
+    rates = rates_of(m, len(at))
+    fastest = np.abs(rates[0] / _units(m)).max(axis=1)
+    dt = np.where(fastest > 0.0, STEP / np.where(fastest > 0.0, fastest, 1.0), 0.0)
+    sides = np.array([-1.0, 0.0, 1.0])
+    step = (dt[:, None] * sides)[..., None]
+    now = kinematics(m, at.drives, at.poses, rates)
+    many = np.repeat(np.arange(len(at)), len(sides))
+    each = step.reshape(-1, 1, 1)
+    twists = each * now.velocity[many] + each**2 / 2 * now.acceleration[many]
+    placed = poses.moved(at.poses[many], _components(m, twists), now.origins)
+    speed, acceleration, jerk = (rate[:, None] for rate in rates)
+    drives = at.drives[:, None] + step * speed + step**2 / 2 * acceleration
+    then = np.stack([speed + step * acceleration + step**2 / 2 * jerk, acceleration + step * jerk])
+    here = replace(at.chosen(many), poses=placed, drives=drives.reshape(-1, len(m.drives)))
+    goes_on = np.tile([True, True, False], len(at)) & (dt[many] > 0.0)
+    return _Instants(here, then.reshape(2, -1, len(m.drives)), many.astype(float), many, dt[many], goes_on)
+
+
+def _units(m: Mechanism) -> Floats:
+    """What counts as much as a radian of the drives."""
+    return np.array([1.0 if m.coordinate_kind(joint) == "angle" else m.length for joint in m.drive_joints])
+
+
+def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats], play: float) -> Floats:
+    """Contact rates while forces go straight on from values to others, where they are nearest to zero."""
+    change = end - start
+    square = np.sum(change**2, axis=1)
+    moves = square > 0.0
+    share = np.clip(-np.sum(start * change, axis=1) / np.where(moves, square, 1.0), 0.0, 1.0)[:, None]
+    force = start + share * change
+    size = np.linalg.norm(force, axis=1)
+    largest = np.maximum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1))
+    zero = size <= STILL * largest
+    along = force / np.where(zero, 1.0, size)[:, None]
+    across = change - np.sum(change * along, axis=1, keepdims=True) * along
+    turning = np.linalg.norm(across, axis=1)
+    tangent = across / np.where(turning > 0.0, turning, 1.0)[:, None]
+    first, last = (_effective(mass, tangent) for mass in masses)
+    mass = (1.0 - share[:, 0]) * first + share[:, 0] * last
+    size = np.where(zero, 1.0, size)
+    rate = np.where(turning > STILL * largest, turning / (step * size) * np.sqrt(mass * play / size), 0.0)
+    return np.asarray(np.where(zero, np.where(moves, np.inf, 0.0), rate))
 
 
 def _judged(m: Mechanism) -> list[tuple[int, int, float]]:
@@ -152,38 +285,32 @@ def _rows(m: Mechanism, joint: int) -> list[int]:
     return [k for k, (own, name) in enumerate(m.core.rows) if own == joint and name in LENGTHS]
 
 
-def _reactions(m: Mechanism, at: Nominal, rates: Floats, dt: Floats, places: NDArray[np.intp]) -> Floats:
-    """Forces on the second bodies of joints with a round clearance at times near to those of configurations.
-
-    Shape (configuration, joint, translation); nan of other joints.
-    """
-    speed, acceleration, jerk = rates
-    step = dt[:, None]
-    now = kinematics(m, at.drives, at.poses, rates)
-    twists = step[..., None] * now.velocity + step[..., None] ** 2 / 2 * now.acceleration
-    drives = at.drives + step * speed + step**2 / 2 * acceleration
-    placed = poses.moved(at.poses, twists if m.pose_size == poses.SPATIAL else twists[..., [0, 1, 5]], now.origins)
-    then = np.stack([speed + step * acceleration + step**2 / 2 * jerk, acceleration + step * jerk])
-    motion = kinematics(m, drives, placed, then)
+def _reactions(m: Mechanism, instants: _Instants) -> Floats:
+    """Forces on the second bodies of joints with a round clearance, without any; shape (instant, joint, 3)."""
+    at = instants.at
+    motion = kinematics(m, at.drives, at.poses, instants.rates)
     work = np.zeros((len(at), len(m.bodies), 6))
     for inertial, force in zip(m.loads.inertial, np.moveaxis(wrenches(m, motion), 1, 0), strict=True):
         _push(m, motion, m.loads.first[inertial.load]["point"], force, work)
     for k, load in enumerate(m.loads.first):
-        each = [m.loads.along[k][n] for n in places] if k in m.loads.along else [load] * len(at)
-        acting = np.array([[one["force"], one["moment"]] for one in each])
+        each = np.array([[one["force"], one["moment"]] for one in m.loads.along.get(k, (load,))])
+        low = np.minimum(np.floor(instants.number).astype(np.intp), len(each) - 1)
+        high, part = np.minimum(low + 1, len(each) - 1), (instants.number % 1.0)[:, None, None]
+        acting = (1.0 - part) * each[low] + part * each[high]
         if "axes" in load:
-            acting = acting @ np.swapaxes(poses.matrix(placed[:, load["axes"]]), 1, 2)
+            acting = acting @ np.swapaxes(poses.matrix(at.poses[:, load["axes"]]), 1, 2)
         _push(m, motion, load["point"], acting.reshape(-1, 6), work)
-    flat = (work if m.pose_size == poses.SPATIAL else work[..., [0, 1, 5]]).reshape(len(at), -1)
-    held = -np.linalg.solve(np.swapaxes(m.core.jacobian(placed), 1, 2), flat[..., None])[..., 0]
+    flat = _components(m, work).reshape(len(at), -1)
+    held = -np.linalg.solve(np.swapaxes(m.core.jacobian(at.poses), 1, 2), flat[..., None])[..., 0]
     of_springs = None
     if m.core_spec["springs"] or m.core_spec["torsions"]:
-        of_springs = m.varied(loads=[]).loaded(drives, placed, exact=False)["reaction"]
-    found = np.full((len(at), len(m.joints), len([name for name in m.components if name in LENGTHS])), np.nan)
+        of_springs = m.varied(loads=[]).loaded(at.drives, at.poses, exact=False)["reaction"]
+    found = np.full((len(at), len(m.joints), 3), np.nan)
     for _, joint, _ in _judged(m):
-        found[:, joint] = held[:, _rows(m, joint)]
+        rows = _rows(m, joint)
+        found[:, joint, : len(rows)] = held[:, rows]
         if of_springs is not None:
-            found[:, joint] += of_springs[:, joint, : found.shape[2]]
+            found[:, joint, : len(rows)] += of_springs[:, joint, : len(rows)]
     return found
 
 

@@ -134,7 +134,12 @@ def derivatives(drive: Drive, clock: Clock) -> Floats:
 
 
 def compile_motion(
-    data: MechanismFile, graph: Graph, values: Floats | None, factors: Floats, clock: Clock | None, turning: Sequence[bool]
+    data: MechanismFile,
+    graph: Graph,
+    values: Floats | None,
+    factors: Floats,
+    clock: Clock | None,
+    turning: Sequence[bool],
 ) -> DriveMotion | None:
     """Speeds and accelerations of the drives; None where every drive stands still.
 
@@ -172,7 +177,9 @@ def compile_motion(
             for order, ((key, value), unit) in enumerate(zip(given, units, strict=True)):
                 rates[order, :, k] = np.array(_along(graph, value, count, f"drives.{name}.{key}")) * unit
             if count > 1 and len(drive.commands) == 1 and rates[0, :, k].any():
-                problem = f"'{name}' is held at one value while others run, and has a speed; speed = 0 is a drive that stands"
+                problem = (
+                    f"'{name}' is held at one value while others run, and has a speed; speed = 0 is a drive that stands"
+                )
                 raise graph.refuse(problem, f"drives.{name}.speed")
     for name, times in clocks[1:]:
         if np.abs(times - clocks[0][1]).max() > SAME * abs(float(times[-1])):
@@ -188,7 +195,9 @@ def _along(graph: Graph, value: float | tuple[float, ...], count: int, key: str)
     if not isinstance(value, tuple):
         return (value,) * count
     if len(value) != count:
-        problem = f"{len(value)} values for {count} configuration{'s' * (count != 1)}; one for each is needed, or one for all"
+        problem = (
+            f"{len(value)} values for {count} configuration{'s' * (count != 1)}; one for each is needed, or one for all"
+        )
         raise graph.refuse(problem, key)
     return value
 

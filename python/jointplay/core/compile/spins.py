@@ -133,9 +133,7 @@ class _Line:
         inner = [j for j in self.graph.joints if all(body in self.group for body in _bodies(self.graph, j))]
         return all(j.kind == "fixed" and j.compliance is not None and j.axis_first == j.axis_second for j in inner)
 
-    def spin(
-        self, loads: Sequence[tuple[str, LoadSpec]], inertias: Mapping[int, tuple[str, Floats]]
-    ) -> Spin | None:
+    def spin(self, loads: Sequence[tuple[str, LoadSpec]], inertias: Mapping[int, tuple[str, Floats]]) -> Spin | None:
         """The spin; None where the two centres are one."""
         own, others = ([self._placed(point) for point in points] for points in (self.own, self.others))
         line = own[1] - own[0]

@@ -126,7 +126,8 @@ class Drive(Table):
     )
     duration: Positive | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
     ramp: Ramp | SkipJsonSchema[None] = Field(
-        None, description="with a trapezoid: the share of the duration in which it gains speed, and loses it; 0.25 if left out"
+        None,
+        description="with a trapezoid: the share of the duration in which it gains speed, and loses it; 0.25 if left out",
     )
     times: Numbers | SkipJsonSchema[None] = Field(
         None, description="with values: when it has them, in seconds; speeds are those of a spline of degree 5"
@@ -254,7 +255,9 @@ def check_times(times: Sequence[float], count: int) -> None:
         raise problem(f"speeds from a table need {FEWEST_TIMES} or more values, not {count}")
     late = next((k for k in range(1, count) if times[k] <= times[k - 1]), 0)
     if late:
-        raise problem(f"times: {times[late]:g} comes after {times[late - 1]:g}; each has to be later than the one before")
+        raise problem(
+            f"times: {times[late]:g} comes after {times[late - 1]:g}; each has to be later than the one before"
+        )
 
 
 def check_table(csv: str | None, given: Sequence[str]) -> None:
