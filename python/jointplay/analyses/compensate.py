@@ -9,6 +9,7 @@ kept. W weighs lengths against angles. What no drive can remove is what remains 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -29,10 +30,11 @@ from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST
-from .loaded import require_loads, under_loads
+from .loaded import require_loads, under_each, under_loads
 from .nominal import Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
+from .running import speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -251,15 +253,14 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
+    under = functools.cache(under_each(m, at))
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
         if not m.loads.vary:
             found = m.core.loaded(drives, at.poses[places])
             return found["error"], at.worse(found["status"], places)
         numbers = np.arange(len(at))[places]
-        each = [
-            m.under_loads_of(int(n)).core.loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)
-        ]
+        each = [under(int(n)).core.loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)]
         error, status = (np.concatenate([one[name] for one in each]) for name in ("error", "status"))
         return error, at.worse(status, places)
 
@@ -307,7 +308,9 @@ def _ranges(m: Mechanism) -> Floats:
 def _report(
     m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats, wanted: Floats
 ) -> Result:
-    builder = report(m, "compensate", at, corrects=question, **attributes(m))
+    builder = report(
+        m, "compensate", at, corrects=question, **attributes(m), **(speeds(m) if question == "loaded" else {})
+    )
     builder.attrs["weight_position"] = float(weight[0])
     builder.attrs["weight_rotation"] = float(weight[-1]) / m.units.length
     pose, drive = ("configuration", "component"), ("configuration", "drive")

@@ -40,7 +40,7 @@ from .nominal import (
     without_singular,
 )
 from .recorded import recorded
-from .running import add_contact, add_drives, add_motion, moving
+from .running import add_contact, add_drives, add_motion, moving, speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def compute(
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
     how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER
-    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes))
+    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes), **speeds(m))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(
@@ -191,16 +191,22 @@ def under_loads(m: Mechanism, at: Nominal, run: Callable[[Mechanism, slice], Any
     if not m.loads.vary:
         found = run(m, slice(len(at)))
         return found, len(found["status"])
-    forces = None if m.motion is None else wrenches(m, moving(m, at))
+    own = under_each(m, at)
 
     def rows(part: slice) -> AnyColumns:
-        k = part.start
-        own = m.at_rest_under(k) if forces is None else m.running_with(k, forces[k])
         # Without the totals, which belong to no configuration.
-        found = {name: array for name, array in run(own, part).items() if np.ndim(array)}
+        found = {name: array for name, array in run(own(part.start), part).items() if np.ndim(array)}
         return cast("AnyColumns", found)
 
     return batched(len(at), 1, rows, None)
+
+
+def under_each(m: Mechanism, at: Nominal) -> Callable[[int], Mechanism]:
+    """What gives the mechanism under the loads and the inertia of a configuration."""
+    if m.motion is None:
+        return m.at_rest_under
+    forces = wrenches(m, moving(m, at))
+    return lambda k: m.running_with(k, forces[k])
 
 
 def _details(builder: ResultBuilder, found: Loaded) -> None:

@@ -32,6 +32,7 @@ from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
+from .running import speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
@@ -282,7 +283,7 @@ def _of_contact(
     builder = report(m, "random", at, obtained=how, samples=samples, seed=seed, law=law or "as in the file")
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
-        builder.attrs["contact"] = contact
+        builder.attrs |= {"contact": contact, **speeds(m)}
     add_moments(builder, found)
     add_distribution(builder, found, levels, m)
     add_shares(builder, found, limits, samples, len(levels), sampling)

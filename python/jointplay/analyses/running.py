@@ -7,8 +7,8 @@ sqrt(R / (m_t c)), while R itself turns with the speed theta'. The ratio of both
 
     kappa = theta' sqrt(m_t c / R),   theta' = |R x R'| / R^2,   m_t = 1 / (t . (T^T M T)^-1 t)
 
-with t across R in the plane of R and R', T the twists of all bodies by displacements of the gap, and M their masses. It has
-peaks where R passes near zero, often between two configurations; so R is followed from each to the next. Below
+with t across R in the plane of R and R', T the twists of all bodies by displacements of the gap, and M their masses. It
+has peaks where R passes near zero, often between two configurations; so R is followed from each to the next. Below
 `FOLLOWS` the pin lags by less than some degrees; above `LOST` the pendulum, starting from rest, leaves its hole while R
 passes by; in between it depends on what is still swinging.
 """
@@ -43,6 +43,27 @@ STEP = 1e-4
 INSTANTS, FEWEST = 720, 4
 #: a rate of turning below this part of the speed of the drives is rounding
 STILL = 1e-9
+
+
+def speeds(m: Mechanism) -> dict[str, str]:
+    """What a result says of the speeds at which inertia acts; nothing where all drives stand still."""
+    if m.motion is None:
+        return {}
+    units = m.units
+    told = []
+    for k, (name, drive) in enumerate(m.data.drives.items()):
+        largest = float(np.abs(m.motion.rates[0, :, k]).max())
+        if largest == 0.0 and not m.motion.rates[1, :, k].any():
+            continue
+        factor, unit = (
+            (units.turning_speed, units.turning_speed_name)
+            if m.coordinate_kind(m.drive_joints[k]) == "angle"
+            else (units.speed, units.speed_name)
+        )
+        most = "" if (np.abs(m.motion.rates[0, :, k]) == largest).all() else "up to "
+        law = f" ({drive.motion}, {drive.duration:g} s)" if drive.motion is not None else ""
+        told.append(f"{name} {most}{largest / factor:.6g} {unit}{law}")
+    return {"speeds": ", ".join(told), "inertia": "counted" if m.loads.inertial else "none"}
 
 
 def rates_of(m: Mechanism, count: int) -> Floats:
@@ -195,7 +216,8 @@ def _along_path(m: Mechanism, at: Nominal) -> _Instants:
     """
     from scipy.interpolate import BPoly
 
-    assert m.motion is not None and m.motion.times is not None
+    assert m.motion is not None
+    assert m.motion.times is not None
     times, rates = m.motion.times, rates_of(m, len(at))
     parts = max(FEWEST, -(-INSTANTS // len(at)))
     share = np.arange(parts) / parts
@@ -338,7 +360,7 @@ def _mobility(m: Mechanism, at: Nominal) -> tuple[Floats, Floats]:
         own[:, 3:, :3], own[:, :3, 3:] = inertial.mass * cross, -inertial.mass * cross
         part = slice(point.body * size, (point.body + 1) * size)
         masses[:, part, part] += own[:, kept][:, :, kept]
-    return masses, np.linalg.inv(m.core.jacobian(at.poses))
+    return masses, np.asarray(np.linalg.inv(m.core.jacobian(at.poses)))
 
 
 def _effective(mass: Floats, tangent: Floats) -> Floats:

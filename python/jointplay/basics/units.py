@@ -1,8 +1,8 @@
 """Units of the file and their size in SI. The one place where the program knows of any other unit.
 
 A number of the file times its factor is in SI (radians for angles); a result over the factor is in the file's unit.
-Moments are in the file's force times its length; masses are in kg, gravity in m/s^2, times in s and powers in W whatever
-the units.
+Moments are in the file's force times its length; masses are in kg, gravity in m/s^2, times in s and powers in W,
+whatever the units.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ With velocities and accelerations of the origins from the core, a point at r fro
     v = v_O + w x r,    a = a_O + w' x r + w x (w x r)
 
 and inertia loads a body of mass m and moments of inertia I with -m a at its centre of mass and -(I w' + w x I w) about
-it, all in ground axes. A rod between two balls, with the same moment of inertia about every direction across its line e,
-has no spin about it, since nothing turns it. Without its moment about the line, `I - (e.I e) e e^T`, the two terms are
-those of a rod that does not spin, whatever w is along e.
+it, all in ground axes. A rod between two balls, with the same moment of inertia about every direction across its line
+e, has no spin about it, since nothing turns it. Without its moment about the line, `I - (e.I e) e e^T`, the two terms
+are those of a rod that does not spin, whatever w is along e.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Kinematics:
         return np.asarray(np.einsum("nij,j->ni", turn, np.array(at) - self.origins[body]))
 
     def of_point(self, body: int, at: tuple[float, ...]) -> tuple[Floats, Floats]:
-        """Velocity and acceleration of a point of a body, each with the angular one behind; shape (configuration, 6)."""
+        """Velocity and acceleration of a point of a body, the angular one behind; shape (configuration, 6)."""
         arm = self.arm(body, at)
         (v, w), (a, turning) = (np.split(of[:, body], 2, axis=1) for of in (self.velocity, self.acceleration))
         spun = np.cross(w, arm)
@@ -90,9 +90,10 @@ def _in_space(twists: Floats) -> Floats:
 
 
 def matrices(m: Mechanism, placed: Floats) -> Floats:
-    """Moments of inertia of what inertia loads, about the centres of mass in ground axes; shape (configuration, body, 3, 3).
+    """Moments of inertia of what inertia loads, about the centres of mass in ground axes.
 
-    Of bodies that can spin about a line between two balls without that about the line, which they do not turn.
+    Shape (configuration, body, 3, 3). Bodies that can spin about a line between two balls are without that about the
+    line, which they do not turn.
 
     Parameters
     ----------

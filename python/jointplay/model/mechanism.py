@@ -20,7 +20,7 @@ from jointplay import _core
 from jointplay.basics import files
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
-from jointplay.core.compile import Compiled, Loads, DriveMotion, compile_file
+from jointplay.core.compile import Compiled, DriveMotion, Loads, compile_file
 from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml

@@ -105,7 +105,9 @@ def _corners(drive: Drive) -> tuple[float, ...]:
 
 def derivatives(drive: Drive, clock: Clock) -> Floats:
     """Values of a law of motion and their derivatives, shape (order, instant), in units of the file."""
-    assert drive.from_ is not None and drive.to is not None and drive.duration is not None
+    assert drive.from_ is not None
+    assert drive.to is not None
+    assert drive.duration is not None
     duration, stroke = drive.duration, drive.to - drive.from_
     x = clock.times / duration
     one, zero = np.ones_like(x), np.zeros_like(x)
@@ -184,10 +186,9 @@ def compile_motion(
     for name, times in clocks[1:]:
         if np.abs(times - clocks[0][1]).max() > SAME * abs(float(times[-1])):
             raise graph.refuse(f"drives run on one clock, and '{clocks[0][0]}' has other times", f"drives.{name}")
-    times = clocks[0][1] if clocks else _times(values, rates)
     if not rates.any():
         return None
-    return DriveMotion(rates, times)
+    return DriveMotion(rates, clocks[0][1] if clocks else _times(values, rates))
 
 
 def _along(graph: Graph, value: float | tuple[float, ...], count: int, key: str) -> tuple[float, ...]:

@@ -127,7 +127,7 @@ class Drive(Table):
     duration: Positive | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
     ramp: Ramp | SkipJsonSchema[None] = Field(
         None,
-        description="with a trapezoid: the share of the duration in which it gains speed, and loses it; 0.25 if left out",
+        description="with a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out",
     )
     times: Numbers | SkipJsonSchema[None] = Field(
         None, description="with values: when it has them, in seconds; speeds are those of a spline of degree 5"

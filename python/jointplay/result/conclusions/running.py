@@ -1,0 +1,52 @@
+"""The machine as it runs: at which speeds an answer holds, what it leaves out, and where contact may be lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.result import Result
+from jointplay.result.verdict import there
+
+from .words import Sentence, plural, say
+
+#: the words of `contact`, from the worst on
+STATES = ("lost", "may be lost")
+
+
+def of_running(result: Result) -> Iterator[Sentence]:
+    """What is said of a result with speeds; nothing of one at rest."""
+    speeds = result.attrs.get("speeds")
+    if speeds is None:
+        return
+    yield from _of_contact(result)
+    counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
+    if result.attrs["inertia"] == "none":
+        counted = "no body has a mass, so that speed changes nothing"
+    yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
+
+
+def _of_contact(result: Result) -> Iterator[Sentence]:
+    if "contact_rate" not in result.data:
+        return
+    rates, names = result.get("contact_rate"), result.labels("source")
+    judged = np.isfinite(rates) | np.isinf(rates)
+    if not judged.any():
+        return
+    safe = np.where(judged, rates, -1.0)
+    states = result.get("contact")
+    for state in STATES:
+        places = np.flatnonzero((states == state).any(axis=0))
+        if not len(places):
+            continue
+        top = max(places.tolist(), key=lambda s: float(safe[:, s].max()))
+        k = int(safe[:, top].argmax())
+        those = names[top] if len(places) == 1 else f"{names[top]} and {plural(len(places) - 1, 'other')}"
+        verb = "is lost" if state == "lost" else "may be lost"
+        text = f"Contact {verb} in {those}: contact rate {say(float(safe[k, top]))}{there(result, k)}"
+        yield Sentence(f"{text}; near there its offset can be another one.", is_alarm=True)
+        return
+    most = safe.max(axis=0)
+    who = int(most.argmax())
+    yield Sentence(f"Contact follows the reactions: contact rate at most {say(float(most[who]))}, in {names[who]}.")
