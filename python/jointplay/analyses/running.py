@@ -7,10 +7,15 @@ sqrt(R / (m_t c)), while R itself turns with the speed theta'. The ratio of both
 
     kappa = theta' sqrt(m_t c / R),   theta' = |R x R'| / R^2,   m_t = 1 / (t . (T^T M T)^-1 t)
 
-with t across R in the plane of R and R', T the twists of all bodies by displacements of the gap, and M their masses. It
-has peaks where R passes near zero, often between two configurations; so R is followed from each to the next. Below
-`FOLLOWS` the pin lags by less than some degrees; above `LOST` the pendulum, starting from rest, leaves its hole while R
-passes by; in between it depends on what is still swinging.
+where t is across R in the plane of R and R', T are the twists of all bodies by displacements of the gap, and M their
+masses. It has peaks where R passes near zero, often between two configurations; so R is followed from each to the next.
+Below `FOLLOWS` the pin lags by less than some degrees; above `LOST` the pendulum, starting from rest, leaves its hole
+while R passes by; in between it depends on what is still swinging. Where R goes through zero, the pin crosses its play
+from rest in the transit time
+
+    tau = (12 m_r c / |R'|)^(1/3)
+
+with m_r as m_t, but along R'.
 """
 
 from __future__ import annotations
@@ -127,31 +132,32 @@ def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal) -> None:
     """Add how fast every reaction turns beside the pendulum of the play, of a determinate mechanism."""
     if m.motion is None or not m.loads.inertial or not m.core.isostatic:
         return
-    rate = contact_rates(m, at)
+    rate, transit = contact_rates(m, at)
     words = "turning of the reaction over the frequency of the play's pendulum (contact rate)"
     builder.add("contact_rate", ("configuration", "source"), rate, words)
     named = np.where(np.isnan(rate), "", np.array(CONTACT)[(rate > FOLLOWS).astype(int) + (rate > LOST)])
-    builder.add(
-        "contact", ("configuration", "source"), named, "whether contact follows the reaction; empty: not judged"
-    )
+    words = "whether contact follows the reaction; empty: not judged"
+    builder.add("contact", ("configuration", "source"), named, words)
+    words = "least time in which the pin crosses its play, where contact may be lost"
+    builder.add("transit_time", ("configuration", "source"), np.where(rate > FOLLOWS, transit, np.nan), words, "time")
 
 
-def contact_rates(m: Mechanism, at: Nominal) -> Floats:
-    """The largest contact rate of every source near each configuration, shape (configuration, source).
+def contact_rates(m: Mechanism, at: Nominal) -> tuple[Floats, Floats]:
+    """The largest contact rate and transit time of every source near each configuration, shape (configuration, source).
 
     Near is as far as half-way to the next configurations, where it is known when each of them is passed. Not a number
     where it is not judged.
     """
-    found = np.full((len(at), len(m.sources)), np.nan)
+    found = np.full((2, len(at), len(m.sources)), np.nan)
     judged = _judged(m)
     if not judged:
-        return found
+        return found[0], found[1]
     instants = _along_path(m, at) if _timed(m, at) else _around(m, at)
     speed = np.abs(instants.rates[0] / _units(m)).max(axis=1)
     known = np.isfinite(instants.at.poses).all(axis=(1, 2)) & (instants.at.status == OK)
     places = np.flatnonzero(known)
     if not len(places):
-        return found
+        return found[0], found[1]
     forces = np.full((len(known), len(m.joints), 3), np.nan)
     forces[places] = _reactions(m, instants.chosen(places))
     masses, twists = _mobility(m, instants.at.chosen(places))
@@ -164,11 +170,10 @@ def contact_rates(m: Mechanism, at: Nominal) -> Floats:
             np.einsum("nia,nij,njb->nab", gap, masses[own[k]], gap)
             for k, gap in zip((begin, begin + 1), gaps, strict=True)
         ]
-        rate = _passing(
-            forces[begin, joint, : len(rows)], forces[begin + 1, joint, : len(rows)], instants.steps[begin], ends, play
-        )
-        np.fmax.at(found[:, source], instants.nearest[begin], rate)
-    return found
+        start, end = (forces[k, joint, : len(rows)] for k in (begin, begin + 1))
+        for of, values in zip(found, _passing(start, end, instants.steps[begin], ends, play), strict=True):
+            np.fmax.at(of[:, source], instants.nearest[begin], values)
+    return found[0], found[1]
 
 
 @dataclass(frozen=True)
@@ -271,25 +276,31 @@ def _units(m: Mechanism) -> Floats:
     return np.array([1.0 if m.coordinate_kind(joint) == "angle" else m.length for joint in m.drive_joints])
 
 
-def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats], play: float) -> Floats:
-    """Contact rates while forces go straight on from values to others, where they are nearest to zero."""
+def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats], play: float) -> tuple[Floats, Floats]:
+    """Contact rates where forces that go straight on are nearest to zero, and transit times."""
     change = end - start
-    square = np.sum(change**2, axis=1)
-    moves = square > 0.0
-    share = np.clip(-np.sum(start * change, axis=1) / np.where(moves, square, 1.0), 0.0, 1.0)[:, None]
-    force = start + share * change
-    size = np.linalg.norm(force, axis=1)
+    size = np.linalg.norm(change, axis=1)
     largest = np.maximum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1))
-    zero = size <= STILL * largest
-    along = force / np.where(zero, 1.0, size)[:, None]
+    moves = size > STILL * largest
+    ahead = change / np.where(moves, size, 1.0)[:, None]
+    share = np.clip(-np.sum(start * ahead, axis=1) / np.where(moves, size, 1.0), 0.0, 1.0)
+    force = start + share[:, None] * change
+    least = np.linalg.norm(force, axis=1)
+    zero = least <= STILL * largest
+    along = force / np.where(zero, 1.0, least)[:, None]
     across = change - np.sum(change * along, axis=1, keepdims=True) * along
     turning = np.linalg.norm(across, axis=1)
-    tangent = across / np.where(turning > 0.0, turning, 1.0)[:, None]
-    first, last = (_effective(mass, tangent) for mass in masses)
-    mass = (1.0 - share[:, 0]) * first + share[:, 0] * last
-    size = np.where(zero, 1.0, size)
-    rate = np.where(turning > STILL * largest, turning / (step * size) * np.sqrt(mass * play / size), 0.0)
-    return np.asarray(np.where(zero, np.where(moves, np.inf, 0.0), rate))
+    turns = moves & (turning > STILL * largest)
+    tangent = across / np.where(turns, turning, 1.0)[:, None]
+
+    def mass(way: Floats) -> Floats:
+        first, last = (_effective(mass, way) for mass in masses)
+        return np.asarray((1.0 - share) * first + share * last)
+
+    least = np.where(zero, 1.0, least)
+    rate = np.where(turns, turning / (step * least) * np.sqrt(mass(tangent) * play / least), 0.0)
+    transit = np.where(moves, np.cbrt(12.0 * mass(ahead) * play * step / np.where(moves, size, 1.0)), 0.0)
+    return np.asarray(np.where(zero & moves, np.inf, np.where(zero, 0.0, rate))), np.asarray(transit)
 
 
 def _judged(m: Mechanism) -> list[tuple[int, int, float]]:

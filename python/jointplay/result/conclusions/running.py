@@ -9,10 +9,12 @@ import numpy as np
 from jointplay.result import Result
 from jointplay.result.verdict import there
 
-from .words import Sentence, plural, say
+from .words import Sentence, plural
 
 #: the words of `contact`, from the worst on
 STATES = ("lost", "may be lost")
+#: contact rates above which the number says nothing more
+THROUGH = 100.0
 
 
 def of_running(result: Result) -> Iterator[Sentence]:
@@ -44,9 +46,16 @@ def _of_contact(result: Result) -> Iterator[Sentence]:
         k = int(safe[:, top].argmax())
         those = names[top] if len(places) == 1 else f"{names[top]} and {plural(len(places) - 1, 'other')}"
         verb = "is lost" if state == "lost" else "may be lost"
-        text = f"Contact {verb} in {those}: contact rate {say(float(safe[k, top]))}{there(result, k)}"
-        yield Sentence(f"{text}; near there its offset can be another one.", is_alarm=True)
+        rate, crossing = float(safe[k, top]), float(result.get("transit_time")[k, top])
+        why = "the reaction goes through zero" if rate > THROUGH else f"contact rate {rate:.2g}"
+        share = ""
+        if "time" in result.data and (whole := float(result.get("time")[-1])) > 0.0:
+            share = f", {100.0 * crossing / whole:.2g} % of the path,"
+        text = f"Contact {verb} in {those}: {why}{there(result, k).replace(' at ', ' near ', 1)}"
+        yield Sentence(
+            f"{text}; for {1e3 * crossing:.2g} ms or more{share} the offset there is another one.", is_alarm=True
+        )
         return
     most = safe.max(axis=0)
     who = int(most.argmax())
-    yield Sentence(f"Contact follows the reactions: contact rate at most {say(float(most[who]))}, in {names[who]}.")
+    yield Sentence(f"Contact follows the reactions: contact rate at most {float(most[who]):.2g}, in {names[who]}.")
