@@ -267,7 +267,8 @@ def test_a_weld_makes_one_body_of_two(tmp_path: Path) -> None:
       <body name="b" pos="1 0 0" euler="0 0 30"><freejoint/><geom size=".1" mass="3"/></body></worldbody>
       <equality><weld body1="a" body2="b"{more}/></equality></mujoco>"""
     m = jp.read(written(tmp_path, text.format(more=""), "a.xml"), output="b", drives={"J1": 90})
-    assert m.value("bodies.a") == {"mass": 4, "centre": [750, 0, 0]}
+    # Balls of 0.1 m: 2/5 m r^2 of both, and 3/4 kg about the line across their distance of 1 m.
+    assert m.value("bodies.a") == {"mass": 4, "centre": [750, 0, 0], "rotational_inertia": [16000, 766000, 766000]}
     assert jp.solve(m).nominal.values[0, :3] == pytest.approx([0, 1000, 0], abs=1e-8)
     with pytest.raises(jp.InputError, match="weld 'equality0': holds its bodies in another pose"):
         jp.read(written(tmp_path, text.format(more=' relpose="1 1 0 1 0 0 0"'), "b.xml"))

@@ -16,9 +16,9 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import inertia_matrix
 from jointplay.core.spec import ENDS, LoadSpec
 from jointplay.errors import InputError, listed, one_line
-from jointplay.file.schema import inertia_matrix
 from jointplay.model.mechanism import Mechanism
 
 #: boxes of a ring: the corner that a load finds is at most a degree beside it
@@ -104,14 +104,15 @@ class Model:
         """Its moments of inertia about the centre of mass: without any those of a bar that is as thick as high."""
         bar = self.masses[body] * self.length(body) ** 2 / 12
         name = self.m.bodies[body]
-        given = self.m.data.bodies[name].rotational_inertia if name in self.m.data.bodies else None
-        if given is None:
+        table = self.m.data.bodies.get(name)
+        if table is None or table.rotational_inertia is None:
             return bar * np.eye(3)
-        unit = self.m.units.length**2
-        if not isinstance(given, tuple):
-            return max(given * unit, SLIM * bar) * np.eye(3)
+        given = inertia_matrix(table) * self.m.units.length**2
+        if not isinstance(table.rotational_inertia, tuple):
+            # That about the normal of the plane counts.
+            return max(float(given[2, 2]), SLIM * bar) * np.eye(3)
         # MuJoCo has no body without a moment about an axis, such as a slim rod.
-        sizes, ways = np.linalg.eigh(inertia_matrix(given) * unit)
+        sizes, ways = np.linalg.eigh(given)
         return np.asarray(ways * np.maximum(sizes, SLIM * max(float(sizes[-1]), bar)) @ ways.T)
 
     def _rate(self) -> float:

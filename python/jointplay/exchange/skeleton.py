@@ -13,13 +13,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.file.schema import wrong_with
+
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 #: the fixed body of every mechanism
 GROUND = "ground"
-#: by which a principal moment of inertia may miss what a body can have, as a part of the largest
-ROUNDING = 1e-6
 #: gravity where a format has no other
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -89,9 +89,7 @@ class Body:
 
 def is_of_a_body(inertia: Matrix) -> bool:
     """Whether a matrix can be that of the moments of inertia of a body, but for rounding."""
-    least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
-    room = ROUNDING * abs(largest)
-    return bool(least >= -room and largest <= least + middle + room)
+    return not wrong_with((*np.diag(inertia).tolist(), *inertia[[0, 0, 1], [1, 2, 2]].tolist()))
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compli
 from .followers import add_followers, compile_followers
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph, Point
 from .grid import Grid, compile_grid
-from .loads import Loads, compile_loads, compile_output, places_of_outputs
+from .loads import Loads, compile_loads, compile_output, inertia_matrix, places_of_outputs
 from .members import Member, split
 from .motion import DriveMotion
 from .sizes import described
@@ -61,6 +61,7 @@ __all__ = [
     "compile_file",
     "coordinate",
     "described",
+    "inertia_matrix",
 ]
 
 #: below this (metres) a mechanism has no size of its own

@@ -14,7 +14,7 @@ from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import LoadSpec, OutputSpec
 from jointplay.errors import listed, not_known
-from jointplay.file.schema import BodyTable, LoadTable, MechanismFile, OutputTable, along_the_path, inertia_matrix
+from jointplay.file.schema import BodyTable, LoadTable, MechanismFile, OutputTable, along_the_path
 
 from .drives import Commands
 from .frames import vector
@@ -211,7 +211,7 @@ def _add_weights(data: MechanismFile, graph: Graph, commands: Commands, loads: L
     for name, body in heavy.items():
         index = graph.bodies.index(name)
         if commands.motion is not None:
-            matrix = _matrix(body) * graph.units.length**2
+            matrix = inertia_matrix(body) * graph.units.length**2
             loads.inertial.append(Inertial(name, len(loads.first), body.mass, matrix))
         told: LoadSpec = {
             "point": graph.add_point(index, body.centre),
@@ -221,9 +221,11 @@ def _add_weights(data: MechanismFile, graph: Graph, commands: Commands, loads: L
         loads.first.append(told)
 
 
-def _matrix(body: BodyTable) -> Floats:
-    """Moments of inertia in units of the file; in the plane about the axis that points out of it."""
+def inertia_matrix(body: BodyTable) -> Floats:
+    """Matrix of the moments of inertia of a body, in units of the file, about its centre of mass in body axes.
+
+    In the plane there is that about the axis which points out of it.
+    """
     given = body.rotational_inertia
-    if isinstance(given, tuple):
-        return inertia_matrix(given)
-    return np.diag([0.0, 0.0, given or 0.0])
+    xx, yy, zz, xy, xz, yz = given if isinstance(given, tuple) else (0.0, 0.0, given or 0.0, 0.0, 0.0, 0.0)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

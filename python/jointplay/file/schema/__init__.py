@@ -12,7 +12,7 @@ from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
 
-from .bodies import BodyTable, PlanarBody, SpatialBody, inertia_matrix
+from .bodies import BodyTable, PlanarBody, SpatialBody, wrong_with
 from .clearances import (
     BallClearance,
     BearingKeys,
@@ -128,7 +128,6 @@ __all__ = [
     "Zone",
     "along_the_path",
     "checked",
-    "inertia_matrix",
     "json_schema",
     "law_in_core",
     "limits_of",
@@ -136,6 +135,7 @@ __all__ = [
     "validate",
     "variables_of",
     "with_coordinate",
+    "wrong_with",
 ]
 
 T = TypeVar("T", bound=BaseModel)

@@ -3,14 +3,13 @@
 A body that says nothing of elasticity is rigid, and so is every way of giving that an elastic one leaves out.
 """
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.basics.arrays import Floats
 from jointplay.errors import shown
 
 from .values import (
@@ -33,35 +32,57 @@ NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"]
 
 #: the coefficient of thermal expansion; polymers go to a few 1e-4 per kelvin, some ceramics shrink
 Expansion = Annotated[float, Field(ge=-0.01, le=0.01), EXPRESSION]
-#: part of the largest moment of inertia by which rounding may miss what no body can have
+#: part of the largest moment of inertia by which rounding may miss what a body can have
 ROUNDED = 1e-6
 
 
-def inertia_matrix(given: tuple[float, ...]) -> Floats:
-    """The matrix of three moments of inertia, or of these and Ixy, Ixz, Iyz."""
-    xx, yy, zz, xy, xz, yz = (*given, 0.0, 0.0, 0.0)[:6]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+def principal_moments(moments: tuple[float, ...]) -> tuple[float, float, float]:
+    """The moments of inertia about the principal axes, the least first, of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+
+    They are the eigenvalues of a symmetric matrix, by the trigonometric solution of its cubic equation.
+
+    Examples
+    --------
+    >>> [round(moment, 9) for moment in principal_moments((2.0, 2.0, 5.0, 1.0, 0.0, 0.0))]
+    [1.0, 3.0, 5.0]
+    """
+    xx, yy, zz, xy, xz, yz = moments
+    mean = (xx + yy + zz) / 3.0
+    a, b, c = xx - mean, yy - mean, zz - mean
+    size = math.sqrt((a * a + b * b + c * c + 2.0 * (xy * xy + xz * xz + yz * yz)) / 6.0)
+    if size == 0.0:
+        return mean, mean, mean
+    determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    angle = math.acos(max(-1.0, min(1.0, determinant / (2.0 * size**3)))) / 3.0
+    low, high = (mean + 2.0 * size * math.cos(angle + turn) for turn in (2.0 * math.pi / 3.0, 0.0))
+    return low, 3.0 * mean - low - high, high
+
+
+def wrong_with(moments: tuple[float, ...]) -> str:
+    """Why no distribution of mass has these moments of inertia; nothing where one has.
+
+    About the principal axes none is negative, and none is larger than the two others together.
+    """
+    least, middle, largest = principal_moments(moments)
+    room = ROUNDED * abs(largest)
+    if least < -room:
+        return f"has a negative principal moment, {least:.6g}; no body has that"
+    if largest > least + middle + room:
+        numbers = f"{least:.6g}, {middle:.6g} and {largest:.6g}"
+        return f"has the principal moments {numbers}; no body has one that is larger than the two others together"
+    return ""
 
 
 def _of_a_body(given: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse what no distribution of mass can have.
-
-    With the moments of inertia about the principal axes none is negative, and none is larger than both others together.
-    """
     if len(given) not in (3, 6):
         raise problem(f"[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] is needed, not {shown(list(given))}")
-    least, middle, largest = np.linalg.eigvalsh(inertia_matrix(given)).tolist()
-    room = ROUNDED * abs(largest)
-    if least < -room:
-        raise problem(f"{shown(list(given))} has a negative principal moment, {least:.6g}; no body has that")
-    if largest > least + middle + room:
-        raise problem(
-            f"{shown(list(given))} has the principal moments {least:.6g}, {middle:.6g} and {largest:.6g}; no body has"
-            " one that is larger than the two others together"
-        )
-    return given
+    whole = (*given, 0.0, 0.0, 0.0)[:6]
+    if why := wrong_with(whole):
+        raise problem(f"{shown(list(given))} {why}")
+    return whole
 
 
+#: all six, of which the last three may be left out
 InertiaMatrix = Annotated[
     tuple[Number, ...], Field(strict=False, min_length=3, max_length=6), AfterValidator(_of_a_body)
 ]
