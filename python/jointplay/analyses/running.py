@@ -113,7 +113,7 @@ def add_motion(m: Mechanism, builder: ResultBuilder, at: Nominal, *, details: bo
         of_all = [_components(m, motion.of_point(body, (0.0, 0.0, 0.0))[k]) for body in range(len(m.bodies))]
         words = f"nominal {name.removeprefix('body_')} of the body's axes, ground axes"
         builder.add(name, each, np.stack(of_all, axis=1), words, f"rate{order}:component")
-    builder.add("drive_speed", ("configuration", "drive"), rates[0], "speed of the drive", "rate1:drive")
+    builder.add("drive_speed", ("configuration", "drive"), rates[0], "speed of the drive", "speed:drive")
 
 
 def add_drives(m: Mechanism, builder: ResultBuilder, torque: Floats) -> None:
@@ -378,9 +378,11 @@ def _effective(mass: Floats, tangent: Floats) -> Floats:
     """Mass that a force on a gap along some direction moves; zero where something without mass gives way to it."""
     sizes, ways = np.linalg.eigh(mass)
     along = np.einsum("nab,na->nb", ways, tangent) ** 2
-    sizes = np.where(sizes > STILL * sizes[:, -1:], sizes, 0.0)
-    mobility = np.where(along > STILL, along / sizes, 0.0).sum(axis=1)
-    return np.asarray(np.where(mobility > 0.0, 1.0 / mobility, 0.0))
+    along = np.where(along > STILL, along, 0.0)
+    light = sizes <= STILL * sizes[:, -1:]
+    gives = (light & (along > 0.0)).any(axis=1)
+    mobility = (along / np.where(light, 1.0, sizes)).sum(axis=1)
+    return np.asarray(np.where(gives | (mobility == 0.0), 0.0, 1.0 / np.where(mobility > 0.0, mobility, 1.0)))
 
 
 def _components(m: Mechanism, values: Floats) -> Floats:

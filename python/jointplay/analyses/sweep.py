@@ -344,7 +344,7 @@ def _unit_of_drive(m: Mechanism, parts: list[str]) -> str:
     of_angle, of_length = {
         "stiffness": (m.units.turning_stiffness_name, m.units.stiffness_name),
         "speed": (m.units.turning_speed_name, m.units.speed_name),
-        "acceleration": (m.units.turning_acceleration_name, m.units.acceleration_name),
+        "acceleration": (m.units.angular_acceleration_name, m.units.acceleration_name),
         "rotor_inertia": (f"kg {m.units.length_name}^2", "kg"),
     }.get(parts[2] if len(parts) > 2 else "", (m.units.angle_name, m.units.length_name))
     units = {of_angle if kind in ANGULAR else of_length for kind in moved}

@@ -22,7 +22,7 @@ LENGTHS: Mapping[str, float] = MappingProxyType({"mm": 1e-3, "cm": 1e-2, "m": 1.
 ANGLES: Mapping[str, float] = MappingProxyType({"deg": math.pi / 180.0, "rad": 1.0})
 # A pound is 0.45359237 kg and standard gravity 9.80665 m/s^2, both exact by definition.
 FORCES: Mapping[str, float] = MappingProxyType({"N": 1.0, "kN": 1e3, "lbf": 0.45359237 * 9.80665})
-#: speeds of what turns, in radians per second; 1/min are revolutions per minute
+#: speeds of drives that turn, in radians per second; 1/min are revolutions per minute
 TURNING_SPEEDS: Mapping[str, float] = MappingProxyType(
     {"1/min": 2.0 * math.pi / 60.0, "1/s": 2.0 * math.pi, "deg/s": ANGLES["deg"], "rad/s": 1.0}
 )
@@ -37,7 +37,7 @@ class Units:
     length_name, angle_name, force_name : str
         Names as in the file.
     turning_speed_name : str
-        The same of the speed of what turns; the angle per second if left out.
+        The same of the speeds of drives that turn; the angle per second if left out.
 
     Examples
     --------
@@ -128,7 +128,7 @@ class Units:
 
     @property
     def turning_speed(self) -> float:
-        """Radians per second per unit of the speed of what turns."""
+        """Radians per second per unit of the speed of a drive that turns."""
         return TURNING_SPEEDS[self.turning_speed_name]
 
     @property
@@ -152,12 +152,22 @@ class Units:
         return f"{self.length_name}/s^2"
 
     @property
-    def turning_acceleration(self) -> float:
+    def angular_velocity(self) -> float:
+        """Radians per second per unit of angular velocity, which is angle per second."""
+        return self.angle
+
+    @property
+    def angular_velocity_name(self) -> str:
+        """Name of the unit of angular velocity."""
+        return f"{self.angle_name}/s"
+
+    @property
+    def angular_acceleration(self) -> float:
         """Radians per second squared per unit of angular acceleration."""
         return self.angle
 
     @property
-    def turning_acceleration_name(self) -> str:
+    def angular_acceleration_name(self) -> str:
         """Name of the unit of angular acceleration."""
         return f"{self.angle_name}/s^2"
 

@@ -28,8 +28,9 @@ STATUSES = np.array(_core.STATUSES)
 #: and its derivatives by time
 BELONGS: Mapping[str, Mapping[str, str]] = {
     "work": {"length": "force", "angle": "moment"},
-    "rate1": {"length": "speed", "angle": "turning_speed"},
-    "rate2": {"length": "acceleration", "angle": "turning_acceleration"},
+    "speed": {"length": "speed", "angle": "turning_speed"},
+    "rate1": {"length": "speed", "angle": "angular_velocity"},
+    "rate2": {"length": "acceleration", "angle": "angular_acceleration"},
 }
 #: decimal digits that every double precision number can hold
 SHORT = 15
@@ -175,7 +176,7 @@ class ResultBuilder:
         unit : str or pair of str
             `length`, `angle`, `force`, `moment`; or a dimension along which the unit differs; or two of them, when the
             values are products. `work:drive` is what does work along that dimension: a moment on an angle, a force on a
-            length; `rate1:drive` and `rate2:drive` are first and second derivatives by time.
+            length. `rate1:component` and `rate2:component` are first and second derivatives by time.
         power : int
             2 for squares of that unit.
         per : str
