@@ -13,10 +13,10 @@ import jointplay as jp
 from helpers.graphs import graph
 from helpers.longer import some
 from helpers.oracles.moving import CutOpen, Part, differenced
-from helpers.rods import RSSR
 from jointplay import examples
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.running import contact_rates, moving
+from jointplay.basics import poses
 from jointplay.model.inertia import kinematics
 
 #: examples that have drives
@@ -292,9 +292,7 @@ class TestInertia:
             _, acceleration = motion.of_point(k, (*np.array(body.centre) * 1e-3, 0.0))
             force = -body.mass * acceleration[:, :2]
             moment = -body.rotational_inertia * acceleration[:, 5] * 1e-3
-            loads.append(
-                {"body": name, "at": [*body.centre], "force": force.tolist(), "moment": moment.tolist()}
-            )
+            loads.append({"body": name, "at": [*body.centre], "force": force.tolist(), "moment": moment.tolist()})
         rest = m.with_({"drives.crank.speed": None, "drives.crank.acceleration": None, "loads": loads})
         running, written = jp.loaded(m), jp.loaded(rest)
         assert "velocity" not in written
@@ -303,39 +301,15 @@ class TestInertia:
 
     @pytest.mark.parametrize("seed", some(range(40), 6))
     def test_power_balance_of_random_mechanisms(self, seed: int) -> None:
-        """What drives and loads do is the change of kinetic energy, found from poses alone."""
-        m = jp.loads(graph(seed))
-        rng = np.random.default_rng([41, seed])
-        speeds, accelerations = in_motion(m, seed)
-        changes: dict[str, Any] = {"gravity": [0.4, -9.81]}
-        units = [1.0 if m.coordinate_kind(j) == "angle" else m.units.length for j in m.drive_joints]
-        turning = m.units.angle
-        for k, drive in enumerate(m.drives):
-            unit = turning if m.coordinate_kind(m.drive_joints[k]) == "angle" else units[k]
-            changes |= {f"drives.{drive}.speed": speeds[0, k] / unit, f"drives.{drive}.acceleration": accelerations[0, k] / unit}
-        for body in m.bodies:
-            changes[f"bodies.{body}"] = {
-                "mass": float(rng.uniform(0.2, 2)),
-                "centre": rng.uniform(-50, 50, 2).tolist(),
-                "rotational_inertia": float(rng.uniform(0, 4000)),
-            }
-        running = m.with_(changes)
-        at = nominal(running)
-        velocity, acceleration = differenced(running, at.drives, at.poses, speeds, accelerations)
-        power = 0.0
-        for inertial in running.loads.inertial:
-            weight = running.loads.first[inertial.load]
-            point = running.points[weight["point"]]
-            v, a, w, turning = _of_centre(at.poses[0, point.body], point.at, velocity[point.body], acceleration[point.body])
-            power += (inertial.mass * a - weight["force"]) @ v + inertial.matrix[2, 2] * turning * w
-        for load in running.loads.first[: len(running.data.loads)]:
-            point = running.points[load["point"]]
-            v, _, w, _ = _of_centre(at.poses[0, point.body], point.at, velocity[point.body], acceleration[point.body])
-            power -= np.array(load["force"]) @ v + load["moment"][2] * w
-        result = jp.loaded(running, exact=False)
-        scale = max(1e-3, float(np.abs(result.drive_power).max()))
-        # Accelerations that are differenced are right to 1e-6 or so.
-        assert float(result.drive_power.sum()) == pytest.approx(power, abs=1e-4 * scale)
+        check_power(jp.loads(graph(seed)), seed)
+
+    @pytest.mark.parametrize(
+        "name", ["sarrus", "bennett", "planetary-gear", "ball-screw", "3-rrr-spherical", "belt-arm"]
+    )
+    def test_power_balance_of_over_constrained_and_coupled_mechanisms(self, name: str) -> None:
+        """What shares the load between redundant joints does no work."""
+        m = jp.loads(examples.text(name), f"{name}.toml")
+        check_power(m, 3)
 
     def test_energy_over_a_turn(self) -> None:
         """At constant speed the drive does no work over a turn against inertia and weight alone."""
@@ -360,7 +334,9 @@ class TestInertia:
     def test_elastic_bodies_are_pieces_that_move_together(self) -> None:
         """A body that gives way moves as a rigid one does nominally; its inertia bends it."""
         m = jp.loads(SLIDER_CRANK)
-        elastic = m.with_({"bodies.rod.E": 2e5, "bodies.rod.area": 100, "bodies.rod.inertia": 800, "bodies.rod.centre": [50, 0]})
+        elastic = m.with_(
+            {"bodies.rod.E": 2e5, "bodies.rod.area": 100, "bodies.rod.inertia": 800, "bodies.rod.centre": [50, 0]}
+        )
         rigid = m.with_({"bodies.rod.centre": [50, 0]})
         one, other = jp.loaded(rigid, exact=False), jp.loaded(elastic, exact=False)
         assert other.drive_torque.values == pytest.approx(one.drive_torque.values, rel=1e-6)
@@ -368,13 +344,52 @@ class TestInertia:
         assert "contact_rate" not in other, "judged of determinate mechanisms only"
 
 
-def _of_centre(pose: np.ndarray, at: Any, velocity: np.ndarray, acceleration: np.ndarray) -> tuple[Any, ...]:
-    """Velocity and acceleration of a point in the plane, and those of the angle."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    arm = np.array([c * at[0] - s * at[1], s * at[0] + c * at[1], 0.0])
-    across = np.array([-arm[1], arm[0], 0.0])
-    w, turning = velocity[5], acceleration[5]
-    return velocity[:3] + w * across, acceleration[:3] + turning * across - w**2 * arm, w, turning
+def check_power(m: jp.Mechanism, seed: int) -> None:
+    """What drives and loads do is the change of kinetic energy, found from poses alone."""
+    rng = np.random.default_rng([41, seed])
+    is_planar = m.data.space == "planar"
+    at = nominal(m)
+    at = at.chosen(np.array([len(at) // 2]))
+    speeds, accelerations = in_motion(m, seed)
+    changes: dict[str, Any] = {"gravity": [0.4, -9.81] if is_planar else [0.4, 2.0, -9.81], "path": None, "grid": None}
+    size = m.length / m.units.length
+    for k, drive in enumerate(m.drives):
+        unit = m.drive_factors[k]
+        told = {
+            "values": [at.drives[0, k] / unit],
+            "speed": speeds[0, k] / unit,
+            "acceleration": accelerations[0, k] / unit,
+        }
+        told |= dict.fromkeys(("from", "to", "count", "csv", "column"))
+        changes |= {f"drives.{drive}.{key}": value for key, value in told.items()}
+    for body in dict.fromkeys(m.owners[k] for k in range(len(m.bodies)) if k not in m.crosses):
+        moments = rng.uniform(0.05, 0.06, 3) * size**2
+        changes[f"bodies.{body}.mass"] = float(rng.uniform(0.2, 2))
+        changes[f"bodies.{body}.centre"] = rng.uniform(-size, size, 2 if is_planar else 3).tolist()
+        changes[f"bodies.{body}.rotational_inertia"] = float(moments[0]) if is_planar else moments.tolist()
+    running = m.with_(changes)
+    at = nominal(running)
+    velocity, acceleration = differenced(running, at.drives, at.poses, speeds, accelerations)
+
+    def of_point(point: Any) -> tuple[np.ndarray, ...]:
+        turn = poses.matrix(at.poses[0, point.body])
+        arm = turn @ (np.array(point.at) - running.core.origins[point.body])
+        (v, w), (a, turning) = (np.split(of[point.body], 2) for of in (velocity, acceleration))
+        return v + np.cross(w, arm), w, a + np.cross(turning, arm) + np.cross(w, np.cross(w, arm)), turning, turn
+
+    power = 0.0
+    for inertial in running.loads.inertial:
+        weight = running.loads.first[inertial.load]
+        v, w, a, turning, turn = of_point(running.points[weight["point"]])
+        matrix = turn @ inertial.matrix @ turn.T
+        power += (inertial.mass * a - weight["force"]) @ v + (matrix @ turning + np.cross(w, matrix @ w)) @ w
+    for load in running.loads.first[: len(running.data.loads)]:
+        v, w, *_ = of_point(running.points[load["point"]])
+        power -= np.array(load["force"]) @ v + np.array(load["moment"]) @ w
+    result = jp.loaded(running, exact=False)
+    scale = max(1e-3, float(np.abs(result.drive_power).max()))
+    # Accelerations that are differenced are right to 1e-6 or so.
+    assert float(result.drive_power.sum()) == pytest.approx(power, abs=1e-4 * scale)
 
 
 class TestAtRest:
@@ -433,14 +448,19 @@ class TestAsked:
         text = examples.text("serial-2r")
         m = jp.loads(text)
         one, other = m.drives
-        changes: dict[str, Any] = {f"bodies.{body}": {"mass": 1 + k, "centre": [40, 5]} for k, body in enumerate(m.bodies)}
+        changes: dict[str, Any] = {
+            f"bodies.{body}": {"mass": 1 + k, "centre": [40, 5]} for k, body in enumerate(m.bodies)
+        }
         changes |= {f"drives.{one}.speed": 300, f"drives.{other}.speed": -500}
         m = m.with_(changes)
         nodes = {one: {"from": 10, "to": 50, "count": 2}, other: {"from": 20, "to": 60, "count": 3}}
         found = jp.map(m, "loaded", grid=nodes)
         for i, p in enumerate((10, 50)):
             for k, q in enumerate((20, 40, 60)):
-                alone = m.with_({f"drives.{d}.{key}": None for d in (one, other) for key in ("from", "to", "count")} | {f"drives.{one}.values": [p], f"drives.{other}.values": [q], "path": None})
+                alone = m.with_(
+                    {f"drives.{d}.{key}": None for d in (one, other) for key in ("from", "to", "count")}
+                    | {f"drives.{one}.values": [p], f"drives.{other}.values": [q], "path": None}
+                )
                 assert found.error.values[i, k] == pytest.approx(jp.loaded(alone).error.values[0], abs=1e-9)
 
     def test_a_map_needs_constant_speeds(self) -> None:
@@ -450,7 +470,15 @@ class TestAsked:
 
     def test_inertia_acts_in_every_load_case(self) -> None:
         m = jp.loads(SLIDER_CRANK)
-        cases = m.with_({"loads": None, "load_cases": {"push": [{"body": "ram", "at": [50, -20], "force": [-200, 30]}], "free": [{"body": "ram", "force": [0, 0]}]}})
+        cases = m.with_(
+            {
+                "loads": None,
+                "load_cases": {
+                    "push": [{"body": "ram", "at": [50, -20], "force": [-200, 30]}],
+                    "free": [{"body": "ram", "force": [0, 0]}],
+                },
+            }
+        )
         found = jp.loaded(cases)
         alone = jp.loaded(m)
         assert found.error.sel(load_case="push").values == pytest.approx(alone.error.values, abs=1e-12)
@@ -464,3 +492,260 @@ class TestAsked:
         moved = under_load(m, at)
         shift = m.core.output(moved.poses) - at.output
         assert shift[:, :2] * 1e3 == pytest.approx(PLANAR_ERRORS[:, :2], abs=1e-7)
+
+
+class TestLaws:
+    """How drives move."""
+
+    @pytest.mark.parametrize(
+        ("law", "top", "most"),
+        [("trapezoid", 1 / 0.75, 1 / (0.75 * 0.25)), ("cycloidal", 2.0, 2 * math.pi), ("poly5", 1.875, 5.7735027)],
+    )
+    def test_peaks_and_differences(self, law: str, top: float, most: float) -> None:
+        """Largest speed and acceleration over stroke and duration; speeds are differences of values, and so on."""
+        m = law_of_motion(law, 2001)
+        assert m.motion is not None
+        assert m.motion.times is not None
+        values, (speed, acceleration, jerk), times = m.drive_values[:, 0], m.motion.rates[:, :, 0], m.motion.times
+        stroke, duration = np.radians(90.0), 0.2
+        assert (values[0], values[-1]) == (np.radians(10.0), np.radians(100.0))
+        assert speed[[0, -1]] == pytest.approx(0.0, abs=1e-9)
+        assert speed.max() == pytest.approx(top * stroke / duration, rel=1e-6)
+        assert np.abs(acceleration).max() == pytest.approx(most * stroke / duration**2, rel=1e-5)
+        within = np.diff(times) > 0.0
+        for lower, upper in ((values, speed), (speed, acceleration), (acceleration, jerk)):
+            mean = (upper[1:] + upper[:-1])[within] / 2
+            slope = np.diff(lower)[within] / np.diff(times)[within]
+            assert slope == pytest.approx(mean, abs=2e-6 * max(1.0, float(np.abs(upper).max())))
+
+    def test_both_sides_of_a_corner_are_looked_at(self) -> None:
+        m = law_of_motion("trapezoid", 5)
+        # Equally spaced are 0, 50, 100, 150, 200 ms; the corners are at 50 and 150.
+        assert m.motion.times.tolist() == pytest.approx([0, 0.05, 0.05, 0.1, 0.15, 0.15, 0.2])
+        assert np.sign(m.motion.rates[1, :, 0]).tolist() == [1, 1, 0, 0, 0, -1, -1]
+        result = jp.loaded(m)
+        assert np.abs(np.diff(result.drive_torque.values[1:3, 0])) > 0.0
+
+    def test_half_of_the_time_for_each_ramp(self) -> None:
+        m = law_of_motion("trapezoid", 5, ramp=0.5)
+        assert np.sign(m.motion.rates[1, :, 0]).tolist() == [1, 1, 1, -1, -1, -1]
+
+    def test_values_at_times(self, tmp_path: Path) -> None:
+        """A table of a cycloidal motion gives what its law gives; where it is sampled finely, to a part of 1e-4."""
+        law = law_of_motion("cycloidal", 41)
+        table = np.column_stack([1e3 * law.motion.times, np.degrees(law.drive_values[:, 0])])
+        lines = ["t [ms];q [deg]", *(f"{t:.15g};{q:.15g}" for t, q in table.tolist())]
+        (tmp_path / "motion.csv").write_text("\n".join(lines))
+        text = WHEEL.replace('angle = "rad"', 'angle = "deg"').replace(
+            "from = 0\nto = 6\ncount = 25\nspeed = 80", 'csv = "motion.csv"\ncolumn = "q"\ntime = "t"'
+        )
+        (tmp_path / "wheel.toml").write_text(text)
+        m = jp.load(tmp_path / "wheel.toml")
+        assert m.motion.times == pytest.approx(law.motion.times)
+        for order in range(2):
+            ours, known = m.motion.rates[order, :, 0], law.motion.rates[order, :, 0]
+            assert np.abs(ours - known).max() < 1e-4 * np.abs(known).max()
+        m.write(tmp_path / "again.toml")
+        assert jp.load(tmp_path / "again.toml") == m
+
+    def test_when_configurations_are_passed(self) -> None:
+        m = jp.loads(WHEEL)
+        assert jp.loaded(m).time.values == pytest.approx(np.linspace(0, 6, 25) / 80)
+        back = m.with_({"drives.q.from": 6, "drives.q.to": 0})
+        assert back.motion.times is None, "it does not run along its values at this speed"
+        assert "time" not in jp.loaded(back)
+        assert back.with_({"drives.q.speed": -80}).motion.times[-1] == pytest.approx(6 / 80)
+
+    def test_revolutions_per_minute(self) -> None:
+        m = jp.loads(WHEEL).with_({"units.turning_speed": "1/min", "drives.q.speed": 764.0})
+        assert m.motion.rates[0, 0, 0] == pytest.approx(764 * 2 * math.pi / 60)
+        result = jp.loaded(m)
+        assert (result.drive_speed.values[0, 0], result.drive_speed.attrs["units"]) == (pytest.approx(764), "1/min")
+        assert result.velocity.values[0, 2] == pytest.approx(764 * 2 * math.pi / 60), "of bodies in radians per second"
+        assert result.attrs["speeds"] == "q 764 1/min"
+
+
+def law_of_motion(law: str, count: int, **more: object) -> jp.Mechanism:
+    own = {"from": 10, "to": 100, "count": count, "motion": law, "duration": 0.2, "speed": None, **more}
+    return jp.loads(WHEEL.replace('angle = "rad"', 'angle = "deg"')).with_({f"drives.q.{k}": v for k, v in own.items()})
+
+
+class TestContact:
+    """Whether contact follows the reactions."""
+
+    def test_an_unbalanced_wheel(self) -> None:
+        """R = m r w^2 turns with w, and the whole mass is behind the gap: kappa = sqrt(c / r), whatever the speed."""
+        for speed in (1, 80, 5000):
+            rate = jp.loaded(jp.loads(WHEEL).with_({"drives.q.speed": speed})).contact_rate.values
+            # Between instants the reaction goes straight on: by chords of 6 rad / 720.
+            assert rate == pytest.approx(math.sqrt(0.02 / 12.0), rel=1e-4)
+
+    def test_a_balanced_wheel_under_a_steady_load(self) -> None:
+        m = jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": [3, -5], "at": [0, 0]}]})
+        result = jp.loaded(m)
+        assert (result.contact_rate == 0.0).all()
+        assert (result.contact == "follows").all()
+        assert result.transit_time.isnull().all()
+
+    def test_a_load_that_goes_through_zero(self) -> None:
+        """From 6 N to -6 N within 0.25 rad: the pin falls across its hole under a force that grows with time."""
+        forces = [[6, 0]] * 12 + [[-6, 0]] * 13
+        m = jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": forces, "at": [0, 0]}]})
+        result = jp.loaded(m)
+        assert np.isinf(result.contact_rate.values[[11, 12], 0]).any()
+        # One of the two is nearest to the crossing, which is half-way.
+        assert set(result.contact.values[:, 0]) == {"follows", "lost"}
+        growth = 12.0 / (0.25 / 80)
+        tau = (12 * 0.7 * 0.02e-3 / growth) ** (1 / 3)
+        times = result.transit_time.values[np.isinf(result.contact_rate.values[:, 0]), 0]
+        assert times == pytest.approx(tau, rel=1e-6)
+        # The distance that a mass falls from rest under growth * t is growth t^3 / (6 m).
+        assert growth * tau**3 / (6 * 0.7) == pytest.approx(2 * 0.02e-3)
+
+    def test_peaks_between_configurations_are_seen(self) -> None:
+        """At 65 rad/s the wrist's reaction passes near zero at 32 deg; an independent program has 2.49 there."""
+        rest = {f"joints.{j}.clearance": None for j in ("shaft", "pin", "guide")}
+        turn = {"drives.crank.values": None, "drives.crank.from": 0, "drives.crank.to": 360, "drives.crank.count": 24}
+        turn |= {"drives.crank.speed": 65, "drives.crank.acceleration": None, "loads": [{"force": [-200, 0]}]}
+        result = jp.loaded(jp.loads(SLIDER_CRANK).with_(rest | turn), exact=False)
+        k = int(result.contact_rate.values[:, 0].argmax())
+        assert result.contact_rate.values[k, 0] == pytest.approx(2.49, abs=0.05)
+        assert float(result.crank[k]) == pytest.approx(32.0, abs=360 / 23)
+        assert str(result.contact.values[k, 0]) == "may be lost"
+
+    def test_it_does_not_depend_on_how_the_path_is_known(self) -> None:
+        """At single configurations reactions are differenced around them; along a path they are followed."""
+        m = jp.loads(WHEEL)
+        path, at = contact_rates(m, nominal(m))[0], nominal(m)
+        single = m.with_({"drives.q.from": None, "drives.q.to": None, "drives.q.count": None, "drives.q.values": [2.0]})
+        assert contact_rates(single, nominal(single))[0] == pytest.approx(path[:1], rel=1e-4)
+        assert len(at) == len(path)
+
+    def test_springs_press_as_well(self) -> None:
+        m = jp.loads(WHEEL)
+        spring = {"on": {"ground": [-40, 0], "wheel": [0, 0]}, "stiffness": 2.0, "free_length": 10}
+        pulled = m.with_({"springs.s": spring})
+        at = nominal(pulled)
+        reaction = jp.loaded(pulled, exact=False).reaction.values[:, 0, :2]
+        turned = np.unwrap(np.arctan2(reaction[:, 1], reaction[:, 0]))
+        speed = np.gradient(turned, pulled.motion.times)
+        size = np.linalg.norm(reaction, axis=1)
+        expected = np.abs(speed) * np.sqrt(0.7 * 0.02e-3 / size)
+        found = contact_rates(pulled, at)[0][:, 0]
+        # The largest near each configuration, which is that there where it changes little.
+        assert found[3:-3] == pytest.approx(expected[3:-3], rel=0.2)
+
+    def test_a_ball_in_space(self) -> None:
+        """The rod's balls of the crank in space carry what pinocchio finds; the rate is that of their reactions."""
+        m = jp.loads(RSSP).with_(
+            {
+                "drives.crank.values": None,
+                "drives.crank.from": 20,
+                "drives.crank.to": 80,
+                "drives.crank.count": 61,
+                "drives.crank.acceleration": None,
+            }
+        )
+        result = jp.loaded(m, exact=False)
+        reaction = result.reaction.sel(joint="B").values[:, :3]
+        turning = np.gradient(reaction, result.time.values, axis=0)
+        size = np.linalg.norm(reaction, axis=1)
+        theta = np.linalg.norm(np.cross(reaction, turning), axis=1) / size**2
+        rate = result.contact_rate.sel(source="B").values
+        mass = (rate / theta) ** 2 * size / 0.015e-3
+        # The mass behind the gap is that of bodies that move: between parts of the rod and of everything.
+        assert (mass > 0.05).all()
+        assert (mass < 5.0).all()
+        assert result.contact_rate.sel(source="guide").isnull().all(), "a guide is not judged"
+
+    def test_what_has_no_mass_follows(self) -> None:
+        m = jp.loads(SLIDER_CRANK).with_({"bodies.rod": None, "bodies.crank": None})
+        assert (jp.loaded(m).contact_rate.sel(source="pin") >= 0.0).all()
+
+
+class TestSaid:
+    """What is said of it."""
+
+    def test_the_answer_names_the_speed_and_what_is_left_out(self, capsys: pytest.CaptureFixture[str]) -> None:
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        m = jp.loads(examples.text("press-running"))
+        texts = [sentence.text for sentence in conclude(from_dataset(jp.loaded(m))).sentences]
+        assert any(
+            text.startswith("Contact follows the reactions: contact rate at most 0.086, in main") for text in texts
+        )
+        assert (
+            "Quasi-static at crank 200 1/min: inertia acts at the nominal motion; impacts and vibrations are left out."
+            in texts
+        )
+        fast = conclude(from_dataset(jp.loaded(m.with_({"drives.crank.speed": 1000})))).sentences
+        (alarm,) = [sentence for sentence in fast if "Contact is lost" in sentence.text]
+        assert alarm.is_alarm
+        assert "goes through zero near configuration" in alarm.text
+        assert "ms or more" in alarm.text
+
+    def test_a_machine_at_rest_says_nothing_of_it(self) -> None:
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        found = conclude(from_dataset(jp.loaded(jp.loads(examples.text("slider-crank")))))
+        assert not any("Quasi-static" in sentence.text for sentence in found.sentences)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"drives.q.motion": "poly5"}, "follows from one of speed, motion, times; here: speed, motion"),
+        ({"drives.q.speed": None, "drives.q.acceleration": 3}, "'acceleration' goes with speed"),
+        ({"drives.q.duration": 3}, "'duration' goes with motion"),
+        ({"drives.q.speed": None, "drives.q.motion": "poly5"}, "'duration' is missing"),
+        ({"drives.q.speed": None, "drives.q.motion": "poly7"}, "trapezoid"),
+        (
+            {"drives.q.speed": None, "drives.q.motion": "poly5", "drives.q.duration": 1, "drives.q.ramp": 0.2},
+            "'ramp' goes with motion",
+        ),
+        ({"drives.q.speed": [1, 2]}, "2 values for 25 configurations"),
+        ({"drives.q.time": "t"}, "'time' goes with csv"),
+        ({"drives.q.times": [1, 2, 3]}, "here: speed, times"),
+        ({"drives.q.times": [1, 2, 3], "drives.q.speed": None}, "'times' goes with values"),
+        ({"bodies.wheel.rotational_inertia": -1}, "must not be negative"),
+        ({"bodies.wheel.inertia": 900}, "rotational_inertia"),
+        ({"units.turning_speed": "rpm"}, "1/min"),
+        (
+            {"path": {"x": [30]}, "drives.q.from": None, "drives.q.to": None, "drives.q.count": None},
+            "a path has no speed",
+        ),
+    ],
+)
+def test_messages(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(jp.InputError) as caught:
+        jp.loads(WHEEL, "wheel.toml").with_(changes)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("wheel.toml: ")
+
+
+@pytest.mark.parametrize(
+    ("moments", "message"),
+    [
+        ([1, 2, 4], "no body has one that is larger than the two others together"),
+        ([1, 2, 2, 3, 0, 0], "negative principal moment"),
+        ([1, 2], "3"),
+        ([1, 2, 2, 0], r"[Ixx, Iyy, Izz, Ixy, Ixz, Iyz] is needed"),
+        (5, "list"),
+    ],
+)
+def test_moments_of_inertia_that_no_body_has(moments: object, message: str) -> None:
+    with pytest.raises(jp.InputError) as caught:
+        jp.loads(RSSP, "rssp.toml").with_({"bodies.rod.rotational_inertia": moments})
+    assert message in str(caught.value)
+    assert "bodies.rod.rotational_inertia" in str(caught.value)
+
+
+def test_a_rod_that_inertia_turns_about_its_line_is_named() -> None:
+    """Its products of inertia, or a centre of mass beside the line, turn a rod between two balls."""
+    for key, value in (("rotational_inertia", [50, 800, 790]), ("centre", [50, 1, 0])):
+        with pytest.raises(jp.InputError, match=f"bodies.rod.{key} turns it"):
+            jp.loaded(jp.loads(RSSP).with_({f"bodies.rod.{key}": value, "gravity": None}))
+    still = jp.loads(RSSP).with_({"drives.crank.speed": None, "drives.crank.acceleration": None, "gravity": None})
+    assert (jp.loaded(still.with_({"bodies.rod.centre": [50, 1, 0]})).status == "ok").all()

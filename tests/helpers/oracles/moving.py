@@ -20,7 +20,9 @@ from jointplay.basics import poses
 Floats = NDArray[np.float64]
 
 
-def differenced(m: jp.Mechanism, drives: Floats, placed: Floats, speeds: Floats, accelerations: Floats) -> tuple[Floats, Floats]:
+def differenced(
+    m: jp.Mechanism, drives: Floats, placed: Floats, speeds: Floats, accelerations: Floats
+) -> tuple[Floats, Floats]:
     """Velocities and accelerations of all bodies at the core's origins, from poses a little before and after.
 
     Fourth order in the time step: the poses of five instants.
@@ -79,7 +81,16 @@ class CutOpen:
     """
 
     def __init__(
-        self, crank: Part, rod: Part, slider: Part, arm: Floats, length: Floats, line: Floats, *, ball: bool, gravity: Floats
+        self,
+        crank: Part,
+        rod: Part,
+        slider: Part,
+        arm: Floats,
+        length: Floats,
+        line: Floats,
+        *,
+        ball: bool,
+        gravity: Floats,
     ) -> None:
         self.model = pin.Model()
         self.model.gravity.linear = gravity
@@ -100,11 +111,15 @@ class CutOpen:
         pin.computeJointJacobians(self.model, self.data, q)
         pin.updateFramePlacements(self.model, self.data)
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        one, two = (pin.getFrameJacobian(self.model, self.data, f, world)[:3][self.axes] for f in (self.socket, self.end))
+        one, two = (
+            pin.getFrameJacobian(self.model, self.data, f, world)[:3][self.axes] for f in (self.socket, self.end)
+        )
         gap = self.data.oMf[self.socket].translation - self.data.oMf[self.end].translation
         return gap[self.axes], one - two
 
-    def solve(self, theta: float, speed: float, acceleration: float, load: Floats, start: Floats) -> tuple[float, Floats]:
+    def solve(
+        self, theta: float, speed: float, acceleration: float, load: Floats, start: Floats
+    ) -> tuple[float, Floats]:
         """Torque on the crank, and force of the rod on the slider, with a load on the slider."""
         q = pin.neutral(self.model)
         q = pin.integrate(self.model, q, start)
@@ -125,7 +140,9 @@ class CutOpen:
         pin.forwardKinematics(self.model, self.data, q, v, a)
         pin.updateFramePlacements(self.model, self.data)
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        one, two = (pin.getFrameClassicalAcceleration(self.model, self.data, f, world).linear for f in (self.socket, self.end))
+        one, two = (
+            pin.getFrameClassicalAcceleration(self.model, self.data, f, world).linear for f in (self.socket, self.end)
+        )
         a[free] = self._without_spin(q, jacobian[:, free], -(one - two)[self.axes])
         needed = pin.rnea(self.model, self.data, q, v, a)
         needed[-1] -= load[0]

@@ -5,9 +5,9 @@ A body that says nothing of elasticity is rigid, and so is every way of giving t
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, ConfigDict, Field, JsonValue, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -88,6 +88,15 @@ InertiaMatrix = Annotated[
 ]
 
 
+def _of_area(value: Any) -> Any:
+    """Refuse in the place of second moments of area what looks like moments of inertia of a mass."""
+    if isinstance(value, list | tuple) and len(value) in (3, 6):
+        raise problem(
+            "a second moment of area, or two of them, is needed; moments of inertia of the mass are rotational_inertia"
+        )
+    return value
+
+
 class BodyTable(Table):
     """Mass of a body, for its weight and its inertia, and what makes it elastic."""
 
@@ -157,7 +166,7 @@ class SpatialBody(BodyTable):
         description="[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the"
         " centre of mass in body axes, kg times length squared; acts with a speed",
     )
-    inertia: OneOrTwo | SkipJsonSchema[None] = Field(
+    inertia: Annotated[OneOrTwo, BeforeValidator(_of_area)] | SkipJsonSchema[None] = Field(
         None, description="second moment of area; two of them for bending about `side` and about the direction across"
     )
     G: Positive | SkipJsonSchema[None] = Field(None, description="shear modulus, force per length squared")
