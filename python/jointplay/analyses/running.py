@@ -51,7 +51,7 @@ STILL = 1e-9
 
 
 def speeds(m: Mechanism) -> dict[str, str]:
-    """What a result says of the speeds at which inertia acts; nothing where all drives stand still."""
+    """What a result says of the speeds at which inertia acts; nothing where all drives are at rest."""
     if m.motion is None:
         return {}
     units = m.units
@@ -336,7 +336,7 @@ def _reactions(m: Mechanism, instants: _Instants) -> Floats:
     flat = _components(m, work).reshape(len(at), -1)
     held = -np.linalg.solve(np.swapaxes(m.core.jacobian(at.poses), 1, 2), flat[..., None])[..., 0]
     of_springs = None
-    if m.core_spec["springs"] or m.core_spec["torsions"]:
+    if m.data.springs:
         of_springs = m.varied(loads=[]).loaded(at.drives, at.poses, exact=False)["reaction"]
     found = np.full((len(at), len(m.joints), 3), np.nan)
     for _, joint, _ in _judged(m):

@@ -175,7 +175,7 @@ class Compiled:
     drive_values : ndarray or None
         Commanded values, shape (configuration, drive); None when a path is followed.
     motion : DriveMotion or None
-        Speeds and accelerations of the drives; None where every drive stands still.
+        Speeds and accelerations of the drives; None where every drive is at rest.
     rotor_inertia : ndarray
         Of every drive, reduced to its value: kg m^2, or kg where the value is a length.
     start_drives : ndarray

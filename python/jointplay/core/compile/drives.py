@@ -48,7 +48,7 @@ class Commands:
     target_components : tuple of str
         The components that are asked.
     motion : DriveMotion or None
-        Speeds and accelerations; None where every drive stands still.
+        Speeds and accelerations; None where every drive is at rest.
     """
 
     names: tuple[str, ...]

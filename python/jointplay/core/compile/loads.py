@@ -57,7 +57,7 @@ class Loads:
     along : dict
         Loads of all configurations by the number of the load; of those that change along the path.
     inertial : list of Inertial
-        What inertia loads while the drives move; nothing where they stand still.
+        What inertia loads while the drives move; nothing where they are at rest.
     """
 
     first: list[LoadSpec] = field(default_factory=list)
@@ -72,10 +72,6 @@ class Loads:
     def at(self, configuration: int) -> list[LoadSpec]:
         """Those of a configuration."""
         return [self.along[k][configuration] if k in self.along else load for k, load in enumerate(self.first)]
-
-    def steady(self, configuration: int) -> Loads:
-        """Those of a configuration that stands still."""
-        return Loads(self.at(configuration))
 
     @property
     def are_any(self) -> bool:

@@ -143,7 +143,7 @@ def compile_motion(
     clock: Clock | None,
     turning: Sequence[bool],
 ) -> DriveMotion | None:
-    """Speeds and accelerations of the drives; None where every drive stands still.
+    """Speeds and accelerations of the drives; None where every drive is at rest.
 
     Parameters
     ----------
