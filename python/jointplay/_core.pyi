@@ -92,6 +92,7 @@ class Mechanism:
         offset: bool = True,
         details: bool = True,
         partly: bool = False,
+        loads: Floats | None = None,
     ) -> Loaded: ...
     def loaded_specimens(self, drives: Floats, poses: Floats, u: Floats) -> LoadedSpecimens: ...
     def worst(

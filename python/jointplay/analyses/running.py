@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.compile import LENGTHS
+from jointplay.core.compile import LENGTHS, DriveMotion
 from jointplay.errors import InputError
 from jointplay.model.inertia import Kinematics, kinematics, matrices, wrenches
 from jointplay.model.mechanism import Mechanism
@@ -44,8 +44,8 @@ CONTACT = ("follows", "may be lost", "lost")
 ROUND = ("disc", "ball")
 #: motion of the drives by which reactions are differenced, in radians or characteristic lengths
 STEP = 1e-4
-#: instants of a path between which reactions go straight on, and the fewest from one configuration to the next
-INSTANTS, FEWEST = 720, 4
+#: instants of a path, at least, between which reactions go straight on
+INSTANTS = 720
 #: a rate of turning below this part of the speed of the drives is rounding
 STILL = 1e-9
 
@@ -71,38 +71,33 @@ def speeds(m: Mechanism) -> dict[str, str]:
     return {"speeds": ", ".join(told), "inertia": "counted" if m.loads.inertial else "none"}
 
 
-def rates_of(m: Mechanism, count: int) -> Floats:
-    """Speeds, accelerations and their derivatives of the drives in so many configurations.
+def motion_of(m: Mechanism, count: int) -> DriveMotion | None:
+    """How the drives move in so many configurations; None where they are at rest.
 
     Raises
     ------
     InputError
-        When they change along the path of the file, and other configurations are asked for.
+        When speeds change along the path of the file, and other configurations are asked for.
     """
-    assert m.motion is not None
-    rates = m.motion.rates
-    if m.motion.is_steady:
-        return np.repeat(rates[:, :1], count, axis=1)
-    if rates.shape[1] != count:
+    if m.motion is None or m.motion.rates.shape[1] == count:
+        return m.motion
+    if not m.motion.is_steady:
         problem = "speeds that change along the path hold for its configurations only; here a drive needs a single one"
         raise InputError(problem, file=m.file, key="drives")
-    return rates
+    return DriveMotion(np.repeat(m.motion.rates[:, :1], count, axis=1), None)
 
 
-def moving(m: Mechanism, at: Nominal) -> Kinematics:
-    """How the bodies move in configurations that are solved."""
-    return kinematics(m, at.drives, at.poses, rates_of(m, len(at)))
+def moving(m: Mechanism, at: Nominal, motion: DriveMotion | None) -> Kinematics | None:
+    """How the bodies move in configurations that are solved; None where they are at rest."""
+    return None if motion is None else kinematics(m, at.drives, at.poses, motion.rates)
 
 
-def add_motion(m: Mechanism, builder: ResultBuilder, at: Nominal, *, details: bool) -> None:
+def add_motion(m: Mechanism, builder: ResultBuilder, motion: DriveMotion, bodies: Kinematics, *, details: bool) -> None:
     """Add when each configuration is passed, and how the output moves; with details all bodies and drives."""
-    if m.motion is None:
-        return
-    motion, rates = moving(m, at), rates_of(m, len(at))
-    if m.motion.times is not None and len(m.motion.times) == len(at):
-        builder.add("time", "configuration", m.motion.times, "time since the first configuration", "time")
+    if motion.times is not None:
+        builder.add("time", "configuration", motion.times, "time since the first configuration", "time")
     point = m.points[m.output_point]
-    both = motion.of_point(point.body, point.at)
+    both = bodies.of_point(point.body, point.at)
     for name, order, values in zip(("velocity", "acceleration"), (1, 2), both, strict=True):
         words = f"nominal {name} of the output, ground axes"
         builder.add(name, ("configuration", "component"), _components(m, values), words, f"rate{order}:component")
@@ -110,29 +105,27 @@ def add_motion(m: Mechanism, builder: ResultBuilder, at: Nominal, *, details: bo
         return
     each = ("configuration", "body", "component")
     for k, (name, order) in enumerate((("body_velocity", 1), ("body_acceleration", 2))):
-        of_all = [_components(m, motion.of_point(body, (0.0, 0.0, 0.0))[k]) for body in range(len(m.bodies))]
+        of_all = [_components(m, bodies.of_point(body, (0.0, 0.0, 0.0))[k]) for body in range(len(m.bodies))]
         words = f"nominal {name.removeprefix('body_')} of the body's axes, ground axes"
         builder.add(name, each, np.stack(of_all, axis=1), words, f"rate{order}:component")
-    builder.add("drive_speed", ("configuration", "drive"), rates[0], "speed of the drive", "speed:drive")
+    builder.add("drive_speed", ("configuration", "drive"), motion.rates[0], "speed of the drive", "speed:drive")
 
 
-def add_drives(m: Mechanism, builder: ResultBuilder, torque: Floats) -> None:
+def add_drives(m: Mechanism, builder: ResultBuilder, motion: DriveMotion, torque: Floats) -> None:
     """Add what the motors give besides the moments or forces on the joints."""
-    if m.motion is None:
-        return
-    each, rates = ("configuration", "drive"), rates_of(m, len(torque))
+    each = ("configuration", "drive")
     if m.rotor_inertia.any():
-        torque = torque + m.rotor_inertia * rates[1]
+        torque = torque + m.rotor_inertia * motion.rates[1]
         words = "moment or force of the motor, that which accelerates its rotor included"
         builder.add("motor_torque", each, torque, words, "work:drive")
-    builder.add("drive_power", each, torque * rates[0], "power of the motor", "power")
+    builder.add("drive_power", each, torque * motion.rates[0], "power of the motor", "power")
 
 
-def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal) -> None:
+def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal, motion: DriveMotion) -> None:
     """Add how fast every reaction turns beside the pendulum of the play, of a determinate mechanism."""
-    if m.motion is None or not m.loads.inertial or not m.core.isostatic:
+    if not m.loads.inertial or not m.core.isostatic:
         return
-    rate, transit = contact_rates(m, at)
+    rate, transit = contact_rates(m, at, motion)
     words = "turning of the reaction over the frequency of the play's pendulum (contact rate)"
     builder.add("contact_rate", ("configuration", "source"), rate, words)
     named = np.where(np.isnan(rate), "", np.array(CONTACT)[(rate > FOLLOWS).astype(int) + (rate > LOST)])
@@ -142,7 +135,7 @@ def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal) -> None:
     builder.add("transit_time", ("configuration", "source"), np.where(rate > FOLLOWS, transit, np.nan), words, "time")
 
 
-def contact_rates(m: Mechanism, at: Nominal) -> tuple[Floats, Floats]:
+def contact_rates(m: Mechanism, at: Nominal, motion: DriveMotion) -> tuple[Floats, Floats]:
     """The largest contact rate and transit time of every source near each configuration, shape (configuration, source).
 
     Near is as far as half-way to the next configurations, where it is known when each of them is passed. Not a number
@@ -152,7 +145,8 @@ def contact_rates(m: Mechanism, at: Nominal) -> tuple[Floats, Floats]:
     judged = _judged(m)
     if not judged:
         return found[0], found[1]
-    instants = _along_path(m, at) if _timed(m, at) else _around(m, at)
+    is_path = motion.times is not None and len(at) > 1
+    instants = _along_path(m, at, motion) if is_path else _around(m, at, motion.rates)
     speed = np.abs(instants.rates[0] / _units(m)).max(axis=1)
     known = np.isfinite(instants.at.poses).all(axis=(1, 2)) & (instants.at.status == OK)
     places = np.flatnonzero(known)
@@ -208,23 +202,16 @@ class _Instants:
         return _Instants(self.at.chosen(places), self.rates[:, places], *rest)
 
 
-def _timed(m: Mechanism, at: Nominal) -> bool:
-    """Whether the configurations are those of the file, and it is known when each of them is passed."""
-    times = m.motion.times if m.motion is not None else None
-    return times is not None and len(times) == len(at) > 1
-
-
-def _along_path(m: Mechanism, at: Nominal) -> _Instants:
+def _along_path(m: Mechanism, at: Nominal, motion: DriveMotion) -> _Instants:
     """Instants on the way from configuration to configuration.
 
     Between two of them a drive follows the polynomial of degree 5 with its value, speed and acceleration at both.
     """
     from scipy.interpolate import BPoly
 
-    assert m.motion is not None
-    assert m.motion.times is not None
-    times, rates = m.motion.times, rates_of(m, len(at))
-    parts = max(FEWEST, -(-INSTANTS // len(at)))
+    assert motion.times is not None
+    times, rates = motion.times, motion.rates
+    parts = -(-INSTANTS // len(at))
     share = np.arange(parts) / parts
     states: list[Floats] = []
     number, steps, goes_on = [], [], []
@@ -251,9 +238,8 @@ def _along_path(m: Mechanism, at: Nominal) -> _Instants:
     )
 
 
-def _around(m: Mechanism, at: Nominal) -> _Instants:
+def _around(m: Mechanism, at: Nominal, rates: Floats) -> _Instants:
     """Instants right before and after each configuration, where they are no path."""
-    rates = rates_of(m, len(at))
     fastest = np.abs(rates[0] / _units(m)).max(axis=1)
     dt = np.where(fastest > 0.0, STEP / np.where(fastest > 0.0, fastest, 1.0), 0.0)
     sides = np.array([-1.0, 0.0, 1.0])

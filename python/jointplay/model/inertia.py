@@ -12,6 +12,7 @@ are those of a rod that does not spin, whatever w is along e.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,6 @@ import numpy as np
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import Spin
-from jointplay.core.spec import LoadSpec
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -44,6 +44,10 @@ class Kinematics:
     velocity: Floats
     acceleration: Floats
     origins: Floats
+
+    def first(self, count: int) -> Kinematics:
+        """The first configurations only."""
+        return Kinematics(self.poses[:count], self.velocity[:count], self.acceleration[:count], self.origins)
 
     def arm(self, body: int, at: tuple[float, ...]) -> Floats:
         """From the origin of a body to a point of it, shape (configuration, 3)."""
@@ -142,23 +146,22 @@ def wrenches(m: Mechanism, motion: Kinematics) -> Floats:
     return np.nan_to_num(found)
 
 
-def with_inertia(m: Mechanism, loads: list[LoadSpec], forces: Floats) -> list[LoadSpec]:
-    """Loads of a configuration with the forces of inertia.
+def acting(m: Mechanism, motion: Kinematics | None, numbers: Sequence[int]) -> Floats:
+    """Force and moment of every load, inertia included, shape (configuration, load, 6).
 
     Parameters
     ----------
     m : Mechanism
-    loads : list of LoadSpec
-        Those at rest.
-    forces : ndarray
-        Of `wrenches`, of this configuration.
+    motion : Kinematics or None
+        How the bodies move; None where they are at rest.
+    numbers : sequence of int
+        Numbers of the configurations of the file whose loads act.
     """
-    told = list(loads)
-    for inertial, wrench in zip(m.loads.inertial, forces, strict=True):
-        weight = told[inertial.load]
-        told[inertial.load] = {
-            **weight,
-            "force": (np.array(weight["force"]) + wrench[:3]).tolist(),
-            "moment": (np.array(weight["moment"]) + wrench[3:]).tolist(),
-        }
-    return told
+    found = np.empty((len(numbers), len(m.loads.first), 6))
+    for k, load in enumerate(m.loads.first):
+        each = m.loads.along.get(k, [load])
+        values = np.array([[*one["force"], *one["moment"]] for one in each])
+        found[:, k] = values[list(numbers)] if k in m.loads.along else values
+    if motion is not None:
+        found[:, [inertial.load for inertial in m.loads.inertial]] += wrenches(m, motion)
+    return found

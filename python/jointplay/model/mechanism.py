@@ -28,7 +28,7 @@ from jointplay.file.document import Source
 from jointplay.file.schema import MechanismFile, validate
 from jointplay.file.schema.keys import change, expand, value_at
 from jointplay.model import motion
-from jointplay.model.inertia import kinematics, with_inertia, wrenches
+from jointplay.model.inertia import acting, kinematics
 from jointplay.model.patterns import written_out
 
 
@@ -260,21 +260,13 @@ class Mechanism(Compiled):
         """
         if self.motion is None:
             return self.at_rest_under(configuration)
-        moving = kinematics(self, drives, placed, self.motion.at(configuration).rates)
-        return self.running_with(configuration, wrenches(self, moving)[0])
-
-    def running_with(self, configuration: int, forces: Floats) -> Mechanism:
-        """The same where the forces of inertia are known already.
-
-        Parameters
-        ----------
-        configuration : int
-        forces : ndarray
-            As `inertia.wrenches` has them.
-        """
-        assert self.motion is not None
-        loads = with_inertia(self, self.loads.at(configuration), forces)
-        return self._under(loads, self.motion.at(configuration))
+        motion = self.motion.at(configuration)
+        forces = acting(self, kinematics(self, drives, placed, motion.rates), [configuration])[0]
+        loads = [
+            LoadSpec({**load, "force": wrench[:3], "moment": wrench[3:]})
+            for load, wrench in zip(self.loads.first, forces.tolist(), strict=True)
+        ]
+        return self._under(loads, motion)
 
     def _under(self, loads: list[LoadSpec], motion: DriveMotion | None) -> Mechanism:
         """The same mechanism under loads that do not change, moving as it does in one configuration."""

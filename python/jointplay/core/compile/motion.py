@@ -51,6 +51,10 @@ class DriveMotion:
         """Whether all configurations have the same speeds and accelerations."""
         return bool((self.rates == self.rates[:, :1]).all())
 
+    def first(self, count: int) -> DriveMotion:
+        """That of the first configurations."""
+        return DriveMotion(self.rates[:, :count], None if self.times is None else self.times[:count])
+
     def at(self, configuration: int) -> DriveMotion:
         """That of one configuration; of a steady motion there may be any number of them."""
         k = 0 if self.is_steady else configuration
