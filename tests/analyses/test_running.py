@@ -557,6 +557,20 @@ class TestLaws:
         assert "time" not in jp.loaded(back)
         assert back.with_({"drives.q.speed": -80}).motion.times[-1] == pytest.approx(6 / 80)
 
+    def test_drives_run_on_one_clock(self) -> None:
+        """A drive of constant speed beside one with a law has its values when the law says."""
+        arm = jp.loads(examples.text("serial-2r"))
+        one, other = arm.drives
+        law = {"from": 0, "to": 60, "count": 7, "motion": "cycloidal", "duration": 0.3, "values": None, "speed": None}
+        pace = {"from": 10, "to": 40, "count": 7, "speed": 100, "values": None}
+        changes = {f"drives.{one}.{k}": v for k, v in law.items()} | {f"drives.{other}.{k}": v for k, v in pace.items()}
+        m = arm.with_({"path": None, **changes})
+        assert m.motion.times == pytest.approx(np.linspace(0, 0.3, 7))
+        with pytest.raises(jp.InputError, match=r"at this speed it takes 0\.15 s from its first value to its last"):
+            m.with_({f"drives.{other}.speed": 200})
+        with pytest.raises(jp.InputError, match="motions run on one clock"):
+            m.with_({f"drives.{other}.speed": None, f"drives.{other}.motion": "poly5", f"drives.{other}.duration": 0.4})
+
     def test_revolutions_per_minute(self) -> None:
         m = jp.loads(WHEEL).with_({"units.turning_speed": "1/min", "drives.q.speed": 764.0})
         assert m.motion.rates[0, 0, 0] == pytest.approx(764 * 2 * math.pi / 60)

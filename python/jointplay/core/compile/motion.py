@@ -27,6 +27,8 @@ RAMP = 0.25
 DEGREE = 5
 #: times that differ by no more than this part of a duration are one
 SAME = 1e-9
+#: part of the time of a path by which a drive of constant speed may be early or late
+PACE = 1e-3
 #: derivatives of a value by time, the value itself included
 ORDERS = 4
 
@@ -192,7 +194,22 @@ def compile_motion(
             raise graph.refuse(f"drives run on one clock, and '{clocks[0][0]}' has other times", f"drives.{name}")
     if not rates.any():
         return None
+    if clocks and values is not None:
+        _check_pace(graph, data, values, rates, clocks[0])
     return DriveMotion(rates, clocks[0][1] if clocks else _times(values, rates))
+
+
+def _check_pace(graph: Graph, data: MechanismFile, values: Floats, rates: Floats, clock: tuple[str, Floats]) -> None:
+    """Refuse a drive of constant speed that reaches its values at other times than the clock of another one says."""
+    other, times = clock
+    for k, (name, drive) in enumerate(data.drives.items()):
+        if not isinstance(drive.speed, float) or drive.acceleration or not drive.speed:
+            continue
+        own = (values[:, k] - values[0, k]) / rates[0, 0, k]
+        if np.abs(own - times).max() > PACE * float(times[-1]):
+            takes = f"{own[-1]:.6g} s from its first value to its last"
+            problem = f"drives run on one clock: at this speed it takes {takes}, and '{other}' {times[-1]:.6g} s"
+            raise graph.refuse(problem, f"drives.{name}.speed")
 
 
 def _along(graph: Graph, value: float | tuple[float, ...], count: int, key: str) -> tuple[float, ...]:
