@@ -464,10 +464,30 @@ class TestAsked:
                 )
                 assert found.error.values[i, k] == pytest.approx(jp.loaded(alone).error.values[0], abs=1e-9)
 
+    def test_nodes_of_a_map_are_no_path(self) -> None:
+        """As many nodes as the file has configurations, at other places: nothing is passed from one to the next."""
+        m = jp.loads(WHEEL)
+        found = jp.map(m, "loaded", grid={"q": {"from": 0, "to": 5, "count": 25}})
+        assert "time" not in found
+        assert found.contact_rate.values == pytest.approx(math.sqrt(0.02 / 12.0), rel=1e-4)
+
+    def test_the_core_takes_all_loads_at_once(self) -> None:
+        """It gives what it gives for the mechanism under the loads of each configuration."""
+        for text in (SLIDER_CRANK, RSSP):
+            m = jp.loads(text)
+            at, result = nominal(m), jp.loaded(m)
+            for k in range(len(at)):
+                here = at.drives[k : k + 1], at.poses[k : k + 1]
+                alone = m.running_under(k, *here).core.loaded(*here)["error"][0]
+                # Results are divided into the units of the file.
+                assert alone == pytest.approx(result.error.values[k] * m.component_factors, rel=1e-14, abs=1e-18)
+
     def test_a_map_needs_constant_speeds(self) -> None:
         m = jp.loads(SLIDER_CRANK).with_({"drives.crank.speed": [50, 60, 70]})
         with pytest.raises(jp.InputError, match="hold for its configurations only"):
-            jp.map(m, "loaded", grid={"crank": {"from": 0, "to": 90, "count": 4}})
+            jp.map(m, "loaded", grid={"crank": {"from": 0, "to": 90, "count": 3}})
+        with pytest.raises(jp.InputError, match="hold for its configurations only"):
+            jp.map(m, "random", grid={"crank": {"from": 0, "to": 90, "count": 3}}, samples=16, contact="loaded")
 
     def test_inertia_acts_in_every_load_case(self) -> None:
         m = jp.loads(SLIDER_CRANK)

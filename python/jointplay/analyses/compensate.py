@@ -251,7 +251,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
-    loads = acting_on(m, at, moving(m, at, motion_of(m, len(at))))
+    loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
         found = m.core.loaded(drives, at.poses[places], loads=None if loads is None else loads[places])
@@ -316,7 +316,7 @@ def _report(
     builder.add("residual", pose, found.error, "error with the drives corrected", "component")
     builder.add("target", pose, wanted, "error to reach", "component")
     if question == "loaded":
-        loads = acting_on(m, at, moving(m, at, motion_of(m, len(at))))
+        loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
         half = m.core.loaded(found.drives, at.poses, loads=loads)["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")

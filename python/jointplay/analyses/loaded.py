@@ -125,7 +125,7 @@ def compute(
     require_loads(m)
     at = (at or nominal(m)).with_errors
     count, drives, poses = len(at), at.drives, at.poses
-    motion = motion_of(m, count)
+    motion = motion_of(m, at)
     bodies = moving(m, at, motion)
     loads = acting_on(m, at, bodies)
     found = core_with(m, sizes).loaded(drives, poses, exact, offset or details, details, partly=True, loads=loads)

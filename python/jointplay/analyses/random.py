@@ -32,7 +32,7 @@ from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
-from .running import speeds
+from .running import motion_of, speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
@@ -256,7 +256,9 @@ def _of_contact(
     if indices:
         require_determinate_scatter(m, is_loaded)
     at = (at or nominal(m)).with_errors
-    if not is_loaded:
+    if is_loaded:
+        motion_of(m, at)
+    else:
         _require_room(m, law, at)
     limits = m.limits.bounds(m.quantities)
     # What is rounding is beyond no limit.

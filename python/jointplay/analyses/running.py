@@ -68,23 +68,24 @@ def speeds(m: Mechanism) -> dict[str, str]:
         most = "" if (np.abs(m.motion.rates[0, :, k]) == largest).all() else "up to "
         law = f" ({drive.motion}, {drive.duration:g} s)" if drive.motion is not None else ""
         told.append(f"{name} {most}{largest / factor:.6g} {unit}{law}")
-    return {"speeds": ", ".join(told), "inertia": "counted" if m.loads.inertial else "none"}
+    heavy = any(body.mass > 0.0 or body.rotational_inertia for body in m.data.bodies.values())
+    return {"speeds": ", ".join(told), "inertia": "counted" if heavy else "none"}
 
 
-def motion_of(m: Mechanism, count: int) -> DriveMotion | None:
-    """How the drives move in so many configurations; None where they are at rest.
+def motion_of(m: Mechanism, at: Nominal) -> DriveMotion | None:
+    """How the drives move in some configurations; None where they are at rest.
 
     Raises
     ------
     InputError
         When speeds change along the path of the file, and other configurations are asked for.
     """
-    if m.motion is None or m.motion.rates.shape[1] == count:
+    if m.motion is None or (m.drive_values is not None and np.array_equal(at.drives, m.drive_values)):
         return m.motion
     if not m.motion.is_steady:
         problem = "speeds that change along the path hold for its configurations only; here a drive needs a single one"
         raise InputError(problem, file=m.file, key="drives")
-    return DriveMotion(np.repeat(m.motion.rates[:, :1], count, axis=1), None)
+    return DriveMotion(np.repeat(m.motion.rates[:, :1], len(at), axis=1), None)
 
 
 def moving(m: Mechanism, at: Nominal, motion: DriveMotion | None) -> Kinematics | None:

@@ -103,7 +103,7 @@ class Duty:
 
     def _case(self, part: Mechanism, at: Nominal, cycle: Cycle, grown: Floats) -> Rates:
         copy = part.worn(changes(part, self.m, self.worn, grown))
-        loads = acting_on(copy, at, moving(copy, at, motion_of(copy, len(at))))
+        loads = acting_on(copy, at, moving(copy, at, motion_of(copy, at)))
         found = copy.core.loaded(at.drives, at.poses, True, False, True, partly=True, loads=loads)
         if len(found["status"]) < len(at):
             raise KeyboardInterrupt
