@@ -569,6 +569,29 @@ class TestLaws:
         m.write(tmp_path / "again.toml")
         assert jp.load(tmp_path / "again.toml") == m
 
+    def test_a_table_with_few_digits_is_named(self) -> None:
+        """Second differences of values with two decimals, 5 ms apart, are off by 4 * 0.005 / 0.005^2 at most."""
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        law = law_of_motion("cycloidal", 41)
+        values = np.degrees(law.drive_values[:, 0])
+        table = {"from": None, "to": None, "count": None, "motion": None, "duration": None}
+        for digits in (2, 9):
+            own = table | {"values": values.round(digits).tolist(), "times": law.motion.times.tolist()}
+            m = law.with_({f"drives.q.{key}": value for key, value in own.items()})
+            result = jp.loaded(m)
+            said = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
+            assert any("Accelerations are uncertain: q by" in text for text in said) == (digits == 2)
+        part = 4 * 0.005 / 0.005**2 / (2 * math.pi * 90 / 0.2**2)
+        coarse = law.with_(
+            {
+                f"drives.q.{k}": v
+                for k, v in (table | {"values": values.round(2).tolist(), "times": law.motion.times.tolist()}).items()
+            }
+        )
+        assert coarse.motion.rounded["q"] == pytest.approx(part, rel=0.1)
+
     def test_when_configurations_are_passed(self) -> None:
         m = jp.loads(WHEEL)
         assert jp.loaded(m).time.values == pytest.approx(np.linspace(0, 6, 25) / 80)

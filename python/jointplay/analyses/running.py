@@ -46,6 +46,8 @@ ROUND = ("disc", "ball")
 STEP = 1e-4
 #: instants of a path, at least, between which reactions go straight on
 INSTANTS = 720
+#: part of the largest acceleration that the rounding of a table may make of nothing, unsaid
+NOISY = 0.01
 #: a rate of turning below this part of the speed of the drives is rounding
 STILL = 1e-9
 
@@ -69,7 +71,9 @@ def speeds(m: Mechanism) -> dict[str, str]:
         law = f" ({drive.motion}, {drive.duration:g} s)" if drive.motion is not None else ""
         told.append(f"{name} {most}{largest / factor:.6g} {unit}{law}")
     heavy = any(body.mass > 0.0 or body.rotational_inertia for body in m.data.bodies.values())
-    return {"speeds": ", ".join(told), "inertia": "counted" if heavy else "none"}
+    said = {"speeds": ", ".join(told), "inertia": "counted" if heavy else "none"}
+    noisy = [f"{name} by {100 * part:.2g} %" for name, part in m.motion.rounded.items() if part > NOISY]
+    return said | ({"rounded": ", ".join(noisy)} if noisy else {})
 
 
 def motion_of(m: Mechanism, at: Nominal) -> DriveMotion | None:

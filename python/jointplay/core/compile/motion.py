@@ -12,8 +12,8 @@ are met by a spline of degree 5.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,6 +29,8 @@ DEGREE = 5
 SAME = 1e-9
 #: part of the time of a path by which a drive of constant speed may be early or late
 PACE = 1e-3
+#: decimals of numbers that are not written out; and an acceleration that is none
+DIGITS, TINY = 17, 1e-300
 #: derivatives of a value by time, the value itself included
 ORDERS = 4
 
@@ -43,10 +45,13 @@ class DriveMotion:
         Speed, acceleration and the derivative of that (jerk), shape (3, configuration, drive).
     times : ndarray or None
         When each configuration is passed, from zero; None where drive values alone do not say it.
+    rounded : mapping
+        Of drives with a table the part of their largest acceleration that its rounding can make of nothing.
     """
 
     rates: Floats
     times: Floats | None
+    rounded: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_steady(self) -> bool:
@@ -171,6 +176,7 @@ def compile_motion(
         raise graph.refuse(problem, f"drives.{moving[0]}")
     count = 1 if values is None else len(values)
     rates = np.zeros((ORDERS - 1, count, len(data.drives)))
+    rounded: dict[str, float] = {}
     clocks: list[tuple[str, Floats]] = [] if clock is None else [(moving[0], clock.times)]
     for k, (name, drive) in enumerate(data.drives.items()):
         if drive.motion is not None:
@@ -178,6 +184,7 @@ def compile_motion(
             rates[:, :, k] = derivatives(drive, clock)[1:] * factors[k]
         elif drive.times is not None and drive.values is not None:
             rates[:, :, k] = _of_spline(drive.times, drive.values) * factors[k]
+            rounded[name] = _rounding(drive.times, drive.values) * factors[k] / max(np.abs(rates[1, :, k]).max(), TINY)
             clocks.append((name, np.array(drive.times) - drive.times[0]))
         elif drive.speed is not None:
             units = (graph.units.turning_speed if turning[k] else graph.units.speed, factors[k])
@@ -185,9 +192,7 @@ def compile_motion(
             for order, ((key, value), unit) in enumerate(zip(given, units, strict=True)):
                 rates[order, :, k] = np.array(_along(graph, value, count, f"drives.{name}.{key}")) * unit
             if count > 1 and len(drive.commands) == 1 and rates[0, :, k].any():
-                problem = (
-                    f"'{name}' is held at one value while others run, and has a speed; speed = 0 is a drive that stands"
-                )
+                problem = f"'{name}' is held at one value while others run, and has a speed; at rest it has none"
                 raise graph.refuse(problem, f"drives.{name}.speed")
     for name, times in clocks[1:]:
         if np.abs(times - clocks[0][1]).max() > SAME * abs(float(times[-1])):
@@ -196,7 +201,7 @@ def compile_motion(
         return None
     if clocks and values is not None:
         _check_pace(graph, data, values, rates, clocks[0])
-    return DriveMotion(rates, clocks[0][1] if clocks else _times(values, rates))
+    return DriveMotion(rates, clocks[0][1] if clocks else _times(values, rates), rounded)
 
 
 def _check_pace(graph: Graph, data: MechanismFile, values: Floats, rates: Floats, clock: tuple[str, Floats]) -> None:
@@ -230,6 +235,12 @@ def _of_spline(times: Sequence[float], values: Sequence[float]) -> Floats:
 
     spline = make_interp_spline(np.array(times), np.array(values), k=DEGREE)
     return np.array([spline.derivative(order)(np.array(times)) for order in range(1, ORDERS)])
+
+
+def _rounding(times: Sequence[float], values: Sequence[float]) -> float:
+    """Acceleration that half a unit in the last digit of values makes by their second differences."""
+    digits = max(len(text.partition(".")[2]) if "e" not in (text := repr(value)) else DIGITS for value in values)
+    return 4.0 * 0.5 * 10.0**-digits / float(np.diff(times).min()) ** 2
 
 
 def _times(values: Floats | None, rates: Floats) -> Floats | None:

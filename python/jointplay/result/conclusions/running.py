@@ -26,7 +26,13 @@ def of_running(result: Result) -> Iterator[Sentence]:
     counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
     if result.attrs["inertia"] == "none":
         counted = "no body has a mass, so that speed changes nothing"
+    if result.attrs["question"] == "loaded" and "clearance_factor" in result.data:
+        counted += "; whether contact follows is not judged in over-constrained and elastic mechanisms"
     yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
+    if "rounded" in result.attrs:
+        yield Sentence(
+            f"Accelerations are uncertain: {result.attrs['rounded']}. Give the values of the table more digits."
+        )
 
 
 def _of_contact(result: Result) -> Iterator[Sentence]:
@@ -45,7 +51,7 @@ def _of_contact(result: Result) -> Iterator[Sentence]:
         top = max(places.tolist(), key=lambda s: float(safe[:, s].max()))
         k = int(safe[:, top].argmax())
         those = names[top] if len(places) == 1 else f"{names[top]} and {plural(len(places) - 1, 'other')}"
-        verb = "is lost" if state == "lost" else "may be lost"
+        verb, other = ("is lost", "is") if state == "lost" else ("may be lost", "may be")
         rate, crossing = float(safe[k, top]), float(result.get("transit_time")[k, top])
         why = "the reaction goes through zero" if rate > THROUGH else f"contact rate {rate:.2g}"
         share = ""
@@ -53,7 +59,7 @@ def _of_contact(result: Result) -> Iterator[Sentence]:
             share = f", {100.0 * crossing / whole:.2g} % of the path,"
         text = f"Contact {verb} in {those}: {why}{there(result, k).replace(' at ', ' near ', 1)}"
         yield Sentence(
-            f"{text}; for {1e3 * crossing:.2g} ms or more{share} the offset there is another one.", is_alarm=True
+            f"{text}; for {1e3 * crossing:.2g} ms or more{share} the offset there {other} another one.", is_alarm=True
         )
         return
     most = safe.max(axis=0)
