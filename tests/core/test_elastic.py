@@ -397,7 +397,7 @@ MISTAKES: list[tuple[str, str, str, str, str]] = [
         "side is the direction to which two inertias refer; there is no inertia",
     ),
     (ROD, "E = 1\ninertia = 1\nside = [1, 0, 0]", "", "bodies.bar.side", "lies along the member; a side is across it"),
-    (ROD, "E = 1\ninertia = [1, 2, 3]", "", "bodies.bar.inertia", "2 values are needed, not [1, 2, 3]"),
+    (ROD, "E = 1\ninertia = [1, 2, 3]", "", "bodies.bar.inertia", "moments of inertia of the mass are rotational_inertia"),
     (BAR, "", "stiffness = 5", "joints.A.stiffness", "a table such as { radial = 5e4 } is needed, not 5"),
     (BAR, "", "stiffness = {}", "joints.A.stiffness", "say what gives: one or more of radial"),
     (BAR, "", "stiffness = { radail = 1 }", "joints.A.stiffness", "did you mean 'radial'?"),
