@@ -289,7 +289,13 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "solve": lambda: [jp.solve(_four_bar()), jp.solve(_path())],
     "singularities": lambda: [jp.singularities(_four_bar())],
     "given": lambda: [jp.given(_four_bar()), jp.given(_strained())],
-    "loaded": lambda: [jp.loaded(_four_bar()), jp.loaded(_cases()), jp.loaded(_strained()), jp.loaded(_fits())],
+    "loaded": lambda: [
+        jp.loaded(_four_bar()),
+        jp.loaded(_running()),
+        jp.loaded(_cases()),
+        jp.loaded(_strained()),
+        jp.loaded(_fits()),
+    ],
     "worst": lambda: [jp.worst(_four_bar()), jp.worst(_strained())],
     "certified": lambda: [jp.worst(_four_bar(), certify=True, parts=2)],
     "random": lambda: [
@@ -316,6 +322,10 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
 
 def _path() -> jp.Mechanism:
     return jp.loads(jp.examples.text("five-bar", {"limits.joints": "{ A = [0, 180] }"}))
+
+
+def _running() -> jp.Mechanism:
+    return jp.loads(jp.examples.text("press-running")).with_({"drives.crank.rotor_inertia": 1})
 
 
 def _fits() -> jp.Mechanism:

@@ -22,6 +22,7 @@ PLAIN = {
     *("cp", "cpk", "cp_standard_error", "cpk_standard_error"),
     *(f"yield_{which}{end}" for which in ("path", "specimen") for end in ("", "_low", "_high", "_standard_error")),
     "interference",
+    "contact_rate",
     "iterations",
     "singular_value",
     "worst_direction",

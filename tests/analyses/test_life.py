@@ -175,6 +175,21 @@ def test_growth_and_life_of_the_reference() -> None:
     assert (life.life_low.item(), life.life_high.item()) == (life.life.item() / 2, life.life.item() * 2)
 
 
+def test_growth_of_the_reference_while_it_runs() -> None:
+    """At 50 rad/s inertia and weight press the joints as well; the figures are of the same independent program."""
+    heavy = {"crank": (0.8, [15, 0], 900), "rod": (0.5, [50, 4], 800), "ram": (1.2, [5, -3], 600)}
+    bodies = {
+        f"bodies.{name}": {"mass": mass, "centre": centre, "rotational_inertia": inertia}
+        for name, (mass, centre, inertia) in heavy.items()
+    }
+    tiny = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
+    speed = {"units.turning_speed": "rad/s", "drives.theta.speed": 50, "gravity": [0, -9.81]}
+    result = grows(jp.loads(CRANK).with_(TURN | worn(WEAR) | tiny | {"limits": None}).with_(bodies | speed))
+    known = [0.371024650, 0.405137963, 0.114522622, 0.102800238]
+    assert 1e6 * result.growth.values == pytest.approx(known, rel=2e-5)
+    assert result.attrs["speeds"] == "theta 50 rad/s"
+
+
 def fourbar(rng: np.random.Generator) -> Iterator[Any]:
     """A random crank-rocker with loads, as a file; and the growth of its pins by a program of its own."""
     ground, crank, coupler, rocker = 100.0, rng.uniform(20, 35), rng.uniform(80, 110), rng.uniform(60, 90)

@@ -30,7 +30,7 @@ class Held:
 
     def __init__(self, m: jp.Mechanism, configuration: int) -> None:
         at = nominal(m)
-        self.m, self.spec = m, m.under_loads_of(configuration).core_spec
+        self.m, self.spec = m, m.at_rest_under(configuration).core_spec
         self.drives, self.poses = at.drives[[configuration]], at.poses[[configuration]]
         # Sizes of clearances move nothing that is held.
         sources = [s for s in self.spec["sources"] if s["kind"] != "size"]
@@ -86,7 +86,7 @@ class Held:
 def assert_slopes(m: jp.Mechanism, configuration: int, parameters: Any = None, tolerance: float = 2e-6) -> None:
     """All matrices of the core against differences; `parameters` are those that are looked at."""
     held = Held(m, configuration)
-    found = m.under_loads_of(configuration).core.jacobians(held.drives, held.poses)
+    found = m.at_rest_under(configuration).core.jacobians(held.drives, held.poses)
     assert _core.STATUSES[found["status"][0]] == "ok"
     units = np.array([1.0 if name in "xyz" else 1.0 / m.length for name in m.components])
 

@@ -132,7 +132,7 @@ def test_specimens_that_are_moved_are_pressed_as_counted_ones_are(name: str) -> 
     m = example(name)
     at = nominal(m).with_errors
     case, count = (at.drives[:1], at.poses[:1]), 256
-    own = m.under_loads_of(0)
+    own = m.at_rest_under(0)
     kept = own.core.random(*case, count, 1, np.array([0.5]), loaded=True, keep=True, sampling="plain")["kept_errors"]
     moved = subset.Specimens(own, *case, None, True)
     found = moved.errors(own.core.specimens(count, 1, None, "plain"))

@@ -17,6 +17,7 @@ TYPES: dict[str, Any] = {
     "inverse": answers.Reached,
     "trace": answers.Traced,
     "nearness": answers.Nearness,
+    "moving": answers.Moving,
     "given": answers.Given,
     "sensitivity": answers.Sensitivity,
     "jacobians": answers.Jacobians,
@@ -48,6 +49,7 @@ def asked(m: jp.Mechanism) -> dict[str, Any]:
     found: dict[str, Any] = {
         "measure": m.core.measure(drives, poses),
         "trace": m.core.trace(drives),
+        "moving": m.core.moving(drives, poses, np.ones_like(drives), np.zeros_like(drives)),
         "given": m.core.given(drives, poses, u),
         "sensitivity": m.core.sensitivity(drives, poses),
         "jacobians": m.core.jacobians(drives, poses),

@@ -156,6 +156,19 @@ at = [80, 0]
     assert Model(m, 1).settle(1500) == pytest.approx(want, abs=CLOSE * 0.1)
 
 
+def test_moments_of_inertia_are_those_of_the_file() -> None:
+    """In the plane that about its normal, in space all of them; a slim rod gets a little about its line."""
+    changes = {"bodies.rod.rotational_inertia": 900, "bodies.rod.mass": 2}
+    model = mujoco.MjModel.from_xml_string(to_mjcf(example("slider-crank").with_(changes), 0))
+    rod = model.body("rod")
+    assert rod.inertia == pytest.approx(900e-6)
+    m = example("rssr").with_({"bodies.rocker": {"mass": 1, "rotational_inertia": [400, 500, 600, 50, 0, 0]}})
+    rocker = mujoco.MjModel.from_xml_string(to_mjcf(m, 0)).body("rocker")
+    assert np.sort(rocker.inertia) == pytest.approx(
+        1e-6 * np.linalg.eigvalsh([[400, 50, 0], [50, 500, 0], [0, 0, 600]])
+    )
+
+
 def test_drive_values_may_come_from_a_path() -> None:
     m = example("five-bar")
     assert Model(m, 4).start / m.units.length == pytest.approx(jp.solve(m).nominal.values[4, :2], abs=1e-9)

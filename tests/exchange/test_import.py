@@ -267,7 +267,8 @@ def test_a_weld_makes_one_body_of_two(tmp_path: Path) -> None:
       <body name="b" pos="1 0 0" euler="0 0 30"><freejoint/><geom size=".1" mass="3"/></body></worldbody>
       <equality><weld body1="a" body2="b"{more}/></equality></mujoco>"""
     m = jp.read(written(tmp_path, text.format(more=""), "a.xml"), output="b", drives={"J1": 90})
-    assert m.value("bodies.a") == {"mass": 4, "centre": [750, 0, 0]}
+    # Balls of 0.1 m: 2/5 m r^2 of both, and 3/4 kg about the line across their distance of 1 m.
+    assert m.value("bodies.a") == {"mass": 4, "centre": [750, 0, 0], "rotational_inertia": [16000, 766000, 766000]}
     assert jp.solve(m).nominal.values[0, :3] == pytest.approx([0, 1000, 0], abs=1e-8)
     with pytest.raises(jp.InputError, match="weld 'equality0': holds its bodies in another pose"):
         jp.read(written(tmp_path, text.format(more=' relpose="1 1 0 1 0 0 0"'), "b.xml"))
@@ -664,3 +665,40 @@ def test_rotations_of_all_kinds_agree_with_those_of_the_core() -> None:
     units: list[Any] = [*np.eye(3), *-np.eye(3), np.array([0.6, 0.8, 0.0])]
     for one, other in itertools.product(units, units):
         assert aligning(one, other) @ one == pytest.approx(other, abs=1e-14)
+
+
+INERTIA = """<robot name="r"><link name="base"/>
+<link name="a"><inertial><origin xyz="0.1 0 0" rpy="0 0 {turn}"/><mass value="2"/>
+  <inertia ixx="0.004" iyy="0.01" izz="0.012" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="b"><inertial><mass value="1"/>
+  <inertia ixx="{odd}" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j1" type="revolute"><parent link="base"/><child link="a"/><origin rpy="0.3 0.2 0.1"/><axis xyz="0 0 1"/>
+  <limit lower="-1" upper="1"/></joint>
+<joint name="j2" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>
+  <limit lower="-1" upper="1"/></joint></robot>"""
+
+
+def test_moments_of_inertia_are_in_the_axes_of_the_body(tmp_path: Path) -> None:
+    """Turned by 0.5 rad about z, Ixx = 4000 cos^2 + 10000 sin^2 and so on, kg mm^2; in the plane about the pins."""
+    file = written(tmp_path, INERTIA.format(turn=0.5, odd=0.01), "r.urdf")
+    c, s = math.cos(0.5), math.sin(0.5)
+    expected = [4000 * c * c + 10000 * s * s, 4000 * s * s + 10000 * c * c, 12000, -6000 * s * c, 0, 0]
+    m = jp.read(file)
+    assert m.value("bodies.a.rotational_inertia") == pytest.approx(expected, abs=1e-6)
+    assert m.value("bodies.b.rotational_inertia") == [10000, 10000, 10000]
+    assert jp.read(file, planar=True).value("bodies.a.rotational_inertia") == pytest.approx(12000)
+
+
+def test_moments_of_inertia_that_no_body_has_are_left_out(tmp_path: Path) -> None:
+    m = jp.read(written(tmp_path, INERTIA.format(turn=0, odd=0.1), "r.urdf"))
+    assert "rotational_inertia" not in m.raw["bodies"]["b"]
+    assert "no body can have are left out: b" in m.text("r.toml")
+
+
+def test_moments_of_inertia_of_sdf(tmp_path: Path) -> None:
+    text = """<sdf version="1.9"><model name="m"><link name="a"><inertial><mass>2</mass><pose>0 0 0.1 0 0 0</pose>
+    <inertia><ixx>0.02</ixx><iyy>0.03</iyy><izz>0.04</izz><ixy>0.001</ixy></inertia></inertial></link>
+    <joint name="j" type="revolute"><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+    </model></sdf>"""
+    m = jp.read(written(tmp_path, text, "m.sdf"))
+    assert m.value("bodies.a.rotational_inertia") == [20000, 30000, 40000, 1000, 0, 0]

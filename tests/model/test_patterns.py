@@ -199,6 +199,9 @@ def test_a_turned_copy_of_any_mechanism_has_the_turned_errors(name: str) -> None
         raw["drives"][plain.drives[number]] |= {"values": values}
         for key in ("from", "to", "count"):
             raw["drives"][drive].pop(key, None)
+    for load in raw.get("loads", ()):
+        if isinstance(load.get("force", [0])[0], list):
+            load["force"] = load["force"][:2]
     drawn = {body for joint in raw["joints"].values() for body in joint.get("bodies", ())}
     factor = 1e3 if raw["units"]["length"] == "mm" else 1.0
     assert raw["units"]["length"] in ("mm", "m")

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
-use jointplay_core::nominal::Seed;
+use jointplay_core::nominal::{DriveRates, Seed};
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Answer, Case, Mechanism as Core, Spec};
@@ -277,6 +277,32 @@ impl Mechanism {
         self.table(py, work(py, || self.core.measure(&cases))?)
     }
 
+    /// How all bodies move at their origins (see `origins`) in configurations that are solved already, by the speeds and
+    /// accelerations of the drives.
+    fn moving<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        speeds: PyReadonlyArray2<'py, f64>,
+        accelerations: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let speeds = rows(&speeds, "speeds", core.n_drives())?;
+        let accelerations = rows(&accelerations, "accelerations", core.n_drives())?;
+        if [speeds.len(), accelerations.len()] != [cases.len(); 2] {
+            return Err(PyValueError::new_err("a row of speeds and of accelerations per configuration is needed"));
+        }
+        let rates: Vec<DriveRates<'_>> = speeds
+            .iter()
+            .zip(&accelerations)
+            .map(|(speeds, accelerations)| DriveRates { speeds, accelerations })
+            .collect();
+        self.table(py, work(py, || core.moving(&cases, &rates))?)
+    }
+
     fn inverse<'py>(
         &self,
         py: Python<'py>,
@@ -388,9 +414,10 @@ impl Mechanism {
         self.table(py, work(py, || core.output_jacobians(&cases))?)
     }
 
-    /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
+    /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status. With
+    /// `loads` every configuration has force and moment of each load of its own, six numbers.
     #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true, partly = false))]
+    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true, partly = false, loads = None))]
     fn loaded<'py>(
         &self,
         py: Python<'py>,
@@ -400,11 +427,20 @@ impl Mechanism {
         offset: bool,
         details: bool,
         partly: bool,
+        loads: Option<PyReadonlyArray3<'py, f64>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let loaded = || core.loaded(&cases, exact, Keep { offset, details });
+        if loads.as_ref().is_some_and(|loads| *loads.shape() != [cases.len(), core.n_loads(), 6]) {
+            return Err(PyValueError::new_err("force and moment of every load are needed per configuration"));
+        }
+        let wrenches: Option<Vec<f64>> = loads.map(|loads| loads.as_array().iter().copied().collect());
+        let keep = Keep { offset, details };
+        let loaded = || match &wrenches {
+            Some(wrenches) => core.loaded_by(&cases, wrenches, exact, keep),
+            None => core.loaded(&cases, exact, keep),
+        };
         self.table(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
     }
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Codes, Floats
 from jointplay.basics.typed import typed
-from jointplay.core.answers import Loaded
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
 from jointplay.model.gaps import attributes
@@ -29,10 +28,11 @@ from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST
-from .loaded import require_loads, under_loads
+from .loaded import acting_on, require_loads
 from .nominal import Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
+from .running import motion_of, moving, speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -251,17 +251,11 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
+    loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
-        if not m.loads.along:
-            found = m.core.loaded(drives, at.poses[places])
-            return found["error"], at.worse(found["status"], places)
-        numbers = np.arange(len(at))[places]
-        each = [
-            m.under_loads_of(int(n)).core.loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)
-        ]
-        error, status = (np.concatenate([one[name] for one in each]) for name in ("error", "status"))
-        return error, at.worse(status, places)
+        found = m.core.loaded(drives, at.poses[places], loads=None if loads is None else loads[places])
+        return found["error"], at.worse(found["status"], places)
 
     return by_load
 
@@ -307,7 +301,9 @@ def _ranges(m: Mechanism) -> Floats:
 def _report(
     m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats, wanted: Floats
 ) -> Result:
-    builder = report(m, "compensate", at, corrects=question, **attributes(m))
+    builder = report(
+        m, "compensate", at, corrects=question, **attributes(m), **(speeds(m) if question == "loaded" else {})
+    )
     builder.attrs["weight_position"] = float(weight[0])
     builder.attrs["weight_rotation"] = float(weight[-1]) / m.units.length
     pose, drive = ("configuration", "component"), ("configuration", "drive")
@@ -320,11 +316,8 @@ def _report(
     builder.add("residual", pose, found.error, "error with the drives corrected", "component")
     builder.add("target", pose, wanted, "error to reach", "component")
     if question == "loaded":
-
-        def corrected_under(one: Mechanism, part: slice) -> Loaded:
-            return one.core.loaded(found.drives[part], at.poses[part])
-
-        half = under_loads(m, len(at), corrected_under)[0]["undetermined"]
+        loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
+        half = m.core.loaded(found.drives, at.poses, loads=loads)["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")
     lengths = np.isin(m.components, LENGTHS)

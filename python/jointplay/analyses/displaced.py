@@ -73,7 +73,7 @@ def under_load(m: Mechanism, at: Nominal) -> Displaced:
     u = np.tile(own, (len(at), 1))
     for k in np.flatnonzero(np.isfinite(at.poses).all(axis=(1, 2))).tolist():
         # Elastic members give way, too: the mechanism itself is a specimen.
-        core = core_with(m.under_loads_of(k), "middle")
+        core = core_with(m.running_under(k, at.drives[k : k + 1], at.poses[k : k + 1]), "middle")
         (found[k],), (u[k],) = (
             core.loaded_specimens(at.drives[k : k + 1], at.poses[k : k + 1], own[None])[name]
             for name in ("poses", "offset")

@@ -12,8 +12,7 @@ mechanisms need a cone program; its multipliers of compatibility are the coeffic
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from jointplay.basics.typed import typed
 from jointplay.core.answers import Loaded
 from jointplay.errors import InputError
 from jointplay.model.gaps import attributes, core_with
+from jointplay.model.inertia import Kinematics, acting
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
 from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
@@ -30,15 +30,14 @@ from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
 from .nominal import (
     ON_CLOSURE,
     TO_FIRST_ORDER,
-    AnyColumns,
     Nominal,
-    batched,
     finished,
     nominal,
     report,
     without_singular,
 )
 from .recorded import recorded
+from .running import add_contact, add_drives, add_motion, motion_of, moving, speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -126,28 +125,32 @@ def compute(
     require_loads(m)
     at = (at or nominal(m)).with_errors
     count, drives, poses = len(at), at.drives, at.poses
-    found, done = under_loads(
-        m,
-        count,
-        lambda one, part: core_with(one, sizes).loaded(
-            drives[part], poses[part], exact, offset or details, details, partly=True
-        ),
-    )
+    motion = motion_of(m, at)
+    bodies = moving(m, at, motion)
+    loads = acting_on(m, at, bodies)
+    found = core_with(m, sizes).loaded(drives, poses, exact, offset or details, details, partly=True, loads=loads)
+    done = len(found["status"])
     found, at = without_singular(found), at.first(done)
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
     how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER
-    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes))
+    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes), **speeds(m))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(
         "undetermined", pose, found["undetermined"], "half-width of the indeterminacy that the load leaves", "component"
     )
+    if motion is not None and bodies is not None:
+        motion = motion.first(done)
+        add_motion(m, builder, motion, bodies.first(done), details=details)
     if offset or details:
         builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     if details:
         _details(builder, found)
         _drives(m, builder, found)
+    if motion is not None and details:
+        add_drives(m, builder, motion, found["drive_force"])
+        add_contact(m, builder, at, motion)
     builder.add("iterations", "configuration", found["iterations"], "steps until contact had converged")
     if not m.core.isostatic:
         words = "clearance scale factor required for assembly of the rigid bodies"
@@ -159,21 +162,19 @@ def compute(
     judge(builder)
     unfinished = ""
     if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:
-        unfinished = _plays(m, builder, at, exact=exact)
+        unfinished = _plays(m, builder, at, None if loads is None else loads[:done], exact=exact)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count, unfinished)
 
 
-def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) -> str:
+def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, loads: Floats | None, *, exact: bool) -> str:
     """Add what quantities reach with the largest and the smallest play; in words what Ctrl-C has left out of it."""
     unfinished = ""
     for play in PLAYS:
         error, half = np.full((2, len(at), len(m.components)), np.nan)
 
-        def ask(one: Mechanism, part: slice, play: str = play) -> Loaded:
-            return core_with(one, play).loaded(at.drives[part], at.poses[part], exact, False, False, partly=True)
-
-        found, done = under_loads(m, len(at), ask)
+        found = core_with(m, play).loaded(at.drives, at.poses, exact, False, False, partly=True, loads=loads)
+        done = len(found["status"])
         known = np.isin(STATUSES[at.first(done).worse(found["status"])], READABLE)
         error[:done][known], half[:done][known] = found["error"][known], found["undetermined"][known]
         add_play(builder, play, error, half)
@@ -182,18 +183,9 @@ def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, *, exact: bool) ->
     return unfinished
 
 
-def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], AnyColumns]) -> tuple[AnyColumns, int]:
-    """What a question gives for all configurations, each under its own loads; and how many of them are done."""
-
-    def rows(part: slice) -> AnyColumns:
-        # Without the totals, which belong to no configuration.
-        found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
-        return cast("AnyColumns", found)
-
-    if m.loads.along:
-        return batched(count, 1, rows, None)
-    found = run(m, slice(count))
-    return found, len(found["status"])
+def acting_on(m: Mechanism, at: Nominal, bodies: Kinematics | None) -> Floats | None:
+    """Loads of all configurations with the forces of inertia; None where they are the same everywhere."""
+    return acting(m, bodies, range(len(at))) if m.loads.vary else None
 
 
 def _details(builder: ResultBuilder, found: Loaded) -> None:

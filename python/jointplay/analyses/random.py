@@ -32,6 +32,7 @@ from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
+from .running import motion_of, speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
@@ -255,7 +256,9 @@ def _of_contact(
     if indices:
         require_determinate_scatter(m, is_loaded)
     at = (at or nominal(m)).with_errors
-    if not is_loaded:
+    if is_loaded:
+        motion_of(m, at)
+    else:
         _require_room(m, law, at)
     limits = m.limits.bounds(m.quantities)
     # What is rounding is beyond no limit.
@@ -282,7 +285,7 @@ def _of_contact(
     builder = report(m, "random", at, obtained=how, samples=samples, seed=seed, law=law or "as in the file")
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
-        builder.attrs["contact"] = contact
+        builder.attrs |= {"contact": contact, **speeds(m)}
     add_moments(builder, found)
     add_distribution(builder, found, levels, m)
     add_shares(builder, found, limits, samples, len(levels), sampling)
@@ -325,7 +328,8 @@ class _Draws:
     def scatter(self, place: tuple[int, Nominal]) -> Random:
         """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
         k, at = place
-        return (self.m.under_loads_of(k) if self.is_loaded else self.m).core.random(
+        own = self.m.running_under(k, at.drives, at.poses) if self.is_loaded else self.m
+        return own.core.random(
             at.drives,
             at.poses,
             self.samples,

@@ -12,11 +12,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from jointplay.basics.typed import typed
+from jointplay.core.answers import Jacobians
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .loaded import under_loads
-from .nominal import Nominal, finished, nominal, report, without_singular
+from .nominal import Nominal, batched, finished, nominal, report, without_singular
 from .recorded import recorded
 from .several import of_each
 
@@ -62,7 +62,12 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `sensitivity`."""
     at = (at or nominal(m)).with_errors
     drives, poses = at.drives, at.poses
-    found, done = under_loads(m, len(at), lambda one, part: one.core.jacobians(drives[part], poses[part]))
+
+    def jacobians(part: slice) -> Jacobians:
+        own = m.running_under(part.start, drives[part], poses[part]) if m.loads.vary else m
+        return own.core.jacobians(drives[part], poses[part])
+
+    found, done = batched(len(at), 1 if m.loads.vary else len(at), jacobians, None)
     found, at = without_singular(found), at.first(done)
     builder = report(m, "sensitivity", at, obtained="derivatives of the equations of closure and equilibrium")
     each = ("configuration", "component")

@@ -323,7 +323,10 @@ def _unit(m: Mechanism, key: str) -> str:
         return _unit_of_place(m, parts, words)
     if parts[0] == "joints" and {"ratio_error", "runout"} & set(parts):
         return m.units.length_name if words[-1] != "law" else ""
-    if parts[0] == "drives" and words[-1] not in ("law", "backlash_law", "count", "joint") and "joints" not in parts:
+    if parts[0] == "drives" and words[-1] in ("duration", "times"):
+        return m.units.time_name
+    wordless = ("law", "backlash_law", "count", "joint", "motion", "ramp")
+    if parts[0] == "drives" and words[-1] not in wordless and "joints" not in parts:
         return _unit_of_drive(m, parts)
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):
         return m.units.angle_name if words[-1] != "law" else ""
@@ -338,12 +341,13 @@ def _unit_of_drive(m: Mechanism, parts: list[str]) -> str:
         if parts[1] in ("*", drive, drive.rpartition("_")[0])
         for joint, _ in ([move for move in moves if m.joints[move[0]] in parts[3:]] or moves[:1])
     ]
-    units = {
-        (m.units.turning_stiffness_name if kind in ANGULAR else m.units.stiffness_name)
-        if "stiffness" in parts
-        else (m.units.angle_name if kind in ANGULAR else m.units.length_name)
-        for kind in moved
-    }
+    of_angle, of_length = {
+        "stiffness": (m.units.turning_stiffness_name, m.units.stiffness_name),
+        "speed": (m.units.turning_speed_name, m.units.speed_name),
+        "acceleration": (m.units.angular_acceleration_name, m.units.acceleration_name),
+        "rotor_inertia": (f"kg {m.units.length_name}^2", "kg"),
+    }.get(parts[2] if len(parts) > 2 else "", (m.units.angle_name, m.units.length_name))
+    units = {of_angle if kind in ANGULAR else of_length for kind in moved}
     return units.pop() if len(units) == 1 else ""
 
 
@@ -375,4 +379,5 @@ def _unit_of_body(m: Mechanism, word: str) -> str:
     length = m.units.length_name
     modulus = f"{m.units.force_name}/{length}^2"
     powers = {"area": f"{length}^2", "inertia": f"{length}^4", "torsion": f"{length}^4"}
+    powers["rotational_inertia"] = f"kg {length}^2"
     return {"mass": "kg", "E": modulus, "G": modulus, "side": "", **powers}.get(word, length)

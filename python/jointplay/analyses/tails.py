@@ -110,7 +110,7 @@ def _tail_at(
 ) -> Tail:
     """That of a configuration with this number."""
     k, at = place
-    own = m.under_loads_of(k) if is_loaded else m
+    own = m.running_under(k, at.drives, at.poses) if is_loaded else m
     return tail(own, at.drives, at.poses, seed, law, limits, is_loaded)
 
 

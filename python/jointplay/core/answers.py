@@ -51,6 +51,14 @@ class Reached(Traced):
     mismatch: Floats
 
 
+class Moving(TypedDict):
+    """How all bodies move at the core's origins: velocities with angular ones, and their derivatives by time."""
+
+    velocity: Floats
+    acceleration: Floats
+    status: Codes
+
+
 class Nearness(TypedDict):
     """Nearness to singularities; motions and twists are length-scaled, their largest part one."""
 

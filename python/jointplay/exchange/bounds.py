@@ -38,7 +38,10 @@ def require_bounded(skeleton: Skeleton) -> None:
 
 def _numbers(skeleton: Skeleton) -> Iterator[tuple[str, Vector]]:
     for name, body in skeleton.bodies.items():
-        yield f"link '{name}'", np.array([*body.frame.at, *body.frame.axes.ravel(), *body.centre, body.mass])
+        yield (
+            f"link '{name}'",
+            np.array([*body.frame.at, *body.frame.axes.ravel(), *body.centre, *body.inertia.ravel(), body.mass]),
+        )
     for joint in skeleton.joints:
         own = [*joint.place.at, *([] if joint.second is None else joint.second.at), joint.coordinate, joint.lead]
         own += [] if joint.follows is None else joint.follows[1:]

@@ -16,6 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import inertia_matrix
 from jointplay.core.spec import ENDS, LoadSpec
 from jointplay.errors import InputError, listed, one_line
 from jointplay.model.mechanism import Mechanism
@@ -26,6 +27,8 @@ PIECES = 180
 PIN, WALL = 0.03, 0.02
 #: mass of a body without one: that of a steel bar of this section, m^2
 BAR = 1e-4 * 7850.0
+#: least moment of inertia of a body as a part of its largest one
+SLIM = 1e-3
 #: the same as a part of the largest mass: the solver loses digits with their ratio
 LEAST = 0.01
 #: time step as a part of 1 / w
@@ -64,8 +67,9 @@ class Model:
         self.given = [m.data.bodies[name].mass if name in m.data.bodies else 0.0 for name in m.bodies]
         least = LEAST * max(self.given, default=0.0)
         self.masses = [mass or max(least, BAR * self.length(k)) for k, mass in enumerate(self.given)]
-        # A bar about its middle, and as thick as high.
-        self.spins = [mass * self.length(k) ** 2 / 12 for k, mass in enumerate(self.masses)]
+        self.moments = [self._moments(k) for k in range(len(m.bodies))]
+        #: the largest of them, about any axis
+        self.spins = [float(np.linalg.eigvalsh(moments)[-1]) for moments in self.moments]
         self.rate = self._rate()
         self.root = ET.Element("mujoco", model=one_line(m.title) or "mechanism")
         self.world = self.equality = self.tendon = self.contact = self.root
@@ -96,6 +100,21 @@ class Model:
         points = [point["at"] for point in self.spec["points"] if point["body"] == body]
         return np.mean(points, axis=0) if points else np.zeros(3)
 
+    def _moments(self, body: int) -> Floats:
+        """Its moments of inertia about the centre of mass: without any those of a bar that is as thick as high."""
+        bar = self.masses[body] * self.length(body) ** 2 / 12
+        name = self.m.bodies[body]
+        table = self.m.data.bodies.get(name)
+        if table is None or table.rotational_inertia is None:
+            return bar * np.eye(3)
+        given = inertia_matrix(table) * self.m.units.length**2
+        if not isinstance(table.rotational_inertia, tuple):
+            # That about the normal of the plane counts.
+            return max(float(given[2, 2]), SLIM * bar) * np.eye(3)
+        # MuJoCo has no body without a moment about an axis, such as a slim rod.
+        sizes, ways = np.linalg.eigh(given)
+        return np.asarray(ways * np.maximum(sizes, SLIM * max(float(sizes[-1]), bar)) @ ways.T)
+
     def _rate(self) -> float:
         """w of a pin in the smallest hole that all forces press with all masses."""
         gravity = float(np.linalg.norm(self.m.data.gravity or (0.0, 0.0)))
@@ -107,9 +126,7 @@ class Model:
 
     def _loads(self) -> list[LoadSpec]:
         """Loads without weights, which follow from masses here."""
-        weights = sum(mass > 0 for mass in self.given) if any(self.m.data.gravity or ()) else 0
-        loads = self.spec["loads"]
-        return loads[: len(loads) - weights]
+        return self.spec["loads"][: len(self.m.data.loads)]
 
     # --- the model --------------------------------------------------------------------------------------------------
 
@@ -177,8 +194,12 @@ class Model:
         body = self.bodies[k] = SubElement(on, "body", {"name": self.m.bodies[k], **place})
         if not self.given[k]:
             body.set("gravcomp", "1")
-        mass, spin = text_of(self.masses[k]), text_of([self.spins[k]] * 3)
-        SubElement(body, "inertial", pos=text_of(self.centre(k)), mass=mass, diaginertia=spin)
+        mass, moments = text_of(self.masses[k]), self.moments[k]
+        across = moments[[0, 0, 1], [1, 2, 2]]
+        written = {"diaginertia": text_of(np.diag(moments))}
+        if across.any():
+            written = {"fullinertia": text_of([*np.diag(moments), *across])}
+        SubElement(body, "inertial", {"pos": text_of(self.centre(k)), "mass": mass, **written})
         return body
 
     def on(self, body: int) -> Element:

@@ -52,7 +52,7 @@ def to_mjcf(m: Mechanism, configuration: int = 0, pieces: int = PIECES) -> str:
     if not np.isfinite(poses).all():
         raise InputError(f"configuration {configuration} cannot be assembled", file=m.file)
     kind = PlanarModel if m.data.space == "planar" else Spatial
-    return kind(m.under_loads_of(configuration), drives, poses, pieces).text()
+    return kind(m.at_rest_under(configuration), drives, poses, pieces).text()
 
 
 def _check(m: Mechanism) -> None:

@@ -161,10 +161,7 @@ def _hanging(skeleton: Skeleton, start: str, between: str) -> float:
 
 
 def _heavier(body: Body, more: Body) -> Body:
-    mass = body.mass + more.mass
-    if not more.mass:
-        return body
-    return replace(body, mass=mass, centre=(body.mass * body.centre + more.mass * more.centre) / mass)
+    return body.with_masses_of([body, more]) if more.mass else body
 
 
 def _words(joint: Joint, up: float, down: float) -> str:

@@ -121,7 +121,9 @@ class _Reading:
                 chain.append(free(f"{self.names[k]}-{self.joint_names[j]}", {*self.names, *bodies, *chain}))
             chain.append(self.names[k])
             bodies |= {between: Body(frame) for between in chain[1:-1]}
-            bodies[self.names[k]] = Body(frame, body["mass"], frame.point(np.array(body["centre"])))
+            turn = frame.axes @ poses.matrix(np.array([0.0, 0.0, 0.0, *body["moments_turned"]]))
+            about = turn @ np.diag(body["moments"]) @ turn.T
+            bodies[self.names[k]] = Body(frame, body["mass"], frame.point(np.array(body["centre"])), about)
             for j, one, other in zip(moving, chain, chain[1:], strict=False):
                 joints.append(self._joint(j, one, other))
             if k not in own:

@@ -167,6 +167,8 @@ def _told(mj: Any, model: Any) -> dict[str, Any]:
                 "parent": int(model.body_parentid[k]),
                 "mass": float(model.body_mass[k]) if model.body_mass[k] > WEIGHTLESS else 0.0,
                 "centre": model.body_ipos[k].tolist(),
+                "moments": (model.body_inertia[k] * (model.body_mass[k] > WEIGHTLESS)).tolist(),
+                "moments_turned": model.body_iquat[k].tolist(),
                 "at": data.xpos[k].tolist(),
                 "axes": data.xmat[k].reshape(3, 3).tolist(),
                 "moved": int(model.body_mocapid[k]) >= 0,

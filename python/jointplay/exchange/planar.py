@@ -174,4 +174,5 @@ def _closed(joint: Joint, angles: dict[str, float]) -> Joint:
 def _body(body: Body, plane: Matrix, angle: float) -> Body:
     c, s = np.cos(angle), np.sin(angle)
     axes = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre))
+    about = np.diag([0.0, 0.0, plane[2] @ body.inertia @ plane[2]])
+    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre), about)

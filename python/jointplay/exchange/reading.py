@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from .options import Options
 from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
-from .skeleton import GROUND, Skeleton, Vector, noted
+from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
 from .writing import text
 
 #: the point that is the output where none is asked for
@@ -150,6 +150,7 @@ def _imported(path: Path, options: Options) -> Imported:
     skeleton = reader(path)(path, options)
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     require_bounded(skeleton)
+    skeleton = _with_sound_inertia(skeleton)
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
     skeleton = bounded(merged(with_loops(renamed(skeleton), options.loops)))
@@ -189,6 +190,18 @@ def _imported(path: Path, options: Options) -> Imported:
         written = text(skeleton, path.name, values, output, clearance)
         m = loads(written, path.name)
     return Imported(written, m, skeleton.notes)
+
+
+def _with_sound_inertia(skeleton: Skeleton) -> Skeleton:
+    """The same without moments of inertia that no body can have, as files of robots have them."""
+    odd = [name for name, body in skeleton.bodies.items() if not is_of_a_body(body.inertia)]
+    if not odd:
+        return skeleton
+    bodies = {
+        name: replace(body, inertia=np.zeros((3, 3))) if name in odd else body for name, body in skeleton.bodies.items()
+    }
+    words = f"Moments of inertia that no body can have are left out: {listed(odd)}."
+    return noted(replace(skeleton, bodies=bodies), words)
 
 
 def _drives(skeleton: Skeleton, options: Options) -> dict[str, list[float] | None] | None:

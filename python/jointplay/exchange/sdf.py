@@ -25,7 +25,7 @@ from jointplay.errors import listed, not_known, shown
 from .options import Options
 from .rotations import from_rpy
 from .skeleton import STANDARD_GRAVITY, Attachment, Body, Frame, Joint, Matrix, Skeleton, Vector, fixed, floating, free
-from .xml import DEEPEST, Reading, counts, parse
+from .xml import DEEPEST, MOMENTS, Reading, counts, parse
 
 #: int() takes other digits, too, and refuses very many
 VERSION = re.compile(r"[0-9]{1,4}(\.[0-9]{1,4}){0,3}")
@@ -276,7 +276,11 @@ class _File:
             return Body(frame)
         place = f"link '{name}'"
         mass = self.reading.number(inertial.findtext("mass"), 1.0, place, "<mass>")
-        return Body(frame, mass, (frame @ self._pose(inertial.find("pose"), place)).at)
+        own = frame @ self._pose(inertial.find("pose"), place)
+        # For moments that are not written SDF has 1 kg m^2, which is nobody's wish.
+        moments = {name: inertial.findtext(f"inertia/{name}") for name in MOMENTS}
+        matrix = self.reading.inertia(moments, place, "<inertia>")
+        return Body(frame, mass, own.at, own.axes @ matrix @ own.axes.T)
 
     def _joint(self, name: str, bodies: dict[str, Body]) -> Iterator[Joint]:
         named = self.named[name]

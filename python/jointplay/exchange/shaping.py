@@ -195,12 +195,7 @@ def merged(skeleton: Skeleton) -> Skeleton:
 
 def _one(bodies: list[Body]) -> Body:
     """The first of them, which comes again in its place, with the mass of all."""
-    parts = bodies[1:]
-    mass = sum(body.mass for body in parts)
-    if mass <= 0:
-        return replace(bodies[0], mass=mass)
-    centre = np.sum([body.mass * body.centre for body in parts], axis=0) / mass
-    return replace(bodies[0], mass=mass, centre=centre)
+    return bodies[0].with_masses_of(bodies[1:])
 
 
 def leading(skeleton: Skeleton) -> Skeleton:

@@ -7,11 +7,13 @@ z is zero, and axes of revolute joints are (0, 0, 1).
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from jointplay.file.schema import wrong_with
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -62,11 +64,32 @@ class Body:
         kg.
     centre : ndarray
         Centre of mass in the drawing.
+    inertia : ndarray
+        Matrix of its moments of inertia about the centre of mass, kg m^2, axes of the drawing.
     """
 
     frame: Frame = field(default_factory=Frame)
     mass: float = 0.0
     centre: Vector = field(default_factory=lambda: np.zeros(3))
+    inertia: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def with_masses_of(self, bodies: Sequence[Body]) -> Body:
+        """The same body with the masses of some bodies in place of its own."""
+        mass = sum(body.mass for body in bodies)
+        if mass <= 0.0:
+            return replace(self, mass=mass)
+        centre = np.sum([body.mass * body.centre for body in bodies], axis=0) / mass
+        arms = [body.centre - centre for body in bodies]
+        inertia = sum(
+            body.inertia + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+            for body, arm in zip(bodies, arms, strict=True)
+        )
+        return replace(self, mass=mass, centre=centre, inertia=np.asarray(inertia))
+
+
+def is_of_a_body(inertia: Matrix) -> bool:
+    """Whether a matrix can be that of the moments of inertia of a body, but for rounding."""
+    return not wrong_with((*np.diag(inertia).tolist(), *inertia[[0, 0, 1], [1, 2, 2]].tolist()))
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from jointplay.errors import listed, not_known
 from .options import Options
 from .rotations import from_rpy
 from .skeleton import Attachment, Body, Frame, Joint, Skeleton, Vector, fixed, free
-from .xml import Reading, counts, parse, refuse_twice
+from .xml import MOMENTS, Reading, counts, parse, refuse_twice
 
 #: type of URDF: kind of the mechanism file
 KINDS = {
@@ -233,8 +233,12 @@ def _body(reading: Reading, name: str, link: Element, frame: Frame) -> Body:
     if mass is not None and mass.get("value") is None:
         raise reading.refuse("its value is missing: <mass value=...>", place, "<mass>")
     kilograms = reading.number(None if mass is None else mass.get("value"), 0.0, place, "<mass>")
-    centre = _origin(reading, inertial, place).at
-    return Body(frame, kilograms, frame.point(centre))
+    own = _origin(reading, inertial, place)
+    inertia = inertial.find("inertia")
+    moments = {} if inertia is None else inertia.attrib
+    matrix = reading.inertia({name: moments.get(name) for name in MOMENTS}, place, "<inertia>")
+    turn = frame.axes @ own.axes
+    return Body(frame, kilograms, frame.point(own.at), turn @ matrix @ turn.T)
 
 
 def _joint(reading: Reading, joint: Element, frame: Frame, motors: Mapping[str, float]) -> Joint:

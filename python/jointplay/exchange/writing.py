@@ -24,6 +24,8 @@ UNITS = Units("mm", "deg", "N")
 BARE = re.compile(r"[\w-]+", re.ASCII)
 #: width of comments
 WIDTH = 110
+#: a product of inertia below this part of the largest moment is what rounding leaves of zero
+EVEN = 1e-9
 #: kinds whose coordinate is an angle, and kinds that have an axis and a side
 ANGULAR = ("revolute", "screw")
 SIDED = ("revolute", "prismatic", "screw")
@@ -315,7 +317,21 @@ def _bodies(skeleton: Skeleton) -> Iterator[str]:
     for name, body in skeleton.bodies.items():
         if body.mass and name != GROUND:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
-            yield f"[bodies.{key(name)}]\nmass   = {number(body.mass)}\ncentre = {centre}"
+            lines = [f"[bodies.{key(name)}]", f"mass   = {number(body.mass)}", f"centre = {centre}"]
+            yield "\n".join([*lines, *_moments(skeleton, body)])
+
+
+def _moments(skeleton: Skeleton, body: Body) -> Iterator[str]:
+    """The line of the moments of inertia, where there are any."""
+    if not body.inertia.any():
+        return
+    matrix = body.frame.axes.T @ body.inertia @ body.frame.axes / UNITS.length**2
+    if skeleton.space == "planar":
+        yield f"rotational_inertia = {number(matrix[2, 2])}"
+        return
+    across = matrix[[0, 0, 1], [1, 2, 2]]
+    across[np.abs(across) < EVEN * np.abs(matrix).max()] = 0.0
+    yield f"rotational_inertia = {numbers([*np.diag(matrix), *(across if across.any() else ())])}"
 
 
 def _springs(skeleton: Skeleton) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
@@ -14,10 +14,12 @@ from jointplay.errors import InputError, listed, shown
 from jointplay.file import toml
 
 from .bounds import LARGEST
-from .skeleton import Vector
+from .skeleton import Matrix, Vector
 
 #: elements inside one another; no robot comes near it
 DEEPEST = 200
+#: names of the moments of inertia of a link
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def parse(path: Path, root: str, what: str) -> Element:
@@ -126,6 +128,11 @@ class Reading:
         if np.abs(found).max() > LARGEST:
             raise self.refuse(f"numbers are at most {LARGEST:g} in size, not {shown(text.strip())}", *places)
         return found
+
+    def inertia(self, moments: Mapping[str, str | None], *places: str) -> Matrix:
+        """The matrix of moments of inertia of their texts by name; those that are not there are zero."""
+        xx, xy, xz, yy, yz, zz = (self.number(moments.get(name), 0.0, *places, name) for name in MOMENTS)
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
     def axis(self, text: str | None, default: tuple[float, float, float], *places: str) -> Vector:
         """A direction as a unit vector."""

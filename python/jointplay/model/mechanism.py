@@ -20,14 +20,15 @@ from jointplay import _core
 from jointplay.basics import files
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
-from jointplay.core.compile import Compiled, Loads, compile_file
-from jointplay.core.spec import Changes, PointSpec, Spec
+from jointplay.core.compile import Compiled, DriveMotion, Loads, compile_file
+from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml
 from jointplay.file.document import Source
 from jointplay.file.schema import MechanismFile, validate
 from jointplay.file.schema.keys import change, expand, value_at
 from jointplay.model import motion
+from jointplay.model.inertia import acting, kinematics
 from jointplay.model.patterns import written_out
 
 
@@ -235,21 +236,44 @@ class Mechanism(Compiled):
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
 
-    def under_loads_of(self, configuration: int) -> Mechanism:
-        """The mechanism under the loads of a configuration; itself where they do not change along the path.
+    def at_rest_under(self, configuration: int) -> Mechanism:
+        """The mechanism at rest under the loads of a configuration; itself where they do not change along the path.
 
         Parameters
         ----------
         configuration : int
             Number of the configuration, from 0.
         """
-        if not self.loads.along:
-            return self
+        return self._under(self.loads.at(configuration), None) if self.loads.vary else self
+
+    def running_under(self, configuration: int, drives: Floats, placed: Floats) -> Mechanism:
+        """The mechanism under the loads of a configuration and, where drives move, its inertia there.
+
+        Parameters
+        ----------
+        configuration : int
+            Number of the configuration, from 0: whose loads act, and whose speeds the drives have.
+        drives : ndarray
+            Drive values, shape (1, drive).
+        placed : ndarray
+            Nominal poses there, shape (1, body, pose).
+        """
+        if self.motion is None:
+            return self.at_rest_under(configuration)
+        motion = self.motion.at(configuration)
+        forces = acting(self, kinematics(self, drives, placed, motion.rates), [configuration])[0]
+        loads = [
+            LoadSpec({**load, "force": wrench[:3], "moment": wrench[3:]})
+            for load, wrench in zip(self.loads.first, forces.tolist(), strict=True)
+        ]
+        return self._under(loads, motion)
+
+    def _under(self, loads: list[LoadSpec], motion: DriveMotion | None) -> Mechanism:
+        """The same mechanism under loads that do not change, moving as it does in one configuration."""
         steady = object.__new__(Mechanism)
-        loads = self.loads.at(configuration)
         own = {name: value for name, value in vars(self).items() if name != "core"}
         spec = MappingProxyType({**self.core_spec, "loads": loads})
-        vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
+        vars(steady).update(own, loads=Loads(loads), motion=motion, core_spec=spec, _parts={})
         return steady
 
     def worn(self, growth: Mapping[int, float]) -> Mechanism:

@@ -18,7 +18,9 @@ from jointplay.file.schema import space_of, with_coordinate
 #: the name of a column, and its unit in brackets
 HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[\s*(?P<square>[^\]]*?)\s*\]|\(\s*(?P<round>[^)]*?)\s*\))?")
 #: what says where values are from, and what says them
-REFERENCE, VALUES = ("csv", "column"), ("values", "from", "to", "count")
+REFERENCE, VALUES = ("csv", "column", "time"), ("values", "times", "from", "to", "count")
+#: seconds per unit of a column of times
+TIMES = {"s": 1.0, "ms": 1e-3}
 
 
 def filled_in(raw: dict[str, Any], path: str, file: str) -> dict[str, Any]:
@@ -119,7 +121,21 @@ class _PathReader:
         )
         is_length = _kind(joints, moved) not in with_coordinate("angle")
         values = self._values(columns, word, is_length, f"{key}.column")
-        return {**{k: v for k, v in drive.items() if k not in REFERENCE}, "values": values}
+        found = {**{k: v for k, v in drive.items() if k not in REFERENCE}, "values": values}
+        return found if "time" not in drive else found | {"times": self._times(columns, drive["time"], f"{key}.time")}
+
+    def _times(self, columns: Columns, name: Any, key: str) -> list[float]:
+        """A column of times in seconds."""
+        words = {_split(word)[0]: word for word in columns.header}
+        word = name if name in columns.header else words.get(name) if isinstance(name, str) else None
+        if word is None:
+            problem = not_known(str(name), "a column of its first row", columns.header)
+            raise InputError(problem, file=columns.name, key=key)
+        unit = _split(word)[1] or "s"
+        if unit not in TIMES:
+            problem = f"the unit of column {shown(word)}: {not_known(unit, 'a unit of time', TIMES)}"
+            raise InputError(problem, file=columns.name, key=key)
+        return [value * TIMES[unit] for value in columns.numbers(word, key, whole=True)]
 
     def _values(self, columns: Columns, word: str, is_length: bool, key: str) -> list[float]:
         """A column in the units of the file."""

@@ -189,7 +189,7 @@ def _refined(m: Mechanism, frames: int | None) -> Nominal:
     at = nominal(m)
     wanted = max(FRAMES, len(at)) if frames is None else frames
     # Loads that are given configuration by configuration are not known between them.
-    if len(at) < 2 or m.loads.along or (frames is None and len(at) >= FRAMES):
+    if len(at) < 2 or m.loads.vary or (frames is None and len(at) >= FRAMES):
         return at
     here = np.linspace(0.0, len(at) - 1.0, wanted)
     own = np.arange(len(at))

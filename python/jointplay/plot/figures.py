@@ -10,11 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay.basics.arrays import Floats
+from jointplay.basics.arrays import Array, Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
+from jointplay.result.conclusions import STATES
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of
@@ -75,6 +76,7 @@ def error(
                 band = {"color": series(k)["color"], "alpha": 0.2, "linewidth": 0}
                 axes.fill_between(x, curve.low, curve.high, label="left open by the load", **band)
             axes.plot(x, curve.values, label=text, **series(k))
+            _mark_contact(axes, part, x, curve.values)
         bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
         axes.set(xlabel=axis, ylabel=labelled(words_of(quantity), found[0][2].unit))
         whole_numbers(axes.xaxis, axis, max(len(curve.values) for *_, curve in found))
@@ -85,6 +87,20 @@ def error(
             axes.axhline(0.0, color=theme().ink, linewidth=0.6)
         legend(axes)
     return figure
+
+
+def _mark_contact(axes: Axes, part: Result, x: Array, values: Floats) -> None:
+    """Mark the configurations of a running machine in which contact may be lost, or is."""
+    if "contact" not in part.data:
+        return
+    states = part.get("contact")
+    left = np.ones(len(values), dtype=bool)
+    for state, marker in zip(STATES, ("X", "o"), strict=True):
+        here = left & (states == state).any(axis=1)
+        left &= ~here
+        if here.any():
+            look: dict[str, Any] = {"marker": marker, "s": 46, "facecolor": "none" if marker == "o" else theme().ink}
+            axes.scatter(x[here], values[here], label=f"contact {state}", edgecolor=theme().ink, zorder=5, **look)
 
 
 @typed

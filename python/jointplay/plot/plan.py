@@ -11,6 +11,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.spec import JointSpec
 from jointplay.result import Result
+from jointplay.result.conclusions import STATES
 
 from . import couplings
 from .bodies import body_colour
@@ -117,13 +118,17 @@ class DrawingPlan(Scene):
         """Where each pin lies in its clearance."""
         if "offset" not in result.data:
             return
-        for source in self.spec["sources"]:
+        for number, source in enumerate(self.spec["sources"]):
             if source["kind"] != "clearance" or "disc" not in source["set"]:
                 continue
             at = self.place(self.spec["joints"][source["joint"]]["first"])
             at = at + times * self._offset(source["joint"], result)
             look = {"marker": "o", "markersize": scaled(4.0), "color": series(3)["color"], "linestyle": ""}
             self.axes.plot(*at, label="pin in its clearance", zorder=8, **look)
+            state = str(result.get("contact")[self.configuration, number]) if "contact" in result.data else ""
+            if state in STATES:
+                look |= {"markersize": scaled(13.0), "markerfacecolor": "none", "color": theme().ink}
+                self.axes.plot(*at, label=f"contact {state}", zorder=8, **look)
 
     def _offset(self, index: int, result: Result) -> Floats:
         """Where a pin lies in its disc, ground axes; that of a locked one is given in the axes of its joint."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -24,8 +24,14 @@ SIDES = ("low", "high")
 #: components of a reaction, and how many of them are forces
 WRENCH = {"planar": (("fx", "fy", "moment"), 2), "spatial": (("fx", "fy", "fz", "mx", "my", "mz"), 3)}
 STATUSES = np.array(_core.STATUSES)
-#: what does work along a quantity
-WORK = {"length": "force", "angle": "moment"}
+#: what belongs to a quantity, by the word in front of the dimension along which it differs: what does work along it,
+#: and its derivatives by time
+BELONGS: Mapping[str, Mapping[str, str]] = {
+    "work": {"length": "force", "angle": "moment"},
+    "speed": {"length": "speed", "angle": "turning_speed"},
+    "rate1": {"length": "speed", "angle": "angular_velocity"},
+    "rate2": {"length": "acceleration", "angle": "angular_acceleration"},
+}
 #: decimal digits that every double precision number can hold
 SHORT = 15
 #: as many units are written out in a row; more are only in the coordinate beside the dimension
@@ -170,7 +176,7 @@ class ResultBuilder:
         unit : str or pair of str
             `length`, `angle`, `force`, `moment`; or a dimension along which the unit differs; or two of them, when the
             values are products. `work:drive` is what does work along that dimension: a moment on an angle, a force on a
-            length.
+            length. `rate1:component` and `rate2:component` are first and second derivatives by time.
         power : int
             2 for squares of that unit.
         per : str
@@ -201,11 +207,11 @@ class ResultBuilder:
 
     def _along(self, key: str) -> tuple[str, tuple[str, ...]]:
         """The dimension along which a unit differs, if it does, and the kinds of quantity there."""
-        work, _, dim = key.rpartition(":")
+        word, _, dim = key.rpartition(":")
         if dim not in self.axes:
             return "", ()
         kinds = self.axes[dim].kinds
-        return dim, tuple(WORK[kind] for kind in kinds) if work else kinds
+        return dim, tuple(BELONGS[word][kind] for kind in kinds) if word else kinds
 
     def status(self, codes: Array, long_name: str = "outcome") -> None:
         """Add the status of every configuration from the core's codes."""
@@ -245,7 +251,7 @@ class ResultBuilder:
         if len(set(names)) == 1:
             return names[0]
         if key != dim:
-            return ", ".join(dict.fromkeys(names))
+            return ", ".join(names)
         return ", ".join(names) if len(names) <= FEW else f"see {key}_unit"
 
     def _label(self, dim: str) -> None:

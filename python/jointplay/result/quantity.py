@@ -17,7 +17,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.questions import QUESTIONS, Figure
 
 from .dataset import from_dataset
-from .structure import Result, Variable
+from .structure import Result, Variable, own_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,9 +130,7 @@ def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
             raise InputError(problem, key=name)
         at = known.index(labels.pop(0))
         unit = light.coords.get(f"{dim}_unit")
-        units = (
-            str(unit.values[at]) if unit is not None and ("," in found.units or "see" in found.units) else found.units
-        )
+        units = own_unit(found, unit, at) if unit is not None else found.units
         values = np.take(found.values, at, axis=found.dims.index(dim))
         found = Variable(tuple(d for d in found.dims if d != dim), values, units, f"{found.long_name}, {known[at]}")
     if labels or found.values.dtype.kind not in "fiub":

@@ -101,7 +101,7 @@ class Result:
         for dim, label in at.items():
             units = self.coords.get(f"{dim}_unit")
             if units is not None and dim in variable.dims:
-                return str(units.values[self.labels(dim).index(label)])
+                return own_unit(variable, units, self.labels(dim).index(label))
         return variable.units
 
     def isel(self, dim: str, index: int) -> Result:
@@ -116,3 +116,21 @@ class Result:
 
         coords = {name: pick(v) for name, v in self.coords.items()}
         return Result(coords, {name: pick(v) for name, v in self.data.items()}, self.attrs, self.origin)
+
+
+def own_unit(variable: Variable, units: Variable, place: int) -> str:
+    """Unit of the values of a variable at a place along a dimension of which these are the units.
+
+    A variable whose unit is another one there, such as a moment along an angle, lists them itself.
+
+    Examples
+    --------
+    >>> units = Variable(("drive",), np.array(["deg", "mm"]))
+    >>> torque = Variable(("drive",), np.array([1.0, 2.0]), "N mm, N")
+    >>> own_unit(torque, units, 1)
+    'N'
+    """
+    listed = variable.units.split(", ")
+    if len(listed) == 1 and not variable.units.startswith(("see ", "product")):
+        return variable.units
+    return listed[place] if 1 < len(listed) == units.values.size else str(units.values[place])

@@ -175,4 +175,5 @@ def unit_at(result: Result, variable: Variable, at: dict[str, int]) -> str:
         names = [f"{name}{power}" for name in known[dim]]
         if variable.units in (", ".join(names), f"see {dim}_unit"):
             return f"{unit}{power}"
-    return ""
+    listed = variable.units.split(", ")
+    return next((listed[at[dim]] for dim, names in known.items() if len(names) == len(listed)), "")

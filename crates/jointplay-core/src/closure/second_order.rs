@@ -139,7 +139,7 @@ impl Mechanism {
     }
 
     /// The poses of all bodies as they move along each of some twists.
-    fn moving_poses(&self, state: &State, motions: &[Vec<f64>]) -> Vec<Pose<Dual>> {
+    pub(crate) fn moving_poses(&self, state: &State, motions: &[Vec<f64>]) -> Vec<Pose<Dual>> {
         let size = self.size();
         let pose = |(b, coordinates): (usize, &[f64])| {
             let mut numbers = Vec::with_capacity(self.space.n_pose_numbers());

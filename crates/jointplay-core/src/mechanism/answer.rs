@@ -44,6 +44,30 @@ impl Answer {
         self
     }
 
+    /// The rows of several answers to the same question, one after the other, with their counts together.
+    #[must_use]
+    pub(crate) fn joined(answers: Vec<Self>) -> Option<Self> {
+        let mut answers = answers.into_iter();
+        let mut whole = answers.next()?;
+        for answer in answers {
+            whole.rows += answer.rows;
+            for (column, more) in whole.columns.iter_mut().zip(answer.columns) {
+                column.shape[0] += more.shape[0];
+                match (&mut column.values, more.values) {
+                    (Values::Numbers(all), Values::Numbers(more)) => all.extend(more),
+                    (Values::Counts(all), Values::Counts(more)) => all.extend(more),
+                    (Values::Flags(all), Values::Flags(more)) => all.extend(more),
+                    (Values::Codes(all), Values::Codes(more)) => all.extend(more),
+                    _ => unreachable!("a column has one kind of values"),
+                }
+            }
+            for ((_, all), (_, more)) in whole.totals.iter_mut().zip(answer.totals) {
+                *all += more;
+            }
+        }
+        Some(whole)
+    }
+
     /// With a count over all configurations.
     #[must_use]
     pub(crate) fn total(mut self, name: &'static str, count: u64) -> Self {

@@ -289,6 +289,12 @@ impl Mechanism {
         self.n_drives
     }
 
+    /// How many loads it has.
+    #[must_use]
+    pub const fn n_loads(&self) -> usize {
+        self.loads.len()
+    }
+
     /// The sources of error.
     #[must_use]
     pub fn sources(&self) -> &[Source] {

@@ -58,6 +58,17 @@ columns! {
     sign: f64 [];
 }
 
+columns! {
+    /// Motion of all bodies at their origins, in ground axes.
+    Moving in MovingTable by MovingRows from FreshMoving:
+    /// Velocities and angular velocities.
+    velocity: f64 [Body, Component];
+    /// Accelerations and angular accelerations.
+    acceleration: f64 [Body, Component];
+    /// Outcome.
+    status: Status [];
+}
+
 impl Mechanism {
     /// How near every case is to a singular state, at its nominal coordinates.
     #[must_use]
@@ -116,11 +127,12 @@ impl Mechanism {
 
 /// The columns that a nominal question can have.
 #[must_use]
-pub fn declared() -> [(&'static str, Vec<Declared>); 4] {
+pub fn declared() -> [(&'static str, Vec<Declared>); 5] {
     [
         ("trace", Traced::DECLARED.to_vec()),
         ("measure", Measured::DECLARED.to_vec()),
         ("inverse", [Traced::DECLARED, Commanded::DECLARED].concat()),
         ("nearness", Nearness::DECLARED.to_vec()),
+        ("moving", Moving::DECLARED.to_vec()),
     ]
 }

@@ -3,6 +3,7 @@
 pub mod columns;
 mod grid;
 mod inverse;
+mod motion;
 mod nearness;
 mod on_lanes;
 mod over_constrained;
@@ -11,5 +12,6 @@ mod side;
 pub(crate) mod trace;
 
 pub use grid::{Reached, Seed};
+pub use motion::DriveRates;
 pub use path::Configuration;
 pub use trace::Trace;

@@ -135,9 +135,9 @@ class Scatter:
 
     def drawn(self, one: Assumed, at: Nominal, c: int) -> tuple[Floats, Floats, int]:
         """Parameters and errors of the specimens at a configuration, and its status."""
-        found = one.part.under_loads_of(c).core.random(
-            at.drives[c : c + 1],
-            at.poses[c : c + 1],
+        here = at.drives[c : c + 1], at.poses[c : c + 1]
+        found = one.part.running_under(c, *here).core.random(
+            *here,
             self.required.samples,
             self.seed,
             np.array([0.5]),

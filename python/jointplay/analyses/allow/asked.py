@@ -197,7 +197,7 @@ class Asked:
     ) -> tuple[Floats, Array, Floats]:
         """What is used at some configurations, where that is not known, and the share of specimens without a pose."""
         # Loads may go by the number of the configuration.
-        whole = len(places) == len(at) or (one.is_loaded and bool(one.part.loads.along)) or self.question == "loaded"
+        whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.question == "loaded"
         options = self.options | ({"contact": one.contact} if one.contact else {})
         if one.is_loaded:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))

@@ -133,7 +133,7 @@ def compute(
     at = place(m, configuration)
     if not at.is_assembled:
         return unassembled(m, at, question)
-    m = m.under_loads_of(configuration)
+    m = m.at_rest_under(configuration)
     if question == "random":
         return scatter.compute(m, at, samples, seed, law, probabilities, sampling, progress)
     if question == "worst":

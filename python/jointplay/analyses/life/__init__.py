@@ -24,6 +24,7 @@ from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
+from jointplay.analyses.running import speeds
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
@@ -346,6 +347,7 @@ class _Life:
     ) -> Result:
         m, asked = self.m, self.asked
         builder = ResultBuilder(m, "life", asked=asked.question, tolerance=self.tolerance, rate_factor=FACTOR)
+        builder.attrs |= speeds(m)
         if self.duty.cycle is not None:
             builder.attrs["cycle"] = self.duty.cycle.name
         if m.load_cases and self.duty.by_load:

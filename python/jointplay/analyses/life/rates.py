@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analyses.loaded import require_loads, under_loads
+from jointplay.analyses.loaded import acting_on, require_loads
 from jointplay.analyses.nominal import Nominal
+from jointplay.analyses.running import motion_of, moving
 from jointplay.analyses.several import places_of
 from jointplay.basics.arrays import Codes, Floats
 from jointplay.errors import InputError
@@ -102,13 +103,9 @@ class Duty:
 
     def _case(self, part: Mechanism, at: Nominal, cycle: Cycle, grown: Floats) -> Rates:
         copy = part.worn(changes(part, self.m, self.worn, grown))
-        drives, poses = at.drives, at.poses
-        found, done = under_loads(
-            copy,
-            len(at),
-            lambda one, places: one.core.loaded(drives[places], poses[places], True, False, True, partly=True),
-        )
-        if done < len(at):
+        loads = acting_on(copy, at, moving(copy, at, motion_of(copy, at)))
+        found = copy.core.loaded(at.drives, at.poses, True, False, True, partly=True, loads=loads)
+        if len(found["status"]) < len(at):
             raise KeyboardInterrupt
         reaction = found["reaction"].copy()
         if failed := _unreadable(found["status"]):

@@ -31,8 +31,9 @@ from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, compli
 from .followers import add_followers, compile_followers
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph, Point
 from .grid import Grid, compile_grid
-from .loads import Loads, compile_loads, compile_output, places_of_outputs
+from .loads import Loads, compile_loads, compile_output, inertia_matrix, places_of_outputs
 from .members import Member, split
+from .motion import DriveMotion
 from .sizes import described
 from .source import LOOSE, CompiledSource
 from .sources import compile_sources
@@ -51,6 +52,7 @@ __all__ = [
     "AssemblyOrder",
     "Compiled",
     "CompiledSource",
+    "DriveMotion",
     "Grid",
     "Limits",
     "Loads",
@@ -59,6 +61,7 @@ __all__ = [
     "compile_file",
     "coordinate",
     "described",
+    "inertia_matrix",
 ]
 
 #: below this (metres) a mechanism has no size of its own
@@ -171,6 +174,10 @@ class Compiled:
         SI per file unit of every drive.
     drive_values : ndarray or None
         Commanded values, shape (configuration, drive); None when a path is followed.
+    motion : DriveMotion or None
+        Speeds and accelerations of the drives; None where every drive is at rest.
+    rotor_inertia : ndarray
+        Of every drive, reduced to its value: kg m^2, or kg where the value is a length.
     start_drives : ndarray
         Drive values at the start guess, from which a path is approached.
     targets : ndarray or None
@@ -223,6 +230,8 @@ class Compiled:
     pose_size: int
     drive_factors: Floats
     drive_values: Floats | None
+    motion: DriveMotion | None
+    rotor_inertia: Floats
     start_drives: Floats
     targets: Floats | None
     target_components: tuple[str, ...]
@@ -359,7 +368,7 @@ def compile_file(data: MechanismFile, file: str, output: str = "", load_case: st
 
 def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str]) -> Compiled:
     assert data.output is not None
-    units = Units(data.units.length, data.units.angle, data.units.force)
+    units = Units(data.units.length, data.units.angle, data.units.force, data.units.turning_speed or "")
     graph = Graph(data, units, file)
     add_followers(data, graph)
     commands = compile_drives(data, graph)
@@ -376,7 +385,12 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
     asked = [data.output, *data.outputs.values()]
     watched = {name for each in asked for name in (each.body, each.relative_to)}
     acting = _acting(data, loads, springs, key_of_load)
-    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
+    inertias = {
+        graph.points[loads.first[one.load]["point"]].body: (f"bodies.{one.body}.rotational_inertia", one.matrix)
+        for one in loads.inertial
+    }
+    outputs_of = {k for k, name in enumerate(graph.bodies) if name in watched}
+    spins = find_spins(graph, guess, outputs_of, acting, inertias)
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
     followers = compile_followers(data, graph, commands)
@@ -442,6 +456,13 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         pose_size=guess.shape[1],
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
+        motion=commands.motion,
+        rotor_inertia=_fixed(
+            [
+                drive.rotor_inertia * (units.length**2 if graph.joints[joint].is_angular else 1.0)
+                for drive, joint in zip(data.drives.values(), commands.joints, strict=True)
+            ]
+        ),
         start_drives=_fixed([float(coordinate(spec, moves[0][0], guess)) / moves[0][1] for moves in commands.moves]),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,
@@ -466,9 +487,14 @@ def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output
 def _acting(
     data: MechanismFile, loads: Loads, springs: list[SpringSpec], key_of_load: Callable[[int], str]
 ) -> list[tuple[str, LoadSpec]]:
-    """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
+    """What acts on the bodies in some configuration, by its key in the file; of springs and inertia any force."""
     keys = _of_loads(data, loads, key_of_load, "its weight")
     acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
+    acting += [
+        (f"bodies.{one.body}.centre", {**loads.first[one.load], "force": [1.0, 0.0, 0.0]})
+        for one in loads.inertial
+        if one.mass > 0.0
+    ]
     for name, spring in _named(data, springs):
         acting += [
             (f"springs.{name}", {"point": spring[end], "force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})

@@ -1,4 +1,7 @@
-"""What the drives are commanded, their values or the path of the output from which they are solved; how they give."""
+"""What the drives are commanded, their values or the path of the output from which they are solved; how they give.
+
+How they move in time is said in `motion`.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from jointplay.file.schema import Coupling, Drive, MechanismFile
 
 from .compliance import flat
 from .graph import CompiledJoint, Graph
+from .motion import Clock, DriveMotion, clock_of, compile_motion, derivatives
 
 #: components of a pose, and which of them are lengths; the others are angles
 COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
@@ -43,6 +47,8 @@ class Commands:
         Poses asked of the output, shape (configuration, component), nan where nothing is asked.
     target_components : tuple of str
         The components that are asked.
+    motion : DriveMotion or None
+        Speeds and accelerations; None where every drive is at rest.
     """
 
     names: tuple[str, ...]
@@ -52,6 +58,7 @@ class Commands:
     values: NDArray[np.float64] | None
     targets: NDArray[np.float64] | None
     target_components: tuple[str, ...]
+    motion: DriveMotion | None
 
     def first_values(self, data: MechanismFile) -> dict[int, float]:
         """Coordinates of the driven joints in the first configuration, SI, by the index of the joint.
@@ -96,9 +103,12 @@ def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
     factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
     # With a grid drives may be left without values; then there is nothing but a map to ask for.
     mapped_only = data.grid is not None and not all(drive.is_commanded for drive in data.drives.values())
-    values = None if data.path is not None or mapped_only else _values(data, graph) * factors
+    clock = clock_of(data, graph)
+    values = None if data.path is not None or mapped_only else _values(data, graph, clock) * factors
+    turning = [graph.joints[joint].is_angular for joint in joints]
+    motion = compile_motion(data, graph, values, factors, clock, turning)
     targets, asked = _targets(data, graph)
-    return Commands(tuple(data.drives), tuple(joints), tuple(moves), factors, values, targets, asked)
+    return Commands(tuple(data.drives), tuple(joints), tuple(moves), factors, values, targets, asked, motion)
 
 
 def _driven(graph: Graph, drives: Mapping[str, Drive], name: str, joint: str, driver: dict[int, list[str]]) -> int:
@@ -123,9 +133,12 @@ def _driven(graph: Graph, drives: Mapping[str, Drive], name: str, joint: str, dr
     return index
 
 
-def _values(data: MechanismFile, graph: Graph) -> NDArray[np.float64]:
+def _values(data: MechanismFile, graph: Graph, clock: Clock | None) -> NDArray[np.float64]:
     """Drive values in file units, value by value; a single value is repeated."""
-    commands = {name: drive.commands for name, drive in data.drives.items()}
+    commands = {
+        name: drive.commands if clock is None or drive.motion is None else tuple(derivatives(drive, clock)[0].tolist())
+        for name, drive in data.drives.items()
+    }
     for name, values in commands.items():
         if not values:
             problem = "say what it does: values = [...], or from, to and count, or a [path] for the output"

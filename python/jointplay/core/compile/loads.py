@@ -1,14 +1,20 @@
-"""The output and its point, and the loads with their points."""
+"""The output and its point, and the loads with their points: those of the file, weights, and what inertia does.
+
+The force of a mass m whose centre has the acceleration a is m (g - a), and the moment about it -(I w' + w x I w).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
 from jointplay.core.spec import LoadSpec, OutputSpec
 from jointplay.errors import listed, not_known
-from jointplay.file.schema import LoadTable, MechanismFile, OutputTable, along_the_path
+from jointplay.file.schema import BodyTable, LoadTable, MechanismFile, OutputTable, along_the_path
 
 from .drives import Commands
 from .frames import vector
@@ -19,9 +25,30 @@ RELATIVE = "output.relative_to"
 BODY = "body"
 
 
+@dataclass(frozen=True)
+class Inertial:
+    """A body that its inertia loads while it moves.
+
+    Parameters
+    ----------
+    body : str
+        Its name.
+    load : int
+        The number of its weight among the loads, at its centre of mass, to which the forces of inertia are added.
+    mass : float
+    matrix : ndarray
+        Of its moments of inertia about the centre, body axes.
+    """
+
+    body: str
+    load: int
+    mass: float
+    matrix: Floats
+
+
 @dataclass
 class Loads:
-    """Loads and weights.
+    """Loads and weights, and what inertia loads.
 
     Parameters
     ----------
@@ -29,10 +56,18 @@ class Loads:
         Those of the first configuration, as the core wants them.
     along : dict
         Loads of all configurations by the number of the load; of those that change along the path.
+    inertial : list of Inertial
+        What inertia loads while the drives move; nothing where they are at rest.
     """
 
     first: list[LoadSpec] = field(default_factory=list)
     along: dict[int, list[LoadSpec]] = field(default_factory=dict)
+    inertial: list[Inertial] = field(default_factory=list)
+
+    @property
+    def vary(self) -> bool:
+        """Whether they are others from configuration to configuration."""
+        return bool(self.along or self.inertial)
 
     def at(self, configuration: int) -> list[LoadSpec]:
         """Those of a configuration."""
@@ -41,6 +76,8 @@ class Loads:
     @property
     def are_any(self) -> bool:
         """Whether any force or moment acts."""
+        if self.inertial:
+            return True
         every = [*self.first, *(load for loads in self.along.values() for load in loads)]
         return any(any(load["force"]) or any(load["moment"]) for load in every)
 
@@ -128,7 +165,7 @@ def compile_loads(data: MechanismFile, graph: Graph, commands: Commands, output:
         loads.first.append(every[0])
         if count > 1:
             loads.along[k] = every
-    loads.first += _weights(data, graph)
+    _add_weights(data, graph, commands, loads)
     return loads
 
 
@@ -158,17 +195,33 @@ def _wrench(force: tuple[float, ...], moment: tuple[float, ...], units: Units, p
     return {"point": point, "force": list(vector(force, units.force)), "moment": list(vector(about, units.moment))}
 
 
-def _weights(data: MechanismFile, graph: Graph) -> list[LoadSpec]:
-    if not any(data.gravity):
-        return []
+def _add_weights(data: MechanismFile, graph: Graph, commands: Commands, loads: Loads) -> None:
+    """Add the weights; where drives move, also of bodies without one, whose inertia acts in their place."""
     heavy = {name: body for name, body in data.bodies.items() if body.mass > 0.0}
-    if not heavy:
+    if any(data.gravity) and not heavy:
         raise graph.refuse("no body has a mass: [bodies.NAME] with mass in kg and centre", "gravity")
-    return [
-        {
-            "point": graph.add_point(graph.bodies.index(name), body.centre),
+    if commands.motion is not None:
+        heavy = {name: body for name, body in data.bodies.items() if body.mass > 0.0 or body.rotational_inertia}
+    elif not any(data.gravity):
+        return
+    for name, body in heavy.items():
+        index = graph.bodies.index(name)
+        if commands.motion is not None:
+            matrix = inertia_matrix(body) * graph.units.length**2
+            loads.inertial.append(Inertial(name, len(loads.first), body.mass, matrix))
+        told: LoadSpec = {
+            "point": graph.add_point(index, body.centre),
             "force": list(vector(data.gravity, body.mass)),
             "moment": [0.0, 0.0, 0.0],
         }
-        for name, body in heavy.items()
-    ]
+        loads.first.append(told)
+
+
+def inertia_matrix(body: BodyTable) -> Floats:
+    """Matrix of the moments of inertia of a body, in units of the file, about its centre of mass in body axes.
+
+    In the plane there is that about the axis which points out of it.
+    """
+    given = body.rotational_inertia
+    xx, yy, zz, xy, xz, yz = given if isinstance(given, tuple) else (0.0, 0.0, given or 0.0, 0.0, 0.0, 0.0)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -4,12 +4,14 @@ Taken apart at its balls, a mechanism falls into groups of bodies. A group that 
 line through them as one rigid body, whatever the play in the balls and wherever the rest is. If neither the output nor
 a load is off this line, no result depends on that turn. It is held: one of the balls gets a further equation, which
 says that the group's rotation relative to the neighbour, less the swing of its line, stays what it is at the start.
-This equation carries no reaction, because nothing turns the group.
+This equation carries no reaction, because nothing turns the group. Inertia of moving bodies does not turn it, either,
+where their centres of mass are on the line and their moments of inertia about any direction across it are equal: the
+group then keeps the spin it has, which is none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +25,8 @@ from .graph import GROUND_INDEX, CompiledJoint, Graph, Point
 
 #: distances from the line below this share of its length are rounding
 ON_LINE = 1e-9
+#: differences of moments of inertia below this share of the largest are rounding
+ROUND = 1e-6
 #: joints inside a group that keep a line through both of them where it is, when they lie along it
 STRAIGHT = ("prismatic", "fixed")
 
@@ -50,7 +54,11 @@ class Spin:
 
 
 def find_spins(
-    graph: Graph, guess: Floats, outputs: Container[int], loads: Sequence[tuple[str, LoadSpec]]
+    graph: Graph,
+    guess: Floats,
+    outputs: Container[int],
+    loads: Sequence[tuple[str, LoadSpec]],
+    inertias: Mapping[int, tuple[str, Floats]],
 ) -> list[Spin]:
     """The spins of a mechanism in space.
 
@@ -64,6 +72,8 @@ def find_spins(
         Bodies whose pose is asked.
     loads : sequence of tuple
         What acts on the bodies, each with its key in the file.
+    inertias : mapping
+        Of bodies that move, by their index, the key of their moments of inertia in the file and the matrix, body axes.
     """
     if guess.shape[1] != poses.SPATIAL:
         return []
@@ -73,7 +83,7 @@ def find_spins(
             continue
         ends = _ends(graph, group)
         if len(ends) == 2:
-            spin = _Line(graph, guess, group, ends).spin(loads)
+            spin = _Line(graph, guess, group, ends).spin(loads, inertias)
             if spin is not None:
                 found.append(spin)
     return found
@@ -123,7 +133,7 @@ class _Line:
         inner = [j for j in self.graph.joints if all(body in self.group for body in _bodies(self.graph, j))]
         return all(j.kind == "fixed" and j.compliance is not None and j.axis_first == j.axis_second for j in inner)
 
-    def spin(self, loads: Sequence[tuple[str, LoadSpec]]) -> Spin | None:
+    def spin(self, loads: Sequence[tuple[str, LoadSpec]], inertias: Mapping[int, tuple[str, Floats]]) -> Spin | None:
         """The spin; None where the two centres are one."""
         own, others = ([self._placed(point) for point in points] for points in (self.own, self.others))
         line = own[1] - own[0]
@@ -142,12 +152,14 @@ class _Line:
         axis = vector((turn.T @ line).tolist())
         side = default_side(axis)
         across = _swing(line, there) @ turn @ np.array(side)
+        turned = (key for key, load in loads if self._is_turned_by(load))
+        swung = (inertias[k][0] for k in self.group if k in inertias and not self._is_round(k, inertias[k][1], line))
         frames = (vector((beside.T @ there).tolist()), vector((beside.T @ across).tolist())), (axis, side)
         return Spin(
             bodies=self.group,
             joints=(self.joints[0], self.joints[1]),
             frames=frames if self.second else (frames[1], frames[0]),
-            load=next((key for key, load in loads if self._is_turned_by(load)), None),
+            load=next(iter((*turned, *swung)), None),
         )
 
     def _axes(self, body: int) -> Floats:
@@ -175,6 +187,14 @@ class _Line:
             return False
         places = [self._placed(p) for p in (*self.own, point)]
         return not (self._is_straight() and _on_line(places[2], places[0], places[1] - places[0]))
+
+    def _is_round(self, body: int, inertia: Floats, line: Floats) -> bool:
+        """Whether a body has the same moment of inertia about every direction across the line, and no others."""
+        along = self._axes(body).T @ line
+        both = np.outer(along, along)
+        about = along @ inertia @ along
+        off = inertia - about * both - 0.5 * (np.trace(inertia) - about) * (np.eye(3) - both)
+        return bool(np.abs(off).max() <= ROUND * np.abs(inertia).max())
 
     def _is_straight(self) -> bool:
         """Whether the line stays where it is on every body of the group."""

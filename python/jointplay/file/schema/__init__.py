@@ -12,7 +12,7 @@ from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
 
-from .bodies import BodyTable, PlanarBody, SpatialBody
+from .bodies import BodyTable, PlanarBody, SpatialBody, wrong_with
 from .clearances import (
     BallClearance,
     BearingKeys,
@@ -135,6 +135,7 @@ __all__ = [
     "validate",
     "variables_of",
     "with_coordinate",
+    "wrong_with",
 ]
 
 T = TypeVar("T", bound=BaseModel)

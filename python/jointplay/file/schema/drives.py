@@ -1,13 +1,18 @@
-"""What gives way between a motor and the joint that it drives: lost motion and wind-up."""
+"""What gives way between a motor and the joint that it drives, lost motion and wind-up; and how a motor moves."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import shown
 
-from .values import Name, NonNegative, Positive, Table, problem, short
+from .values import EXPRESSION, Name, NonNegative, Positive, Table, problem, short
+
+#: laws of motion from rest to rest
+LawOfMotion = Literal["trapezoid", "cycloidal", "poly5"]
+#: of the duration, for gaining and for losing speed
+Ramp = Annotated[float, Field(gt=0.0, le=0.5), EXPRESSION]
 
 
 class Backlash(Table):

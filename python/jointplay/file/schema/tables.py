@@ -6,15 +6,28 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.basics.units import ANGLES, AngleUnit, ForceUnit, LengthUnit
+from jointplay.basics.units import ANGLES, AngleUnit, ForceUnit, LengthUnit, TurningSpeedUnit
 from jointplay.errors import not_known, shown
 
-from .drives import Backlash, DriveBacklash, DriveStiffness
+from .drives import Backlash, DriveBacklash, DriveStiffness, LawOfMotion, Ramp
 from .expressions import RESERVED, is_variable
 from .laws import Deviating, ToleranceLaw, check_law
 from .limits import ErrorLimits, PlanarErrorLimits
 from .places import PathNumber, PathPair, Place
-from .values import IN_SPACE, ClearanceLaw, Name, Number, Numbers, Table, Tolerance, is_number, problem, spaced
+from .values import (
+    IN_SPACE,
+    ClearanceLaw,
+    Name,
+    NonNegative,
+    Number,
+    Numbers,
+    Positive,
+    Table,
+    Tolerance,
+    is_number,
+    problem,
+    spaced,
+)
 
 #: what the key `links` is
 LINKS = "how far one joint of a body is off against another one, by components"
@@ -32,6 +45,11 @@ class UnitsTable(Table):
     length: LengthUnit = Field("mm", description="unit of lengths")
     angle: AngleUnit = Field("deg", description="unit of angles")
     force: ForceUnit = Field("N", description="unit of forces; moments are in force times length")
+    turning_speed: TurningSpeedUnit | SkipJsonSchema[None] = Field(
+        None,
+        description="unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if"
+        " left out",
+    )
 
 
 class StartTable(Table):
@@ -93,6 +111,35 @@ class Drive(Table):
         description="force per length, or moment per angle in the file's units, by which it winds up beside its"
         " backlash; rigid if left out; with `joints` a table by joint",
     )
+    speed: PathNumber | SkipJsonSchema[None] = Field(
+        None,
+        description="how fast the value changes, per second (see units.turning_speed), or one per configuration: bodies"
+        " with a mass then load the joints by their inertia; at rest if left out",
+    )
+    acceleration: PathNumber | SkipJsonSchema[None] = Field(
+        None, description="with speed: how fast that changes, per second squared, or one per configuration"
+    )
+    motion: LawOfMotion | SkipJsonSchema[None] = Field(
+        None,
+        description="with from, to and count: the law by which it goes there, from rest to rest, at equally spaced"
+        " times: trapezoid (of speed), cycloidal, poly5 (polynomial of degree 5)",
+    )
+    duration: Positive | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
+    ramp: Ramp | SkipJsonSchema[None] = Field(
+        None,
+        description="with a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out",
+    )
+    times: Numbers | SkipJsonSchema[None] = Field(
+        None, description="with values: when it has them, in seconds; speeds are those of a spline of degree 5"
+    )
+    time: str | SkipJsonSchema[None] = Field(
+        None, description="with csv: the name of the column that has these times, in s or, as its unit says, in ms"
+    )
+    rotor_inertia: NonNegative = Field(
+        0.0,
+        description="inertia of the motor, reduced to the value: kg times length squared of an angle, kg of a length;"
+        " it takes part of the motor's moment",
+    )
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
@@ -127,13 +174,35 @@ class Drive(Table):
         spaced = [key for key, v in (("from", self.from_), ("to", self.to), ("count", self.count)) if v is not None]
         given = ["values"] if self.values is not None else spaced
         check_table(self.csv, given)
-        if self.column is not None:
-            raise problem("'column' goes with csv")
+        for key in ("column", "time"):
+            if getattr(self, key) is not None:
+                raise problem(f"'{key}' goes with csv")
         if self.values is not None and spaced:
             raise problem(f"give either values, or from, to and count; not values with {', '.join(spaced)}")
         if spaced and len(spaced) < 3:
             missing = [key for key in ("from", "to", "count") if key not in spaced]
             raise problem(f"from, to and count belong together; missing: {', '.join(missing)}")
+        return self
+
+    @model_validator(mode="after")
+    def _one_clock(self) -> Self:
+        ways = [key for key in ("speed", "motion", "times") if getattr(self, key) is not None]
+        if len(ways) > 1:
+            raise problem(f"its speed follows from one of speed, motion, times; here: {', '.join(ways)}")
+        if self.acceleration is not None and self.speed is None:
+            raise problem("'acceleration' goes with speed, which may be 0")
+        for key, other in (("duration", "motion"), ("ramp", "motion"), ("times", "values")):
+            if getattr(self, key) is not None and getattr(self, other) is None:
+                raise problem(f"'{key}' goes with {other}")
+        if self.motion is not None:
+            if self.duration is None:
+                raise problem("'duration' is missing (seconds that the motion takes)")
+            if self.count is None:
+                raise problem(f"motion = {shown(self.motion)} goes with from, to and count")
+            if self.ramp is not None and self.motion != "trapezoid":
+                raise problem("'ramp' goes with motion = \"trapezoid\"")
+        if self.times is not None and self.values is not None:
+            check_times(self.times, len(self.values))
         return self
 
     @property
@@ -166,6 +235,29 @@ class Drive(Table):
         if self.from_ is None or self.to is None or self.count is None:
             return ()
         return spaced(self.from_, self.to, self.count)
+
+
+#: a spline of degree 5 needs one more
+FEWEST_TIMES = 6
+
+
+def check_times(times: Sequence[float], count: int) -> None:
+    """Refuse times at which a number of values cannot be met.
+
+    Raises
+    ------
+    ValueError
+        When there are others than there are values, too few of them, or not one after the other.
+    """
+    if len(times) != count:
+        raise problem(f"times and values belong together; here are {len(times)} times and {count} values")
+    if count < FEWEST_TIMES:
+        raise problem(f"speeds from a table need {FEWEST_TIMES} or more values, not {count}")
+    late = next((k for k in range(1, count) if times[k] <= times[k - 1]), 0)
+    if late:
+        raise problem(
+            f"times: {times[late]:g} comes after {times[late - 1]:g}; each has to be later than the one before"
+        )
 
 
 def check_table(csv: str | None, given: Sequence[str]) -> None:

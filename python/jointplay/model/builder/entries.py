@@ -1020,6 +1020,7 @@ class Parts(Writing):
         *,
         mass: NumberLike | None = None,
         centre: NumbersLike | None = None,
+        rotational_inertia: NumberLike | NumbersLike | None = None,
         expansion: NumberLike | None = None,
         stiffness: NumberLike | None = None,
         E: NumberLike | None = None,
@@ -1029,7 +1030,7 @@ class Parts(Writing):
         torsion: NumberLike | None = None,
         side: NumbersLike | None = None,
     ) -> None:
-        """Mass of a body, for its weight, and what makes it elastic.
+        """Mass of a body, for its weight and its inertia, and what makes it elastic.
 
         Parameters
         ----------
@@ -1039,6 +1040,10 @@ class Parts(Writing):
             Mass in kg.
         centre : optional
             Centre of mass in body axes.
+        rotational_inertia : optional
+            Moment of inertia about the centre of mass, kg times length squared; acts with a speed; in space: [Ixx,
+            Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the centre of mass
+            in body axes, kg times length squared; acts with a speed.
         expansion : optional
             Coefficient of thermal expansion, 1/K; the one of the whole file if left out.
         stiffness : optional
@@ -1063,6 +1068,7 @@ class Parts(Writing):
             {
                 "mass": mass,
                 "centre": centre,
+                "rotational_inertia": rotational_inertia,
                 "expansion": expansion,
                 "stiffness": stiffness,
                 "E": E,
@@ -1122,6 +1128,14 @@ class Parts(Writing):
         backlash: NumberLike | Mapping[str, NumberLike | BacklashDict] | BacklashDict | None = None,
         backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
         stiffness: NumberLike | Mapping[str, NumberLike] | None = None,
+        speed: NumberLike | NumbersLike | None = None,
+        acceleration: NumberLike | NumbersLike | None = None,
+        motion: Literal["trapezoid", "cycloidal", "poly5"] | None = None,
+        duration: NumberLike | None = None,
+        ramp: NumberLike | None = None,
+        times: NumbersLike | None = None,
+        time: str | None = None,
+        rotor_inertia: NumberLike | None = None,
     ) -> None:
         """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot.
 
@@ -1158,6 +1172,25 @@ class Parts(Writing):
         stiffness : optional
             Force per length, or moment per angle in the file's units, by which it winds up beside its backlash;
             rigid if left out; with `joints` a table by joint.
+        speed : optional
+            How fast the value changes, per second (see units.turning_speed), or one per configuration: bodies with
+            a mass then load the joints by their inertia; at rest if left out.
+        acceleration : optional
+            With speed: how fast that changes, per second squared, or one per configuration.
+        motion : optional
+            With from, to and count: the law by which it goes there, from rest to rest, at equally spaced times:
+            trapezoid (of speed), cycloidal, poly5 (polynomial of degree 5).
+        duration : optional
+            With motion: how long it takes, in seconds.
+        ramp : optional
+            With a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out.
+        times : optional
+            With values: when it has them, in seconds; speeds are those of a spline of degree 5.
+        time : optional
+            With csv: the name of the column that has these times, in s or, as its unit says, in ms.
+        rotor_inertia : optional
+            Inertia of the motor, reduced to the value: kg times length squared of an angle, kg of a length; it
+            takes part of the motor's moment.
         """
         self._named(
             "drives",
@@ -1176,6 +1209,14 @@ class Parts(Writing):
                 "backlash": backlash,
                 "backlash_law": backlash_law,
                 "stiffness": stiffness,
+                "speed": speed,
+                "acceleration": acceleration,
+                "motion": motion,
+                "duration": duration,
+                "ramp": ramp,
+                "times": times,
+                "time": time,
+                "rotor_inertia": rotor_inertia,
             },
         )
 

@@ -799,3 +799,6 @@ class UnitsDict(TypedDict, total=False):
     """Unit of angles."""
     force: Literal["N", "kN", "lbf"]
     """Unit of forces; moments are in force times length."""
+    turning_speed: Literal["1/min", "1/s", "deg/s", "rad/s"]
+    """Unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if
+    left out."""

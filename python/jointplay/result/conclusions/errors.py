@@ -12,6 +12,7 @@ from jointplay.basics.arrays import Array
 from jointplay.result import Result, figure, typical
 from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
 
+from .running import of_running
 from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which
 
 #: what of the output is meant, in words
@@ -28,7 +29,15 @@ def of_errors(result: Result) -> Conclusion:
     limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
     # Without limits the largest error is the answer.
     first = 0 if judged else 1
-    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *proved(result), *limits)
+    sentences = (
+        *judged,
+        *sizes[:first],
+        *of_statuses(result),
+        *of_running(result),
+        *sizes[first:],
+        *proved(result),
+        *limits,
+    )
     largest = [_largest(result, quantity) for quantity in WORDS]
     severity = (float(RANK[found.outcome]), found.used, *(0.0 if value is None else value[0] for value in largest))
     return Conclusion(sentences, severity)

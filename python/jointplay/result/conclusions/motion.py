@@ -12,6 +12,7 @@ from jointplay.result import Result, size, unit_of
 from jointplay.result.verdict import RANK, rounding, there, verdict
 
 from .errors import judged_in
+from .running import of_running
 from .words import Conclusion, Sentence, farthest, of_statuses, owners, plural, say
 
 #: what is said of each kind of singularity
@@ -131,7 +132,7 @@ def of_compensate(result: Result) -> Conclusion:
     change = largest_change(result)
     sentences += [Sentence(f"Largest change{change}.")] if change else []
     severity = (float(RANK[found.outcome]), found.used, *left)
-    return Conclusion((*judged_in(found), *of_statuses(result), *sentences), severity)
+    return Conclusion((*judged_in(found), *of_statuses(result), *sentences, *of_running(result)), severity)
 
 
 def largest_change(result: Result) -> str:

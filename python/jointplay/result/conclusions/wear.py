@@ -12,6 +12,7 @@ from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, configurations
 
+from .running import of_running
 from .sizes import MOST_NAMES, first_missed, share_of
 from .words import Conclusion, Sentence, say
 
@@ -30,7 +31,7 @@ MANY = 1_000_000
 
 def of_life(result: Result) -> Conclusion:
     """How long the limits hold, what ends it, and what a cycle is."""
-    return Conclusion((*_answer(result), *_about_ages(result), *_about_cycle(result)))
+    return Conclusion((*_answer(result), *_about_ages(result), *_about_cycle(result), *of_running(result)))
 
 
 def rounded_down(cycles: float) -> str:

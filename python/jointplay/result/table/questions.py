@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.basics.arrays import Floats
 from jointplay.questions import QUESTIONS, Question, named
 from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
-from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, quantile, rounded_up, rounding
+from jointplay.result.conclusions import BOUND_DIGITS, STATES, beyond, conclude, quantile, rounded_up, rounding
 from jointplay.result.verdict import limits_in_words, verdict
 
 from .fit import chosen_rows
@@ -186,7 +186,19 @@ def of_error(result: Result) -> list[Column]:
     else:
         turns = together(result, "error", angles, "", extra={"turn": size(result, "error", "rotation")})
         columns += [replace(column, spare=0 if column.name == "turn" else 2) for column in turns]
-    return [*columns, replace(_blamed(result, "rotation"), spare=1)]
+    return [*columns, replace(_blamed(result, "rotation"), spare=1), *_contact(result)]
+
+
+def _contact(result: Result) -> list[Column]:
+    """Where contact does not follow the reactions of a machine that runs."""
+    if "contact" not in result.data:
+        return []
+    names, states = np.array(result.labels("source")), result.get("contact")
+    cells = []
+    for row in states:
+        state = next((state for state in STATES if (row == state).any()), "")
+        cells.append(f"{state}: {', '.join(names[row == state].tolist())}" if state else NOTHING)
+    return [words("contact", cells)] if any(cell != NOTHING for cell in cells) else []
 
 
 def of_worst(result: Result) -> list[Column]:

@@ -79,7 +79,7 @@ def now(session: Session, asked: PageQuestion, check: Check) -> Json:
     m = session.mechanism(asked)
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
-    m_here = m.under_loads_of(nearest)
+    m_here = m.running_under(nearest, at.drives, at.poses)
     told: Json = {"serial": asked.serial, "exact": False, "samples": FEW} | _standing(m, at, asked)
     if "problem" not in told:
         here = _here(m_here, at, asked)
@@ -104,7 +104,7 @@ def settled(session: Session, asked: PageQuestion, samples: int, check: Check) -
     m = session.mechanism(asked)
     path = session.along(m)
     at, nearest = placed(m, path, asked.drives)
-    m_here = m.under_loads_of(nearest)
+    m_here = m.running_under(nearest, at.drives, at.poses)
     told: Json = {"serial": asked.serial, "exact": True, "samples": samples} | _standing(m, at, asked)
     key = ("settled", m.of, samples, tuple(sorted(asked.values.items())))
 

@@ -40,6 +40,8 @@ use crate::questions::loaded::resting::AtRest;
 /// Counts configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs
 /// that were solved by themselves.
 const FALLBACKS: &str = "fallbacks";
+/// Numbers of a force and a moment.
+const WRENCH: usize = 6;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -153,6 +155,29 @@ impl Mechanism {
             Form::Determinate => self.loaded_determinate(cases, exact, keep),
             Form::OverConstrained => self.loaded_over_constrained(cases, exact, keep),
         }
+    }
+
+    /// The same where every case has loads of its own: force and moment of each load of the mechanism, six numbers, one
+    /// case after the other.
+    #[must_use]
+    pub fn loaded_by(&self, cases: &[Case<'_>], wrenches: &[f64], exact: bool, keep: Keep) -> Answer {
+        let width = WRENCH * self.loads.len();
+        let under = |(k, case): (usize, &Case<'_>)| {
+            let own = &wrenches[k * width..(k + 1) * width];
+            interrupt::until_stopped(|| [self.under(own).loaded(std::slice::from_ref(case), exact, keep)])
+        };
+        let found = interrupt::before_the_stop(cases.par_iter().enumerate().map(under).collect());
+        Answer::joined(found).unwrap_or_else(|| self.loaded(&[], exact, keep))
+    }
+
+    /// The mechanism under other loads in the places of its own.
+    fn under(&self, wrenches: &[f64]) -> Self {
+        let mut m = self.clone();
+        for (load, wrench) in m.loads.iter_mut().zip(wrenches.chunks_exact(WRENCH)) {
+            load.force.copy_from_slice(&wrench[..3]);
+            load.moment.copy_from_slice(&wrench[3..]);
+        }
+        m
     }
 
     /// In blocks on all cores.
