@@ -15,7 +15,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
-from jointplay.result.conclusions import STATES
+from jointplay.result.verdict import LOOSE
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of
@@ -95,7 +95,7 @@ def _mark_contact(axes: Axes, part: Result, x: Array, values: Floats) -> None:
         return
     states = part.get("contact")
     left = np.ones(len(values), dtype=bool)
-    for state, marker in zip(STATES, ("X", "o"), strict=True):
+    for state, marker in zip(LOOSE, ("X", "o"), strict=True):
         here = left & (states == state).any(axis=1)
         left &= ~here
         if here.any():

@@ -11,7 +11,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.spec import JointSpec
 from jointplay.result import Result
-from jointplay.result.conclusions import STATES
+from jointplay.result.verdict import LOOSE
 
 from . import couplings
 from .bodies import body_colour
@@ -126,7 +126,7 @@ class DrawingPlan(Scene):
             look = {"marker": "o", "markersize": scaled(4.0), "color": series(3)["color"], "linestyle": ""}
             self.axes.plot(*at, label="pin in its clearance", zorder=8, **look)
             state = str(result.get("contact")[self.configuration, number]) if "contact" in result.data else ""
-            if state in STATES:
+            if state in LOOSE:
                 look |= {"markersize": scaled(13.0), "markerfacecolor": "none", "color": theme().ink}
                 self.axes.plot(*at, label=f"contact {state}", zorder=8, **look)
 

@@ -15,7 +15,6 @@ from .building import FITS, VERDICTS
 from .errors import quantile
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
-from .running import STATES
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
@@ -26,7 +25,6 @@ __all__ = [
     "FITS",
     "KINDS",
     "MOST_NAMES",
-    "STATES",
     "VERDICTS",
     "Conclusion",
     "Sentence",

@@ -7,12 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result
-from jointplay.result.verdict import there
+from jointplay.result.verdict import LOOSE, there
 
 from .words import Sentence, plural
 
-#: the words of `contact`, from the worst on
-STATES = ("lost", "may be lost")
 #: contact rates above which the number says nothing more
 THROUGH = 100.0
 
@@ -44,7 +42,7 @@ def _of_contact(result: Result) -> Iterator[Sentence]:
         return
     safe = np.where(judged, rates, -1.0)
     states = result.get("contact")
-    for state in STATES:
+    for state in LOOSE:
         places = np.flatnonzero((states == state).any(axis=0))
         if not len(places):
             continue

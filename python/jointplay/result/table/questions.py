@@ -10,8 +10,8 @@ import numpy as np
 from jointplay.basics.arrays import Floats
 from jointplay.questions import QUESTIONS, Question, named
 from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
-from jointplay.result.conclusions import BOUND_DIGITS, STATES, beyond, conclude, quantile, rounded_up, rounding
-from jointplay.result.verdict import limits_in_words, verdict
+from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, quantile, rounded_up, rounding
+from jointplay.result.verdict import LOOSE, limits_in_words, verdict
 
 from .fit import chosen_rows
 from .indices import largest
@@ -196,7 +196,7 @@ def _contact(result: Result) -> list[Column]:
     names, states = np.array(result.labels("source")), result.get("contact")
     cells = []
     for row in states:
-        state = next((state for state in STATES if (row == state).any()), "")
+        state = next((state for state in LOOSE if (row == state).any()), "")
         cells.append(f"{state}: {', '.join(names[row == state].tolist())}" if state else NOTHING)
     return [words("contact", cells)] if any(cell != NOTHING for cell in cells) else []
 

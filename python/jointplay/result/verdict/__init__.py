@@ -18,7 +18,7 @@ from jointplay.result import Result, parts
 from .judging import PLAYS, add_limits, add_play, ends, ends_of_plays, judge, room
 from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
-from .outcome import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
+from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
 from .shares import COUNTED, of_shares
 from .words import (
     ROUNDING,
@@ -38,6 +38,7 @@ __all__ = [
     "ANY_SIZE",
     "COUNTED",
     "HELD",
+    "LOOSE",
     "MISSED",
     "NOT_SHOWN",
     "PLAYS",

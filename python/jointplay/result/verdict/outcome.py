@@ -18,6 +18,8 @@ RANK = {"": 0, HELD: 1, NOT_SHOWN: 2, MISSED: 3}
 READABLE = ("ok", "undetermined", "strained")
 #: outcomes of configurations whose numbers, if there are any, cannot be relied on
 UNRELIABLE = ("not_assembled", "singular", "underconstrained", "")
+#: where contact does not follow the reaction, or may not: the numbers there are those of another place
+LOOSE = ("lost", "may be lost")
 
 
 @dataclass(frozen=True)
@@ -74,18 +76,25 @@ class Rows:
         Those of them whose numbers can be relied on.
     is_whole : bool
         Whether all of them have been computed.
+    is_loose : bool
+        Whether numbers are not known because contact may be lost.
     """
 
     counts: Array
     known: Array
     is_whole: bool
+    is_loose: bool = False
 
     @classmethod
     def of(cls, result: Result) -> Rows:
         """Those of a result of one output in one load case."""
         status = result.get("status")
         counts = counted(status)
-        return cls(counts, counts & ~np.isin(status, UNRELIABLE), "incomplete" not in result.attrs)
+        known = counts & ~np.isin(status, UNRELIABLE)
+        loose = np.zeros(len(known), dtype=bool)
+        if "contact" in result.data:
+            loose = known & np.isin(result.get("contact"), LOOSE).any(axis=1)
+        return cls(counts, known & ~loose, "incomplete" not in result.attrs, bool(loose.any()))
 
     def but(self, known: Array) -> Rows:
         """The same where other numbers have to be known as well."""
@@ -106,6 +115,8 @@ class Rows:
         if not self.counts.any():
             return "the machine cannot be at any configuration"
         if self.unknown:
+            if self.is_loose:
+                return f"contact may be lost near {configurations(self.unknown)}"
             many = len(self.unknown) > 1
             return f"{configurations(self.unknown)} {'are' if many else 'is'} unknown"
         return "" if self.is_whole else "not all configurations are computed"
