@@ -9,6 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from scipy.interpolate import BPoly
 
 import jointplay as jp
 from helpers.graphs import graph
@@ -16,7 +17,7 @@ from helpers.longer import some
 from helpers.oracles.moving import CutOpen, Part, differenced
 from jointplay import examples
 from jointplay.analyses.nominal import nominal
-from jointplay.analyses.running import contact_rates, moving
+from jointplay.analyses.running import _between, contact_rates, moving
 from jointplay.basics import poses
 from jointplay.model.inertia import kinematics
 
@@ -678,6 +679,16 @@ class TestContact:
         single = m.with_({"drives.q.from": None, "drives.q.to": None, "drives.q.count": None, "drives.q.values": [2.0]})
         assert contact_rates(single, nominal(single), single.motion)[0] == pytest.approx(path[:1], rel=1e-4)
         assert len(at) == len(path)
+
+    def test_between_configurations_drives_follow_polynomials(self) -> None:
+        """Those of SciPy with the same values and derivatives at both ends."""
+        rng = np.random.default_rng(7)
+        states, spans, share = rng.normal(size=(3, 5, 2)), np.array([0.3, 1.2, 0.0, 0.7, 0.0]), np.arange(4) / 4
+        found = _between(states[0], states[1:], spans, share)
+        for k in (0, 1, 3):
+            way = BPoly.from_derivatives([0.0, spans[k]], states[:, k : k + 2].transpose(1, 0, 2))
+            for order in range(3):
+                assert found[order, k] == pytest.approx(way(share * spans[k], order), rel=1e-9, abs=1e-9)
 
     def test_springs_press_as_well(self) -> None:
         m = jp.loads(WHEEL)

@@ -1,7 +1,8 @@
 """`loaded`: where the load pushes every joint.
 
-Without friction every offset is the support point of its clearance along the reaction that the joint transmits. On the
-exact closure this is a condition on the offsets y and the forces s(y) along them, with P the projection onto the sets:
+Loads are those of the file, weights, and where drives have speeds the forces of inertia, see `running`. Without
+friction every offset is the support point of its clearance along the reaction that the joint transmits. On the exact
+closure this is a condition on the offsets y and the forces s(y) along them, with P the projection onto the sets:
 
     y = P(y + t s(y)),   t > 0
 
@@ -81,6 +82,13 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         the one with the most work is given), `nominal`, `status`. Where sizes of clearances scatter, and those in the
         middle are asked for, `play_largest` and `play_smallest` (lowest and highest value of every quantity with the
         largest and the smallest play), by which the limits are judged as well.
+
+        A mechanism whose drives have speeds has as well: `velocity` and `acceleration` of the output at its nominal
+        motion, in ground axes, `time` (since the first configuration, where drive values say it), and with details
+        `body_velocity`, `body_acceleration`, `drive_speed`, `motor_torque` (with that which accelerates the rotor),
+        `drive_power`, and of a determinate mechanism, per round clearance, `contact_rate` (how fast its reaction turns
+        beside the pendulum of the play), `contact` (``follows``, ``may be lost`` or ``lost``) and `transit_time` (the
+        least in which the pin crosses its play). Inertia is among the loads; attributes `speeds` and `inertia`.
 
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest

@@ -208,38 +208,44 @@ class _Instants:
 
 
 def _along_path(m: Mechanism, at: Nominal, motion: DriveMotion) -> _Instants:
-    """Instants on the way from configuration to configuration.
-
-    Between two of them a drive follows the polynomial of degree 5 with its value, speed and acceleration at both.
-    """
-    from scipy.interpolate import BPoly
-
+    """Instants on the way from configuration to configuration."""
     assert motion.times is not None
-    times, rates = motion.times, motion.rates
-    parts = -(-INSTANTS // len(at))
+    count = len(at)
+    parts = -(-INSTANTS // count)
+    spans = np.diff(motion.times, append=motion.times[-1])
     share = np.arange(parts) / parts
-    states: list[Floats] = []
-    number, steps, goes_on = [], [], []
-    for k, step in enumerate(np.diff(times, append=times[-1])):
-        if step > 0.0:
-            both = [np.stack([at.drives[n], *rates[:2, n]]) for n in (k, k + 1)]
-            way = BPoly.from_derivatives([0.0, step], both)
-            states.append(np.stack([way(share * step), way(share * step, 1), way(share * step, 2)]))
-        else:
-            states.append(np.stack([at.drives[k : k + 1], *rates[:2, k : k + 1]]))
-        count = states[-1].shape[1]
-        number.append(k + np.arange(count) / parts)
-        steps.append(np.full(count, step / parts))
-        goes_on.append(np.full(count, step > 0.0))
-    whole, numbers = np.concatenate(states, axis=1), np.concatenate(number)
-    nearest = np.floor(numbers + 0.5 / parts + 0.5).astype(np.intp)
-    return _Instants(
-        at_drives(m, whole[0]),
-        whole[1:],
-        numbers,
-        np.minimum(nearest, len(at) - 1),
-        np.concatenate(steps),
-        np.concatenate(goes_on),
+    # Both sides of a jump, and the last configuration, are instants without a way to the next.
+    kept = (share == 0.0) | (spans[:, None] > 0.0)
+    states = _between(at.drives, motion.rates, spans, share)[:, kept]
+    owner, number = (
+        np.broadcast_to(np.arange(count)[:, None], kept.shape)[kept],
+        (np.arange(count)[:, None] + share)[kept],
+    )
+    nearest = np.minimum(np.floor(number + 0.5 / parts + 0.5).astype(np.intp), count - 1)
+    steps = spans[owner] / parts
+    return _Instants(at_drives(m, states[0]), states[1:], number, nearest, steps, steps > 0.0)
+
+
+def _between(drives: Floats, rates: Floats, spans: Floats, share: Floats) -> Floats:
+    """Values, speeds and accelerations of drives at shares of the way from each configuration to the next.
+
+    They follow the polynomials of degree 5 that have the value, speed and acceleration of both. Shape (3,
+    configuration, share, drive).
+    """
+    start = np.stack([drives, *rates[:2]])
+    end = np.roll(start, -1, axis=1)
+    t = spans[:, None, None] * share[:, None]
+    span = np.where(spans > 0.0, spans, 1.0)[:, None, None]
+    (q, v, a), (q1, v1, a1) = start[:, :, None], end[:, :, None]
+    far, fast, more = q1 - (q + v * span + a * span**2 / 2), (v1 - (v + a * span)) * span, (a1 - a) * span**2
+    third, fourth, fifth = 10 * far - 4 * fast + more / 2, -15 * far + 7 * fast - more, 6 * far - 3 * fast + more / 2
+    x = t / span
+    return np.stack(
+        [
+            q + v * t + a * t**2 / 2 + x**3 * (third + x * (fourth + x * fifth)),
+            v + a * t + x**2 * (3 * third + x * (4 * fourth + x * 5 * fifth)) / span,
+            a + x * (6 * third + x * (12 * fourth + x * 20 * fifth)) / span**2,
+        ]
     )
 
 
