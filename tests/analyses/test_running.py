@@ -16,10 +16,12 @@ from helpers.graphs import graph
 from helpers.longer import some
 from helpers.oracles.moving import CutOpen, Part, differenced
 from jointplay import examples
+from jointplay.analyses import loaded
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.running import _between, contact_rates, moving
 from jointplay.basics import poses
 from jointplay.model.inertia import kinematics
+from jointplay.result.verdict import HELD, NOT_SHOWN, verdict
 
 #: examples that have drives
 DRIVEN = [name for name in examples.names() if "[drives" in examples.text(name)]
@@ -885,3 +887,12 @@ def test_a_rod_that_inertia_turns_about_its_line_is_named() -> None:
             jp.loaded(jp.loads(RSSP).with_({f"bodies.rod.{key}": value, "gravity": None}))
     still = jp.loads(RSSP).with_({"drives.crank.speed": None, "drives.crank.acceleration": None, "gravity": None})
     assert (jp.loaded(still.with_({"bodies.rod.centre": [50, 1, 0]})).status == "ok").all()
+
+
+def test_limits_are_not_said_to_hold_where_contact_may_be_lost() -> None:
+    """A press at 1,000 1/min was told that its limits hold, and then that the pin is elsewhere."""
+    m = jp.loads(examples.text("press-running"))
+    held, loose = (verdict(loaded.compute(m.with_({"drives.crank.speed": speed}))) for speed in (200, 1000))
+    assert held.outcome == HELD
+    assert loose.outcome == NOT_SHOWN
+    assert loose.gist.startswith("contact may be lost near ")

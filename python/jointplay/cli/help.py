@@ -30,8 +30,8 @@ LINES: dict[str, dict[str, str]] = {
     "sweep": {"jointplay sweep four-bar.toml -s 'joints.*.clearance.radial=0.2:1:5'": ""},
     "allow": {"jointplay allow six-bar.toml": ""},
     "life": {
-        "jointplay life four-bar.toml -s joints.J3.wear.growth=1e-6 -s limits.position=5": "",
-        "jointplay life four-bar.toml -s joints.J3.wear.growth=1e-6 --cycles 0:1e6:5": "at these ages",
+        "jointplay life press-running.toml": "",
+        "jointplay life press-running.toml --cycles 0:1e6:5": "at these ages",
     },
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {

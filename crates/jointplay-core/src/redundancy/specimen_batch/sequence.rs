@@ -108,8 +108,10 @@ impl Together<'_> {
         let displacements = system.target(known, first);
         let last = system.difference(known, &displacements);
         let start = Start { place: Lane { together: self, displacements }, near: None, last, steps: 1 };
-        let Reached { place: Lane { displacements, .. }, balance, still, .. } =
+        let Reached { balance, still, .. } =
             system.settle_by(rounds, start, known, true, |_, _| ask.clone()).await.ok()?;
+        // Those of the last program, of which its offsets are a part.
+        let displacements = system.target(known, &balance);
         let (closed, Linearised { ties, output }) = self.linearise(&displacements, true).await.ok()?;
         let (error, plainly) = (closed.error, closed.plainly);
         // The caller puts the first order in.
