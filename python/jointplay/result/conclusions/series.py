@@ -92,8 +92,12 @@ def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
 
 def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
     found = judged(result)
+
+    def first(k: int) -> str:
+        return f"{value(k)} ({found[k].gist})" if found[k].outcome == NOT_SHOWN else value(k)
+
     if any(outcomes := [one.outcome for one in found]):
-        yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, value)
+        yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, first)
 
 
 def summed_up(
