@@ -19,7 +19,7 @@ from jointplay.result import (
     quantity,
     split,
 )
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
+from jointplay.result.verdict import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
 from jointplay.result.verdict.shares import CONTACTS
 
 from .errors import WORDS, blamed, proved
@@ -55,7 +55,7 @@ def of_sweep(result: Result) -> Conclusion:
         one = along.values[k]
         return f"{dim} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
 
-    sentences = [*_missed_values(result, value), *_bad(result)]
+    sentences = [*_missed_values(result, value), *_loose(result, value), *_bad(result)]
     severity = 0.0
     for name, declared in figures(result).items():
         values, unit = figure(result, name)
@@ -98,6 +98,16 @@ def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sent
 
     if any(outcomes := [one.outcome for one in found]):
         yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, first)
+
+
+def _loose(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
+    """At which values contact may be lost."""
+    if "contact" not in result.data:
+        return
+    places = np.flatnonzero(np.isin(result.get("contact"), LOOSE).any(axis=(1, 2)))
+    if places.size:
+        total = plural(len(result.get("contact")), "value")
+        yield Sentence(f"Contact may be lost at {places.size} of {total}, first at {value(int(places[0]))}.", True)
 
 
 def summed_up(
