@@ -19,7 +19,19 @@ from jointplay.result import (
     quantity,
     split,
 )
-from jointplay.result.verdict import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
+from jointplay.result.verdict import (
+    HELD,
+    LOOSE,
+    MISSED,
+    NOT_SHOWN,
+    RANK,
+    READABLE,
+    Verdict,
+    of_nodes,
+    percent,
+    there,
+    verdict,
+)
 from jointplay.result.verdict.shares import CONTACTS
 
 from .errors import WORDS, blamed, proved
