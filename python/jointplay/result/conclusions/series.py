@@ -67,7 +67,7 @@ def of_sweep(result: Result) -> Conclusion:
         one = along.values[k]
         return f"{dim} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
 
-    sentences = [*_missed_values(result, value), *_loose(result, value), *_bad(result)]
+    sentences = [*_missed_values(result, value), *_bad(result)]
     severity = 0.0
     for name, declared in figures(result).items():
         values, unit = figure(result, name)
@@ -110,6 +110,8 @@ def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sent
 
     if any(outcomes := [one.outcome for one in found]):
         yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, first)
+    else:
+        yield from _loose(result, value)
 
 
 def _loose(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
