@@ -316,6 +316,16 @@ def test_over_constrained_mechanisms_keep_their_limits(name: str) -> None:
     assert "needed" in result
 
 
+def test_what_needs_no_play_has_no_column_of_zeros() -> None:
+    """Beside a worm whose teeth jam with little backlash it said that none is needed."""
+    m = jp.loads(jp.examples.text("arm-with-gearboxes"))
+    result = compute(m, tolerance=1e-2)
+    assert np.nanmax(result.get("needed")) == 0.0
+    (table,) = tables(result)
+    assert "needed" not in [column.name for column in table.columns]
+    assert not any("without strain" in note for note in table.notes)
+
+
 def test_needed_clearance_of_a_bar_that_is_there_twice() -> None:
     """Two pins a distance apart, and a bar that is up to `tolerance` too long: both plays together have to take it."""
     m = jp.loads(jp.examples.text("redundant-bar")).with_({"limits.position": 1.0})

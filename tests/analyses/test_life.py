@@ -628,7 +628,7 @@ def test_rates_of_twice_the_size_halve_the_life() -> None:
     assert fast.life.item() == pytest.approx(once.life_low.item(), rel=2e-4)
     assert fast.size_worn.values == pytest.approx(once.size_worn.values, rel=2e-4)
     assert once.used_without.values.argmin() == 1
-    assert "pin wears out first" in conclude(compute(m, "loaded")).sentences[1].text
+    assert "wear of pin counts most" in conclude(compute(m, "loaded")).sentences[1].text
 
 
 def test_measures_and_tolerances_of_the_file_are_kept() -> None:

@@ -648,6 +648,12 @@ class TestContact:
         assert (result.contact == "follows").all()
         assert result.transit_time.isnull().all()
 
+    def test_a_pin_without_a_force_is_not_judged(self) -> None:
+        """Nothing presses the pin of a balanced wheel; it was said to follow its reaction."""
+        result = jp.loaded(jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0]}))
+        assert result.contact_rate.isnull().all()
+        assert (result.contact == "").all()
+
     def test_a_load_that_goes_through_zero(self) -> None:
         """From 6 N to -6 N within 0.25 rad: the pin falls across its hole under a force that grows with time."""
         forces = [[6, 0]] * 12 + [[-6, 0]] * 13
@@ -822,6 +828,20 @@ class TestSaid:
         assert alarm.is_alarm
         assert "goes through zero near configuration" in alarm.text
         assert "ms or more" in alarm.text
+
+    def test_a_sweep_says_where_contact_may_be_lost(self) -> None:
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+        from jointplay.result.table import tables
+
+        m = jp.loads(examples.text("press-running")).with_({"limits": None})
+        swept = from_dataset(jp.sweep(m, "drives.crank.speed", [200, 1000], question="loaded"))
+        (alarm,) = [sentence for sentence in conclude(swept).sentences if "Contact" in sentence.text]
+        assert alarm.text == "Contact may be lost at 1 of 2 values, first at speed = 1000 1/min."
+        assert alarm.is_alarm
+        loose = np.isin(swept.get("contact"), ["may be lost", "lost"]).any(axis=2).sum(axis=1)
+        (cells,) = [column.cells for column in tables(swept)[0].columns if column.name == "contact may\nbe lost"]
+        assert cells == tuple(map(str, loose.tolist()))
 
     def test_a_machine_at_rest_says_nothing_of_it(self) -> None:
         from jointplay.result.conclusions import conclude

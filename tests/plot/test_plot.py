@@ -143,6 +143,25 @@ def test_configurations_are_whole_numbers() -> None:
     assert all(float(tick).is_integer() for tick in figure.axes[0].get_xticks())
 
 
+def test_a_sweep_over_speeds_marks_where_contact_may_be_lost() -> None:
+    """And a surface of nothing but zeros says so, in place of a grey one with a scale about zero."""
+    plot = pytest.importorskip("jointplay.plot")
+    swept = jp.sweep(example("press-running"), "drives.crank.speed", [200, 460], "loaded")
+    axes = plot.sweep(swept).axes[0]
+    (marks,) = [drawn for drawn in axes.collections if str(drawn.get_label()).startswith("contact")]
+    # Of some configurations there is a curve.
+    curves = [np.array(line.get_ydata()) for line in axes.lines if str(line.get_label()).startswith("crank")]
+    errors = np.hypot(*(swept.error.sel(component=name).values for name in "xy"))
+    loose = swept.contact.isin(["lost", "may be lost"]).any("source").values
+    shown = [k for k in range(errors.shape[1]) if any(np.allclose(errors[:, k], curve) for curve in curves)]
+    places = {(200 if k == 0 else 460, round(float(errors[k, c]), 9)) for k in (0, 1) for c in shown if loose[k, c]}
+    assert places
+    assert {(x, round(y, 9)) for x, y in marks.get_offsets().tolist()} <= places
+    nothing = plot.sweep(swept, "rotation", surface=True).axes
+    assert len(nothing) == 1
+    assert [text.get_text() for text in nothing[0].texts] == ["no error"]
+
+
 def test_a_sweep_of_a_structure_has_no_empty_panels() -> None:
     m = jp.loads(jp.examples.text("redundant-bar"))
     swept = from_dataset(jp.sweep(m, "dimensions.length.deviation", [0.0, 0.25], "loaded"))

@@ -44,6 +44,14 @@ def changed(result: Result, name: str, values: np.ndarray) -> Result:
     return replace(result, data={**result.data, name: replace(result.data[name], values=values)})
 
 
+def test_the_worst_case_of_what_is_elastic_says_that_it_has_no_loads() -> None:
+    """An arm whose deflection was most of its error was told that the limits hold in the worst case, and no more."""
+    for name, said in (("arm-with-gearboxes", True), ("serial-6r", False)):
+        m = jp.loads(jp.examples.text(name))
+        texts = [sentence.text for sentence in conclude(from_dataset(jp.worst(m))).sentences]
+        assert ("Deformation under loads is not part of the worst case; `loaded` has it." in texts) == said
+
+
 def test_a_clamp_that_its_load_presses_to_one_side_has_the_yield_of_that_side() -> None:
     """28 ppm were told, of offsets anywhere; under its load far more of the machines miss the limit."""
     m = slide(y=0.052, probability=0.99)

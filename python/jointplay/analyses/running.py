@@ -50,6 +50,8 @@ INSTANTS = 720
 NOISY = 0.01
 #: a rate of turning below this part of the speed of the drives is rounding
 STILL = 1e-9
+#: a reaction below this part of the largest one is rounding
+ROUNDING = 1e-12
 
 
 def speeds(m: Mechanism) -> dict[str, str]:
@@ -274,7 +276,7 @@ def _units(m: Mechanism) -> Floats:
 
 
 def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats], play: float) -> tuple[Floats, Floats]:
-    """Contact rates where forces that go straight on are nearest to zero, and transit times."""
+    """Contact rates where forces that go straight on are nearest to zero, and transit times; nan without any force."""
     change = end - start
     size = np.linalg.norm(change, axis=1)
     largest = np.maximum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1))
@@ -297,7 +299,8 @@ def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats],
     least = np.where(zero, 1.0, least)
     rate = np.where(turns, turning / (step * least) * np.sqrt(mass(tangent) * play / least), 0.0)
     transit = np.where(moves, np.cbrt(12.0 * mass(ahead) * play * step / np.where(moves, size, 1.0)), 0.0)
-    return np.asarray(np.where(zero & moves, np.inf, np.where(zero, 0.0, rate))), np.asarray(transit)
+    # Without any force there is no contact to follow.
+    return np.asarray(np.where(zero, np.where(moves, np.inf, np.nan), rate)), np.asarray(transit)
 
 
 def _judged(m: Mechanism) -> list[tuple[int, int, float]]:
@@ -332,6 +335,7 @@ def _reactions(m: Mechanism, instants: _Instants) -> Floats:
         _push(m, motion, load["point"], acting.reshape(-1, 6), work)
     flat = _components(m, work).reshape(len(at), -1)
     held = -np.linalg.solve(np.swapaxes(m.core.jacobian(at.poses), 1, 2), flat[..., None])[..., 0]
+    held[np.abs(held) <= ROUNDING * np.abs(held).max(initial=0.0)] = 0.0
     of_springs = None
     if m.data.springs:
         of_springs = m.varied(loads=[]).loaded(at.drives, at.poses, exact=False)["reaction"]

@@ -76,7 +76,8 @@ def error(
                 band = {"color": series(k)["color"], "alpha": 0.2, "linewidth": 0}
                 axes.fill_between(x, curve.low, curve.high, label="left open by the load", **band)
             axes.plot(x, curve.values, label=text, **series(k))
-            _mark_contact(axes, part, x, curve.values)
+            if "contact" in part.data:
+                mark_contact(axes, part.get("contact"), x, curve.values)
         bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
         axes.set(xlabel=axis, ylabel=labelled(words_of(quantity), found[0][2].unit))
         whole_numbers(axes.xaxis, axis, max(len(curve.values) for *_, curve in found))
@@ -89,11 +90,8 @@ def error(
     return figure
 
 
-def _mark_contact(axes: Axes, part: Result, x: Array, values: Floats) -> None:
-    """Mark the configurations of a running machine in which contact may be lost, or is."""
-    if "contact" not in part.data:
-        return
-    states = part.get("contact")
+def mark_contact(axes: Axes, states: Array, x: Array, values: Floats) -> None:
+    """Mark values of a running machine at which contact may be lost, or is; states of shape (value, source)."""
     left = np.ones(len(values), dtype=bool)
     for state, marker in zip(LOOSE, ("X", "o"), strict=True):
         here = left & (states == state).any(axis=1)

@@ -16,7 +16,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result, typical
 from jointplay.result.conclusions import tops
 
-from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, words_of
+from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
 from .style import Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, single, title, whole_numbers
 
@@ -74,7 +74,7 @@ def sweep(
             whole_numbers(axes.yaxis, axis, len(where))
             axes.set_ylabel(axis)
         else:
-            _lines(axes, part.isel(dim, 0), x, values, words, quantity)
+            _lines(axes, part, part.isel(dim, 0), x, values, words, quantity)
         if not surface:
             legend(axes)
         axes.set_xlabel(labelled(dim, part.coords[dim].units))
@@ -108,13 +108,16 @@ def asked(result: Result) -> str:
     return f"random: {100 * typical(result):g} % of the specimens are below"
 
 
-def _lines(axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: str) -> None:
+def _lines(axes: Axes, whole: Result, part: Result, x: Any, values: Any, words: str, quantity: str) -> None:
     where, axis = along(part)
     count = values.shape[1]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CURVES)).round().astype(int))
     name, _, unit = axis.partition(" [")
     for k, c in enumerate(chosen.tolist()):
         axes.plot(x, values[:, c], label=f"{name} = {where[c]:.4g} {unit.rstrip(']')}".rstrip(), **series(k))
+    if "contact" in whole.data:
+        states = whole.get("contact")[:, chosen]
+        mark_contact(axes, states.reshape(-1, states.shape[-1]), np.repeat(x, len(chosen)), values[:, chosen].ravel())
     axes.set_ylabel(words)
     bounds = draw_limits(axes.axhline, [part], quantity)
     if quantity in SIZES:
@@ -123,6 +126,11 @@ def _lines(axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: 
 
 def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: Any, words: str, quantity: str) -> None:
     """Colours of values over x and y, shape (x, y), with lines of equal value; x or y is None where it is of words."""
+    if np.isfinite(values).any() and not np.nan_to_num(values).any():
+        axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
+        spans = (("xlim", x), ("ylim", y))
+        axes.set(**{name: (min(one), max(one)) for name, one in spans if one is not None and min(one) < max(one)})
+        return
     small = max(5.0, float(mpl.rcParams["legend.fontsize"]) - 1.0)
     # Between texts, such as fits, there are no values.
     if x is None or y is None or min(values.shape) < 2:

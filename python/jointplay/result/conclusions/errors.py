@@ -36,6 +36,7 @@ def of_errors(result: Result) -> Conclusion:
         *of_running(result),
         *sizes[first:],
         *proved(result),
+        *_without_loads(result),
         *limits,
     )
     largest = [_largest(result, quantity) for quantity in WORDS]
@@ -104,6 +105,12 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
         where = which(missing) if place == "configuration" else plural(len(missing), place)
         text = f"No {place} has a bound" if certified.size == 1 else f"{where} without a bound"
         yield Sentence(f"{text}: {reasons}.")
+
+
+def _without_loads(result: Result) -> Iterator[Sentence]:
+    """What the worst case of an elastic mechanism leaves out."""
+    if result.attrs["question"] == "worst" and "contribution_elastic" in result.data:
+        yield Sentence("Deformation under loads is not part of the worst case; `loaded` has it.")
 
 
 def _close(gaps: Array) -> str:

@@ -19,7 +19,19 @@ from jointplay.result import (
     quantity,
     split,
 )
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
+from jointplay.result.verdict import (
+    HELD,
+    LOOSE,
+    MISSED,
+    NOT_SHOWN,
+    RANK,
+    READABLE,
+    Verdict,
+    of_nodes,
+    percent,
+    there,
+    verdict,
+)
 from jointplay.result.verdict.shares import CONTACTS
 
 from .errors import WORDS, blamed, proved
@@ -98,6 +110,18 @@ def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sent
 
     if any(outcomes := [one.outcome for one in found]):
         yield summed_up(result, outcomes, plural(len(outcomes), "value"), found[0].basis, first)
+    else:
+        yield from _loose(result, value)
+
+
+def _loose(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
+    """At which values contact may be lost."""
+    if "contact" not in result.data:
+        return
+    places = np.flatnonzero(np.isin(result.get("contact"), LOOSE).any(axis=(1, 2)))
+    if places.size:
+        total = plural(len(result.get("contact")), "value")
+        yield Sentence(f"Contact may be lost at {places.size} of {total}, first at {value(int(places[0]))}.", True)
 
 
 def summed_up(

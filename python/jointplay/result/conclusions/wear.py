@@ -1,4 +1,4 @@
-"""The answer of `life`: for how many cycles the limits hold, and which joint wears out first."""
+"""The answer of `life`: for how many cycles the limits hold, and the wear of which joint counts most."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ def _wears_out(result: Result) -> Iterator[str]:
     least, of = float(np.nanmin(without)), _used(result)
     if not least < 1.0 - ALIKE:
         shares = f"{share_of(least, 3)} {of} would be used then"
-        yield f"No clearance wears out alone: without the wear of any of them {shares}."
+        yield f"The wear of no joint decides alone: without that of any one of them {shares}."
         return
     best = [name for name, share in zip(names, without, strict=True) if share <= least + ALIKE]
-    verb, its = ("wears", "its wear") if len(best) == 1 else ("wear", "the wear of one of them")
+    it = "it" if len(best) == 1 else "that of one of them"
     said = listed(best) if len(best) <= MOST_NAMES else f"{len(best)} clearances, such as {best[0]},"
-    yield f"{said} {verb} out first: without {its} {share_of(least, 3)} {of} would be used then."
+    yield f"The wear of {said} counts most: without {it} {share_of(least, 3)} {of} would be used then."
 
 
 def _used(result: Result) -> str:

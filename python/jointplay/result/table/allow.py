@@ -83,7 +83,8 @@ def _columns(result: Result) -> Iterator[Column]:
 
 
 def _has_needed(result: Result) -> bool:
-    return "needed" in result.data and bool(np.isfinite(result.get("needed")).any())
+    """Whether any clearance has to be there; zeros would say of teeth that they fit without play."""
+    return "needed" in result.data and bool((result.get("needed") > 0.0).any())
 
 
 def _by_unit(units: Texts, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
@@ -130,7 +131,11 @@ def _notes(result: Result) -> Iterator[str]:
     yield from _too_small(result)
     if _has_needed(result):
         yield "needed: the smallest size with which all specimens can be assembled without strain."
-    elif "needed" in result.data and any(key.endswith("clearance") for key in result.labels("source_key")):
+    elif (
+        "needed" in result.data
+        and not np.isfinite(result.get("needed")).any()
+        and any(key.endswith("clearance") for key in result.labels("source_key"))
+    ):
         yield "Whatever size one clearance has, some specimens cannot be assembled without strain."
     if "without_pose" in result.attrs:
         yield f"Configuration {result.attrs['without_pose']}: no error as drawn; not counted."

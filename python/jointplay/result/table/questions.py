@@ -373,6 +373,10 @@ def _sweep(result: Result) -> list[ResultTable]:
     if any(map(any, found := beyond(result))):
         counts = [sum(map(bool, marks)) for marks in found]
         columns.append(_counted("beyond limit", counts))
+    if "contact" in result.data:
+        loose = np.isin(result.get("contact"), LOOSE).any(axis=2).sum(axis=1)
+        if loose.any():
+            columns.append(_counted("contact may\nbe lost", loose.tolist()))
     bad = (result.get("status") != "ok").sum(axis=1)
     if bad.any():
         columns.append(_counted("not ok", bad.tolist()))
