@@ -16,6 +16,7 @@ from .clearances import (
     SleeveClearance,
 )
 from .deviations import SpatialDirection, SpatialPosition
+from .friction import RUBS, BallRubs, GuideRubs, JournalRubs
 from .joints import ELASTIC, JointTable
 from .placements import SpatialPlacement, SpatialPlacementTable
 from .stiffness import (
@@ -93,6 +94,7 @@ class SpatialRevolute(SpatialJoint):
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: JournalWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class SpatialPrismatic(SpatialJoint):
@@ -106,6 +108,7 @@ class SpatialPrismatic(SpatialJoint):
     clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: GuideStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: GuideWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: GuideRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class Cylindrical(SpatialJoint):
@@ -131,6 +134,7 @@ class Spherical(SpatialJoint):
     clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: BallStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: BallWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: BallRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class Universal(SpatialJoint):
@@ -144,6 +148,7 @@ class Universal(SpatialJoint):
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
     wear: JournalWear | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {WORN}")
+    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {RUBS}")
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
     )
