@@ -13,6 +13,7 @@ from helpers.rubbing import contacts, with_friction
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
+from jointplay.cli import run
 from jointplay.model.inertia import kinematics
 
 CRANK = """
@@ -314,6 +315,20 @@ def test_what_is_refused(changes, words):
     with pytest.raises(jp.InputError) as told:
         jp.loaded(jp.loads(CRANK).with_(changes), approach="forward")
     assert words in str(told.value)
+
+
+def test_commands_ask_for_a_direction(tmp_path, capsys):
+    (tmp_path / "crank.toml").write_text(CRANK)
+    file = str(tmp_path / "crank.toml")
+    assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Coming from the other side, the output is up to 0.02187 mm at configuration 2" in said
+    assert run(["error", file, "-q", "loaded"]) == 0
+    assert "Without friction; `--approach forward` counts that of the file." in capsys.readouterr().out
+    changes = "joints.shaft.friction.torque=0:300:2"
+    assert run(["sweep", file, "--set", changes, "-q", "loaded", "--approach", "forward"]) == 0
+    assert "N mm" in capsys.readouterr().out
+    assert run(["error", file, "-q", "worst", "--approach", "forward"]) == 2
 
 
 def test_unknown_direction():

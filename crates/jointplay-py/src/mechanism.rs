@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
-use jointplay_core::closure::Balance;
+use jointplay_core::closure::EquilibriumTerms;
 use jointplay_core::nominal::{DriveRates, Seed};
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
@@ -322,7 +322,7 @@ impl Mechanism {
             return Err(PyValueError::new_err("a row of u and of wrenches per configuration is needed"));
         }
         let (n, found) = (cases.len(), work(py, || core.balances(&cases, &parameters, &wrenches))?);
-        let all = |part: fn(&Balance) -> &Vec<f64>| found.iter().flat_map(part).copied().collect::<Vec<f64>>();
+        let all = |part: fn(&EquilibriumTerms) -> &Vec<f64>| found.iter().flat_map(part).copied().collect::<Vec<f64>>();
         Ok(Table::new(py)
             .array("jacobian", &[n, core.n_rows(), core.n_unknowns()], all(|b| &b.jacobian))?
             .array("loads", &[n, core.n_unknowns()], all(|b| &b.loads))?

@@ -78,6 +78,9 @@ def loaded(
     sizes : {"middle", "largest", "smallest"}
         Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
         smallest play.
+    approach : {"forward", "backward"}, optional
+        From which side each configuration is reached: friction counts, and the joints slide as in the nominal motion in
+        this direction of the path. Without friction if left out.
 
     Returns
     -------
@@ -100,6 +103,11 @@ def loaded(
         beside the pendulum of the play), `contact` (``follows``, ``may be lost`` or ``lost``) and `transit_time` (the
         least in which the pin crosses its play). Inertia is among the loads; attributes `speeds` and `inertia`.
 
+        With an approach: `reversal` (error coming forward minus error coming backward), `efficiency` (power that comes
+        out over power that goes in, negative where the load cannot drive the motor), `friction_share` (per joint),
+        `drive_torque_other` (coming from the other side), `jam_joint` and `jam_coefficient` (the joint that takes most
+        of the power where the mechanism jams, and its coefficient from which it does).
+
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
         misfit of the nominal mechanism), `duality_gap` (upper bound of the distance from the optimum of the last cone
@@ -111,7 +119,7 @@ def loaded(
     Raises
     ------
     InputError
-        When nothing loads the mechanism.
+        When nothing loads the mechanism; with an approach, when nothing rubs, or its friction is not computed.
 
     Examples
     --------

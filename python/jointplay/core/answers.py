@@ -69,7 +69,7 @@ class Nearness(TypedDict):
     sign: Floats
 
 
-class Balance(TypedDict):
+class EquilibriumTerms(TypedDict):
     """What equilibrium is made of at given poses."""
 
     #: closure Jacobian, shape (configuration, row, unknown)

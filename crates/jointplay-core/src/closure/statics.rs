@@ -10,7 +10,7 @@ use crate::mechanism::case::Case;
 
 /// What equilibrium is made of at a pose; all vectors in ground axes.
 #[derive(Clone, Debug)]
-pub struct Balance {
+pub struct EquilibriumTerms {
     /// The closure Jacobian J, row by row: multipliers l hold what the loads do with `J^T l = loads`.
     pub jacobian: Vec<f64>,
     /// What loads and springs do along the twists of all bodies.
@@ -25,12 +25,17 @@ impl Mechanism {
     /// What equilibrium is made of in every case, at its coordinates, for parameters and for forces and moments of the
     /// loads, one after the other.
     #[must_use]
-    pub fn balances(&self, cases: &[Case<'_>], parameters: &[Vec<f64>], wrenches: &[Vec<f64>]) -> Vec<Balance> {
+    pub fn balances(
+        &self,
+        cases: &[Case<'_>],
+        parameters: &[Vec<f64>],
+        wrenches: &[Vec<f64>],
+    ) -> Vec<EquilibriumTerms> {
         let each = cases.par_iter().zip(parameters).zip(wrenches);
         each.map(|((case, parameters), wrenches)| self.balance(case, parameters, wrenches)).collect()
     }
 
-    fn balance(&self, case: &Case<'_>, parameters: &[f64], wrenches: &[f64]) -> Balance {
+    fn balance(&self, case: &Case<'_>, parameters: &[f64], wrenches: &[f64]) -> EquilibriumTerms {
         let (poses, size, n) = (self.poses(case.coordinates), self.size(), self.n_unknowns());
         let inputs = Inputs { drives: case.drives.to_vec(), parameters: parameters.to_vec() };
         let (_, derivatives) = self.evaluated(&poses, &inputs.commands(self));
@@ -47,7 +52,7 @@ impl Mechanism {
         let lever = |point: usize| self.place(point, &poses, parameters).lever;
         let levers = self.joints.iter().flat_map(|joint| [joint.first, joint.second].map(lever)).flatten().collect();
         let axes = (0..self.n_joints()).flat_map(|joint| self.carried(joint, false, &poses, parameters));
-        Balance { jacobian, loads, levers, axes: axes.flatten().collect() }
+        EquilibriumTerms { jacobian, loads, levers, axes: axes.flatten().collect() }
     }
 
     /// What every drive does to the second bodies of its joints, by the multipliers of all rows: a moment or a force along

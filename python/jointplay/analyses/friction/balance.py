@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.answers import Balance as Geometry
+from jointplay.core.answers import EquilibriumTerms
 from jointplay.core.compile import TURNS
 from jointplay.model.mechanism import Mechanism
 
-from .laws import Contact, Forces, Held
+from .laws import ContactForces, HeldOffsets, JointContact
 
 #: steps of Newton's method, and parts of one that are tried
 STEPS, HALVINGS = 30, 8
@@ -50,13 +50,13 @@ LOOSE, PRESSED = 4, 0.05
 
 
 @dataclass(frozen=True)
-class Setting:
+class SlidingTask:
     """What does not change while equilibrium is found, of some configurations.
 
     Attributes
     ----------
     m : Mechanism
-    contacts : list of Contact
+    contacts : list of JointContact
     drives, nominal : ndarray
         Drive values and nominal poses.
     wrenches : ndarray
@@ -64,7 +64,7 @@ class Setting:
     built : ndarray
         Values of the parameters where nothing displaces a contact.
     motions : list of ndarray
-        Direction of the motion of every contact, as `Contact.at` has it.
+        Direction of the motion of every contact, as `JointContact.at` has it.
     scale : ndarray
         Unit of forces, shape (configuration,).
     unit : float
@@ -72,7 +72,7 @@ class Setting:
     """
 
     m: Mechanism
-    contacts: list[Contact]
+    contacts: list[JointContact]
     drives: Floats
     nominal: Floats
     wrenches: Floats
@@ -81,7 +81,7 @@ class Setting:
     scale: Floats
     unit: float
 
-    def chosen(self, places: NDArray[np.intp] | NDArray[np.bool_]) -> Setting:
+    def chosen(self, places: NDArray[np.intp] | NDArray[np.bool_]) -> SlidingTask:
         """Some configurations only."""
         names = ("drives", "nominal", "wrenches", "built", "scale")
         return replace(
@@ -119,10 +119,10 @@ class Equilibrium:
     steps: NDArray[np.int64]
 
 
-class Balance:
+class EquilibriumAt:
     """Equilibrium of some configurations at some unknowns."""
 
-    def __init__(self, of: Setting, y: Floats, held: NDArray[np.bool_], offset: Floats, part: Floats) -> None:
+    def __init__(self, of: SlidingTask, y: Floats, held: NDArray[np.bool_], offset: Floats, part: Floats) -> None:
         self.of, self.y, self.held, self.offset, self.part = of, y, held, offset, part
         self.u, self.multipliers = of.built.copy(), y * _row_units(of)
         self.forces = [self._forces(k, y) for k in range(len(of.contacts))]
@@ -138,12 +138,12 @@ class Balance:
         self.residual = self._residual(self.geometry, self.poses)
         self.size = np.where(self.closed, np.abs(self.residual).max(axis=1, initial=0.0), np.inf)
 
-    def _forces(self, k: int, y: Floats) -> Forces:
+    def _forces(self, k: int, y: Floats) -> ContactForces:
         of, contact = self.of, self.of.contacts[k]
-        own = Held(self.held[:, contact.rows], self.offset[:, contact.rows])
+        own = HeldOffsets(self.held[:, contact.rows], self.offset[:, contact.rows])
         return contact.at(y[:, contact.rows], of.motions[k], self.part, of.unit, of.scale, own)
 
-    def _residual(self, geometry: Geometry, placed: Floats) -> Floats:
+    def _residual(self, geometry: EquilibriumTerms, placed: Floats) -> Floats:
         """Forces and moments that are left on all bodies, in units."""
         of = self.of
         many = len(placed) // len(self.y)
@@ -168,7 +168,7 @@ class Balance:
                 step[:, column] = STEP
                 after, before = (self._forces(k, self.y + sign * step) for sign in (1.0, -1.0))
                 names = ("offset", "multiplier", "force", "second", "first")
-                slope = Forces(*((getattr(after, x) - getattr(before, x)) / (2.0 * STEP) for x in names))
+                slope = ContactForces(*((getattr(after, x) - getattr(before, x)) / (2.0 * STEP) for x in names))
                 by_multiplier[:, :, column] = np.einsum("nrk,nr->nk", jacobian[:, contact.rows], slope.multiplier)
                 if contact.rubs:
                     pushed = _on_bodies(of, contact, slope, self.geometry, self.poses, count)
@@ -208,7 +208,12 @@ class Balance:
 
 
 def _on_bodies(
-    of: Setting, contact: Contact, forces: Forces, geometry: Geometry, placed: Floats, each: NDArray[np.intp]
+    of: SlidingTask,
+    contact: JointContact,
+    forces: ContactForces,
+    geometry: EquilibriumTerms,
+    placed: Floats,
+    each: NDArray[np.intp],
 ) -> Floats:
     """What friction does along the twists of all bodies."""
     m = of.m
@@ -222,7 +227,7 @@ def _on_bodies(
         return np.asarray(np.einsum("nk,nki->ni", vector[each], axes))
 
     force = turned(forces.force)
-    found = np.zeros((len(placed), m.core_spec["n_bodies"], 6))
+    found = np.zeros((len(placed), len(m.bodies), 6))
     where = origin(m, placed, second) + levers[:, 1]
     for body, sign, moment in ((second, 1.0, forces.second), (first, -1.0, forces.first)):
         if body >= 0:
@@ -238,7 +243,7 @@ def origin(m: Mechanism, placed: Floats, body: int) -> Floats:
     return poses.place(placed[:, body], m.core.origins[body])
 
 
-def _row_units(of: Setting) -> Floats:
+def _row_units(of: SlidingTask) -> Floats:
     """Units of the multipliers of all rows, shape (configuration, row)."""
     turns = np.array([of.m.length if c in TURNS else 1.0 for _, c in of.m.core.rows])
     return np.asarray(of.scale[:, None] * turns)
@@ -247,7 +252,7 @@ def _row_units(of: Setting) -> Floats:
 def _twist_units(m: Mechanism) -> Floats:
     """Units of the motions of all bodies."""
     own = [m.length, m.length, 1.0] if m.pose_size == 3 else [m.length] * 3 + [1.0] * 3
-    return np.tile(own, m.core_spec["n_bodies"])
+    return np.tile(own, len(m.bodies))
 
 
 def _column_units(m: Mechanism) -> Floats:
@@ -255,12 +260,12 @@ def _column_units(m: Mechanism) -> Floats:
     return np.asarray(m.length / _twist_units(m))
 
 
-def equilibrium(of: Setting, offset: Floats, multipliers: Floats) -> Equilibrium:
+def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilibrium:
     """Equilibrium with friction from that without.
 
     Parameters
     ----------
-    of : Setting
+    of : SlidingTask
     offset : ndarray
         Values of all parameters without friction.
     multipliers : ndarray
@@ -289,21 +294,23 @@ def equilibrium(of: Setting, offset: Floats, multipliers: Floats) -> Equilibrium
     return found
 
 
-def _released(of: Setting, found: Equilibrium) -> NDArray[np.bool_]:
+def _released(of: SlidingTask, found: Equilibrium) -> NDArray[np.bool_]:
     """Let go of contacts that were held and that friction presses; gives the configurations that have some."""
     again = np.zeros(len(found.y), bool)
     for contact in of.contacts:
-        for begin, end, _, _ in contact.parts:
+        for begin, end, low, high in contact.parts:
             rows = contact.rows[begin:end]
-            pressed = found.held[:, rows].all(axis=1) & (np.linalg.norm(found.y[:, rows], axis=1) > NONE)
-            pressed &= found.part == 1.0
+            size = np.linalg.norm(found.y[:, rows], axis=1)
+            pressed = found.held[:, rows].all(axis=1) & (size > NONE) & (found.part == 1.0)
             found.held[np.ix_(pressed, rows)] = False
-            found.y[np.ix_(pressed, rows)] += found.offset[np.ix_(pressed, rows)] / of.unit
+            normal = found.y[np.ix_(pressed, rows)]
+            ends = np.where(normal > 0.0, high, low) if end - begin == 1 else high * normal / size[pressed, None]
+            found.y[np.ix_(pressed, rows)] = normal + ends / of.unit
             again |= pressed
     return again
 
 
-def _grow(of: Setting, found: Equilibrium, only: NDArray[np.bool_] | None = None) -> None:
+def _grow(of: SlidingTask, found: Equilibrium, only: NDArray[np.bool_] | None = None) -> None:
     """Let the coefficients grow from nothing; of contacts let go anew, at their whole values."""
     count = len(found.y)
     whole = only is not None
@@ -345,7 +352,7 @@ def _is_between(step: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.any([(step <= least) & (2.0 * step > least) for least in TURNING], axis=0))
 
 
-def _turned(of: Setting, found: Equilibrium, place: int, to: Floats, sign: Floats) -> float | None:
+def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: Floats) -> float | None:
     """Equilibrium with contacts on their other sides, where the forces on them have vanished; the largest force."""
     before = found.y[place].copy()
     loose = []
@@ -379,7 +386,7 @@ class _Solved:
     forces: Floats
 
 
-def _solve(of: Setting, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> _Solved:
+def _solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> _Solved:
     """Newton's method at a part of the coefficients, into the unknowns."""
     active = np.arange(len(places))
     good, sign, forces = np.zeros(len(places), bool), np.zeros(len(places)), np.zeros(len(places))
@@ -389,9 +396,11 @@ def _solve(of: Setting, found: Equilibrium, places: NDArray[np.intp], part: Floa
         own = places[active]
         here = of.chosen(own)
 
-        def at(y: Floats, some: NDArray[np.intp], here: Setting = here, own: NDArray[np.intp] = own) -> Balance:
+        def at(
+            y: Floats, some: NDArray[np.intp], here: SlidingTask = here, own: NDArray[np.intp] = own
+        ) -> EquilibriumAt:
             chosen = own[some]
-            return Balance(here.chosen(some), y, found.held[chosen], found.offset[chosen], part[chosen])
+            return EquilibriumAt(here.chosen(some), y, found.held[chosen], found.offset[chosen], part[chosen])
 
         now = at(found.y[own], np.arange(len(own)))
         slope = now.derivative()

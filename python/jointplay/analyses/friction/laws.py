@@ -58,13 +58,13 @@ BORES = 1e-6
 
 
 #: of every contact the first unknown and the one behind its last, lowest and highest offset
-Parts = tuple[tuple[int, int, float, float], ...]
+ContactParts = tuple[tuple[int, int, float, float], ...]
 #: numbers of a pose in the plane
 PLANAR = 3
 
 
 @dataclass(frozen=True)
-class Forces:
+class ContactForces:
     """What joints do in some configurations.
 
     Attributes
@@ -88,7 +88,7 @@ class Forces:
 
 
 @dataclass(frozen=True)
-class Contact:
+class JointContact:
     """A joint whose offset is decided, or that rubs.
 
     Attributes
@@ -123,7 +123,7 @@ class Contact:
     rows: NDArray[np.intp]
     parameters: NDArray[np.intp]
     transform: Floats
-    parts: Parts
+    parts: ContactParts
     coefficient: float = 0.0
     own: float = 0.0
     radius: float = 0.0
@@ -160,7 +160,9 @@ class Contact:
         """Whether its motion is a direction in space."""
         return self.kind == "ball"
 
-    def at(self, y: Floats, motion: Floats, part: Floats, unit: float, scale: Floats, held: Held) -> Forces:
+    def at(
+        self, y: Floats, motion: Floats, part: Floats, unit: float, scale: Floats, held: HeldOffsets
+    ) -> ContactForces:
         """What it does.
 
         Parameters
@@ -175,7 +177,7 @@ class Contact:
             Of offsets.
         scale : ndarray
             Of forces, shape (configuration,).
-        held : Held
+        held : HeldOffsets
             Unknowns whose offset stays.
         """
         v = np.where(held.which, held.offset / unit, self.nearest(y, unit))
@@ -184,7 +186,7 @@ class Contact:
         force, second, first = (np.zeros((len(y), 3)) for _ in range(3))
         inverse = np.linalg.inv(self.transform)
         if not self.rubs:
-            return Forces(v @ inverse.T, normal @ self.transform, force, second, first)
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own = part * self.coefficient, part * self.own
         cosine = 1.0 / np.sqrt(1.0 + mu * mu)
         sine = mu * cosine
@@ -195,7 +197,7 @@ class Contact:
             against = own[:, None] * motion / np.where(speed > 0.0, speed, 1.0)
             second = -(self.radius * sine * size)[:, None] * about - against
             first = ((self.radius - self.parts[0][3]) * sine * size)[:, None] * about + against
-            return Forces(v @ inverse.T, normal @ self.transform, force, second, first)
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own, sine = mu * motion, own * motion, sine * motion
         # Without motion nothing turns.
         cosine = np.where(motion == 0.0, 1.0, cosine)
@@ -222,7 +224,7 @@ class Contact:
             force[:, 0] = -(mu * np.abs(normal).sum(axis=1) + own)
             second[:, 2] = mu * self.height / 2.0 * normal.sum(axis=1)
             first = -second
-        return Forces(v @ inverse.T, normal @ self.transform, force, second, first)
+        return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
 
 
 def _on_ball(y: Floats, offset: Floats, w: Floats, cosine: Floats, sine: Floats) -> tuple[Floats, Floats]:
@@ -249,7 +251,7 @@ def _on_ball(y: Floats, offset: Floats, w: Floats, cosine: Floats, sine: Floats)
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldOffsets:
     """Unknowns of a contact whose offset stays: nothing presses them.
 
     Attributes
@@ -263,7 +265,7 @@ class Held:
     offset: Floats
 
 
-def contacts(m: Mechanism, u: Floats) -> list[Contact]:
+def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
     """The contacts of all joints.
 
     Parameters
@@ -278,7 +280,7 @@ def contacts(m: Mechanism, u: Floats) -> list[Contact]:
         When it has something whose friction is not computed.
     """
     from_rows = list(m.core.rows)
-    found: list[Contact] = []
+    found: list[JointContact] = []
     played: dict[int, int] = {}
     for k, source in enumerate(m.compiled_sources):
         if source.kind == "clearance":
@@ -308,14 +310,14 @@ def _ends(half: float) -> Floats:
     return np.array([[1, 0, 0, half], [0, 1, -half, 0], [1, 0, 0, -half], [0, 1, half, 0]], dtype=float)
 
 
-def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> Contact:
+def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> JointContact:
     own = m.compiled_sources[source]
     joint, sides = own.spec["joint"], own.size
     component = "angle" if m.coordinate_kind(joint) == "angle" else "along"
     parameter = int(np.flatnonzero(m.parameter_source == source)[0])
     parts = ((0, 1, sides["low"], sides["high"]),)
     unit = 1.0 if component == "along" else m.length
-    return Contact(
+    return JointContact(
         joint,
         "",
         np.array([rows.index((joint, component))]),
@@ -336,7 +338,7 @@ def _contact(
     shape: str,
     size: dict[str, float],
     source: int,
-) -> Contact:
+) -> JointContact:
     units, play = m.units, getattr(entry, "clearance", None)
     sizes: dict[str, float] = {}
     if friction is not None:
@@ -351,7 +353,7 @@ def _contact(
     edge = (-gap, gap)
     if shape == "diamond" or (not shape and kind == "guide"):
         transform = np.array([[1.0, half], [1.0, -half]])
-        parts: Parts = ((0, 1, *edge), (1, 2, *edge))
+        parts: ContactParts = ((0, 1, *edge), (1, 2, *edge))
     elif shape == "journal" or (not shape and kind == "journal"):
         axial = size.get("axial", 0.0)
         transform = np.eye(5)
@@ -373,7 +375,7 @@ def _contact(
     if friction is not None:
         given = getattr(friction, friction.own)
         own = (given or 0.0) * (units.moment if friction.own == "torque" else units.force)
-    return Contact(
+    return JointContact(
         joint,
         kind,
         rows,

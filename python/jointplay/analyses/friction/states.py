@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats, Texts
-from jointplay.core.answers import Balance as Geometry
-from jointplay.core.answers import Loaded
+from jointplay.core.answers import EquilibriumTerms, Loaded
 from jointplay.core.compile import TURNS, DriveMotion
 from jointplay.errors import InputError
 from jointplay.model.gaps import centre
@@ -26,8 +25,8 @@ from jointplay.model.inertia import acting, kinematics
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
-from .balance import JAMMED, NONE, Balance, Equilibrium, Setting, equilibrium, origin
-from .laws import Contact, contacts
+from .balance import JAMMED, NONE, Equilibrium, EquilibriumAt, SlidingTask, equilibrium, origin
+from .laws import JointContact, contacts
 
 #: from which side a configuration is approached, with the sign of the motion
 SIDES = {"forward": 1.0, "backward": -1.0}
@@ -147,7 +146,7 @@ def _slide(
     at: Nominal,
     without: Loaded,
     u: Floats,
-    every: list[Contact],
+    every: list[JointContact],
     speeds: Floats,
     loads: Floats,
     places: NDArray[np.intp],
@@ -169,7 +168,7 @@ def _slide(
     scale = np.maximum(scale, max(own, default=0.0))
     scale[scale == 0.0] = 1.0
     plays = [abs(end) for contact in every for *_, low, high in contact.parts for end in (low, high)]
-    of = Setting(
+    of = SlidingTask(
         m,
         every,
         at.drives,
@@ -181,7 +180,7 @@ def _slide(
         max([*plays, UNMOVED * m.length]),
     )
     solved = equilibrium(of, offset, multipliers)
-    last = Balance(of, solved.y, solved.held, solved.offset, solved.part)
+    last = EquilibriumAt(of, solved.y, solved.held, solved.offset, solved.part)
     _refuse_roll(m, every, last)
     _put(found, m, of, solved, last, places)
     whole = solved.part == 1.0
@@ -207,7 +206,7 @@ def _slide(
     state.jams[places[jammed]] = np.array(m.joints)[most[jammed]]
 
 
-def _rates(m: Mechanism, every: Sequence[Contact], at: Geometry, velocity: Floats) -> list[Floats]:
+def _rates(m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, velocity: Floats) -> list[Floats]:
     """Speed of every contact: along or about its axis, of balls the relative angular velocity."""
     found = []
     for contact in every:
@@ -236,7 +235,7 @@ def _fastest(m: Mechanism, velocity: Floats) -> Floats:
     return np.asarray(np.maximum(linear / m.length, angular))
 
 
-def _motions(m: Mechanism, every: Sequence[Contact], rates: Sequence[Floats], velocity: Floats) -> list[Floats]:
+def _motions(m: Mechanism, every: Sequence[JointContact], rates: Sequence[Floats], velocity: Floats) -> list[Floats]:
     """Signs of the speeds, of balls the angular velocities themselves; nothing where it is still."""
     least = STILL * _fastest(m, velocity)
     found = []
@@ -276,7 +275,7 @@ def _with_spins(m: Mechanism, placed: Floats, velocity: Floats) -> Floats:
     return found
 
 
-def _refuse_roll(m: Mechanism, every: Sequence[Contact], at: Balance) -> None:
+def _refuse_roll(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt) -> None:
     """Refuse a slider in space that rolls in its guide, since friction is found for one that does not."""
     for contact, forces in zip(every, at.forces, strict=True):
         if len(contact.transform) != 5 or len(contact.parts) != 4 or contact.parts[0][3] == 0.0:
@@ -300,7 +299,7 @@ def _torque(m: Mechanism, multipliers: Floats) -> Floats:
     return found
 
 
-def _spent(m: Mechanism, every: Sequence[Contact], at: Balance, rates: Sequence[Floats]) -> Floats:
+def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates: Sequence[Floats]) -> Floats:
     """Power of friction at the nominal speeds, by joints."""
     found = np.zeros((len(at.y), len(m.joints)))
     for k, contact in enumerate(every):
@@ -317,7 +316,7 @@ def _spent(m: Mechanism, every: Sequence[Contact], at: Balance, rates: Sequence[
 
 
 def _put(
-    found: Loaded, m: Mechanism, of: Setting, solved: Equilibrium, last: Balance, places: NDArray[np.intp]
+    found: Loaded, m: Mechanism, of: SlidingTask, solved: Equilibrium, last: EquilibriumAt, places: NDArray[np.intp]
 ) -> None:
     """Put the answer into the columns of `loaded`."""
     found["error"][places], found["offset"][places] = last.error, last.u
@@ -345,7 +344,7 @@ def _put(
     found["status"][places] = np.where(some, UNDETERMINED, OK)
 
 
-def _reactions(m: Mechanism, of: Setting, at: Balance) -> Floats:
+def _reactions(m: Mechanism, of: SlidingTask, at: EquilibriumAt) -> Floats:
     """Force and moment on the second body of every joint at its point, friction with it."""
     size = len(m.components)
     whole = np.zeros((len(at.y), len(m.joints), 6))
@@ -371,7 +370,7 @@ def _reactions(m: Mechanism, of: Setting, at: Balance) -> Floats:
     return whole[..., spread]
 
 
-def _apart(m: Mechanism, at: Balance, joint: int) -> Floats:
+def _apart(m: Mechanism, at: EquilibriumAt, joint: int) -> Floats:
     """From the first point of a joint to the second."""
     first, second = (m.points[p].body for p in m.joint_points[joint])
     levers = at.geometry["levers"][:, joint]

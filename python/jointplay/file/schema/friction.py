@@ -15,10 +15,11 @@ from .values import NonNegative, OneOrTwo, Positive, Table, problem, short
 RUBS = "friction against its motion, which counts where a direction of approach is asked for; a number: its coefficient"
 COEFFICIENT = "friction force over normal force where the faces slide"
 MOMENT = "moment against its turning whatever the load, as of seals; {}"
+AGAINST_SLIDING = "force against its sliding whatever the load, as of seals and wipers"
 OWN = "in the file's units of force times length"
 
-Size = Positive | SkipJsonSchema[None]
-Own = NonNegative | SkipJsonSchema[None]
+SlidSize = Positive | SkipJsonSchema[None]
+OwnResistance = NonNegative | SkipJsonSchema[None]
 
 
 class Friction(Table):
@@ -76,8 +77,8 @@ class PinFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
     own: ClassVar[str] = "torque"
 
-    diameter: Size = Field(None, description="diameter of the hole; that of the clearance if left out")
-    torque: Own = Field(None, description=MOMENT.format(OWN))
+    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
 
 
 class SliderFriction(Friction):
@@ -87,11 +88,11 @@ class SliderFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("length",)
     own: ClassVar[str] = "force"
 
-    length: Size = Field(None, description="length of the slider in its guide; that of the clearance if left out")
+    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
     height: NonNegative = Field(
         0.0, description="from face to face of the slider, across its axis; left out, friction acts in its axis"
     )
-    force: Own = Field(None, description="force against its sliding whatever the load, as of seals and wipers")
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
 
 
 class SlotFriction(Friction):
@@ -100,7 +101,7 @@ class SlotFriction(Friction):
     example: ClassVar[str] = "{ coefficient = 0.1 }"
     own: ClassVar[str] = "force"
 
-    force: Own = Field(None, description="force against its sliding whatever the load, as of seals and wipers")
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
 
 
 class JournalFriction(Friction):
@@ -110,12 +111,12 @@ class JournalFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter", "length")
     own: ClassVar[str] = "torque"
 
-    diameter: Size = Field(None, description="diameter of the hole; that of the clearance if left out")
-    length: Size = Field(None, description="length of the pin in its hole; that of the clearance if left out")
+    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
+    length: SlidSize = Field(None, description="length of the pin in its hole; that of the clearance if left out")
     collar: OneOrTwo | SkipJsonSchema[None] = Field(
         None, description="inner and outer diameter of its shoulders; left out, a load along the pin does not rub"
     )
-    torque: Own = Field(None, description=MOMENT.format(OWN))
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
 
     @model_validator(mode="after")
     def _inner_first(self) -> Self:
@@ -139,10 +140,10 @@ class GuideFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("length", "width", "height")
     own: ClassVar[str] = "force"
 
-    length: Size = Field(None, description="length of the slider in its guide; that of the clearance if left out")
-    width: Size = Field(None, description="size of its section along `side`; that of the clearance if left out")
-    height: Size = Field(None, description="size of its section across; that of the clearance, or its width")
-    force: Own = Field(None, description="force against its sliding whatever the load, as of seals and wipers")
+    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
+    width: SlidSize = Field(None, description="size of its section along `side`; that of the clearance if left out")
+    height: SlidSize = Field(None, description="size of its section across; that of the clearance, or its width")
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
 
     def size(self, play: Any, key: str) -> float | None:
         """A size of what slides: its own, or that of the clearance; the height is the width where nothing says it."""
@@ -157,8 +158,8 @@ class BallFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
     own: ClassVar[str] = "torque"
 
-    diameter: Size = Field(None, description="diameter of the socket; that of the clearance if left out")
-    torque: Own = Field(None, description=MOMENT.format(OWN))
+    diameter: SlidSize = Field(None, description="diameter of the socket; that of the clearance if left out")
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
 
 
 PinRubs = Annotated[PinFriction, short(lambda value: {"coefficient": value}, NonNegative | PinFriction)]
