@@ -26,7 +26,7 @@ from jointplay.core.answers import EquilibriumTerms
 from jointplay.core.compile import TURNS
 from jointplay.model.mechanism import Mechanism
 
-from .laws import ContactForces, HeldOffsets, JointContact
+from .laws import ContactForces, ContactPart, HeldOffsets, JointContact
 
 #: steps of Newton's method, and parts of one that are tried
 STEPS, HALVINGS = 30, 8
@@ -286,54 +286,53 @@ def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilib
         y[:, contact.rows] = np.where(own, normal, normal + v / of.unit)
     found = Equilibrium(y, held, kept, np.zeros(count), np.zeros(count), np.zeros(count, np.int64))
     _grow(of, found)
+    every = [(contact, part) for contact in of.contacts for part in contact.parts]
     for _ in range(RELEASES):
-        again = _released(of, found)
-        if not again.any():
+        if not _release(of, found, every).any():
             break
-        _grow(of, found, again)
+    # What cannot be let go together may be let go one after the other; the rest stays where nothing pressed it.
+    for one in every:
+        _release(of, found, [one])
     return found
 
 
-def _released(of: SlidingTask, found: Equilibrium) -> NDArray[np.bool_]:
-    """Let go of contacts that were held and that friction presses; gives the configurations that have some."""
+def _release(of: SlidingTask, found: Equilibrium, some: list[tuple[JointContact, ContactPart]]) -> NDArray[np.bool_]:
+    """Let go of contacts that were held and that friction presses; gives where that has led to equilibrium."""
     again = np.zeros(len(found.y), bool)
-    for contact in of.contacts:
-        for begin, end, low, high in contact.parts:
-            rows = contact.rows[begin:end]
-            size = np.linalg.norm(found.y[:, rows], axis=1)
-            pressed = found.held[:, rows].all(axis=1) & (size > NONE) & (found.part == 1.0)
-            found.held[np.ix_(pressed, rows)] = False
-            normal = found.y[np.ix_(pressed, rows)]
-            ends = np.where(normal > 0.0, high, low) if end - begin == 1 else high * normal / size[pressed, None]
-            found.y[np.ix_(pressed, rows)] = normal + ends / of.unit
-            again |= pressed
+    before = found.y.copy(), found.held.copy()
+    for contact, (begin, end, low, high) in some:
+        rows = contact.rows[begin:end]
+        size = np.linalg.norm(found.y[:, rows], axis=1)
+        pressed = found.held[:, rows].all(axis=1) & (size > NONE) & (found.part == 1.0)
+        found.held[np.ix_(pressed, rows)] = False
+        normal = found.y[np.ix_(pressed, rows)]
+        ends = np.where(normal > 0.0, high, low) if end - begin == 1 else high * normal / size[pressed, None]
+        found.y[np.ix_(pressed, rows)] = normal + ends / of.unit
+        again |= pressed
+    places = np.flatnonzero(again)
+    if len(places):
+        at = _solve(of, found, places, np.ones(len(again)))
+        failed = places[~at.good]
+        found.y[failed], found.held[failed] = (values[failed] for values in before)
+        found.forces[places[at.good]] = at.forces[at.good]
+        again[failed] = False
     return again
 
 
-def _grow(of: SlidingTask, found: Equilibrium, only: NDArray[np.bool_] | None = None) -> None:
-    """Let the coefficients grow from nothing; of contacts let go anew, at their whole values."""
+def _grow(of: SlidingTask, found: Equilibrium) -> None:
+    """Let the coefficients grow from nothing to their values."""
     count = len(found.y)
-    whole = only is not None
-    places = np.flatnonzero(only) if only is not None else np.arange(count)
-    part = np.full(count, 0.0)
-    step = np.full(count, 1.0 if whole else FIRST)
-    sign = np.zeros(count)
-    if not whole:
-        start = _solve(of, found, places, part)
-        sign[places] = start.sign
-        found.forces[places] = 1.0
-        places = places[start.good]
+    part, step, sign = np.zeros(count), np.full(count, FIRST), np.zeros(count)
+    start = _solve(of, found, np.arange(count), part)
+    sign[:] = start.sign
+    found.forces[:] = 1.0
+    places = np.flatnonzero(start.good)
     while len(places):
         to = np.minimum(part + step, 1.0)
         before = found.y[places].copy()
         at = _solve(of, found, places, to)
-        good = at.good & (whole | (at.sign == sign[places]))
-        failed = places[~good]
-        found.y[failed] = before[~good]
-        if whole:
-            found.part[failed] = 0.0
-            found.forces[places[good]] = at.forces[good]
-            break
+        good = at.good & (at.sign == sign[places])
+        found.y[places[~good]] = before[~good]
         for n in np.flatnonzero(~good & _is_between(step[places])):
             turned = _turned(of, found, places[n], to, sign)
             if turned is not None:

@@ -58,7 +58,8 @@ BORES = 1e-6
 
 
 #: of every contact the first unknown and the one behind its last, lowest and highest offset
-ContactParts = tuple[tuple[int, int, float, float], ...]
+ContactPart = tuple[int, int, float, float]
+ContactParts = tuple[ContactPart, ...]
 #: numbers of a pose in the plane
 PLANAR = 3
 
