@@ -97,8 +97,8 @@ def test_efficiency_and_reversal():
     assert_allclose(forward.friction_share.sum("joint"), 1.0)
 
 
-#: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, with the holes on the second and
-#: on the first bodies
+#: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, holes on the second bodies and
+#: on the first
 PAPER = {
     22.70: ((-1.143475, -1.208384), (-1.221339, -1.134377)),
     48.98: ((-1.075795, -1.142138), (-1.153917, -1.068246)),
@@ -308,6 +308,8 @@ def test_limits_are_judged_from_both_sides():
         ({"joints.*.friction": None}, "no joint has `friction`"),
         ({"joints.wrist.friction": {"coefficient": 0.1}}, "joints.wrist: friction: 'diameter' is missing"),
         ({"joints.wrist.friction": {"diameter": 10}}, "say what holds it back"),
+        ({"joints.wrist.clearance": {"bearing": "CN", "bore": 20}}, "the balls of a bearing roll"),
+        ({"joints.guide.type": "fixed", "joints.guide.clearance": None}, "nothing slides in a fixed joint"),
         ({"joints.wrist.stiffness": {"radial": 1e4}}, "elastic or over-constrained"),
     ],
 )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .clearances import SizedClearance
+from .clearances import BearingKeys, SizedClearance
 from .values import NonNegative, OneOrTwo, Positive, Table, problem, short
 
 #: what the key `friction` is, for all kinds of joints
@@ -47,6 +47,8 @@ class Friction(Table):
         ValueError
             When a size is missing.
         """
+        if self.coefficient and isinstance(play, BearingKeys) and play.bearing is not None:
+            raise problem("friction: the balls of a bearing roll, and a coefficient says nothing of them; give torque")
         for key in self.needed if self.coefficient else ():
             if self.size(play, key) is None:
                 what = type(self).model_fields[key].description

@@ -240,7 +240,7 @@ class Fixed(PlanarJoint):
 
     may_turn: ClassVar[bool] = True
     held: ClassVar[tuple[str, ...]] = ("along", "normal", "tilt")
-    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
+    instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(

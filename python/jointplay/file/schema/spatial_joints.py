@@ -117,6 +117,7 @@ class Cylindrical(SpatialJoint):
     needs_axis: ClassVar[bool] = True
     coordinate: ClassVar[str] = "along"
     held: ClassVar[tuple[str, ...]] = ("radial", "radial", "tilt", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"friction": "that of a pin which turns and slides at once is not computed"}
 
     type: Literal["cylindrical"] = Field(description="kind of joint")
     clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -185,6 +186,7 @@ class Planar(SpatialJoint):
 
     needs_axis: ClassVar[bool] = True
     held: ClassVar[tuple[str, ...]] = ("along", "tilt", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"friction": "that of a plate between two planes is not computed"}
 
     type: Literal["planar"] = Field(description="kind of joint")
     clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -196,7 +198,7 @@ class SpatialFixed(SpatialJoint):
     """Two bodies locked together; axis and side on them give the mounting."""
 
     held: ClassVar[tuple[str, ...]] = ("along", "side", "normal", "roll", "tilt", "tilt")
-    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
+    instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")
