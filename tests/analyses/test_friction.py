@@ -412,6 +412,19 @@ def test_slider_in_space(y, z, fy, fz):
         assert_allclose(result.drive_torque[0], 10.0 + 2.0 + 0.15 * 2.0 * 10.0 * (y + z) / 80.0, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("across", "half"), [(0, 15.0), (1, 10.0)])
+def test_friction_at_the_faces_of_a_slider_tilts_it(across, half):
+    """Pressed beyond its end, F x +- mu F h is borne at both ends, h from the middle to the face."""
+    text = RAIL.format(y=0.0, z=0.0, fy=0.0, fz=0.0)
+    pressed = [0.0, 0.0, 0.0]
+    pressed[1 + across] = 40.0
+    m = jp.loads(text).with_({"loads.0.at": [60.0, 0.0, 0.0], "loads.0.force": pressed})
+    for side, sign in (("forward", 1.0), ("backward", -1.0)):
+        borne = 2.0 * 40.0 * (60.0 + sign * 0.15 * half) / 80.0
+        torque = float(jp.loaded(m, approach=side).drive_torque[0, 0])
+        assert_allclose(torque, sign * (2.0 + 0.15 * borne), rtol=1e-6)
+
+
 def test_a_slider_that_rolls_is_refused():
     text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", "moment = [500, 0, 0]\nforce = [-10")
     with pytest.raises(jp.InputError, match="rolls the slider"):
