@@ -157,12 +157,12 @@ def definitions() -> dict[str, Any]:
 
 
 #: keys of joints whose value is a table of their kind
-OF_JOINTS = ("clearance", "stiffness", "wear")
+OF_JOINTS = ("clearance", "stiffness", "wear", "friction")
 
 
 @cache
 def users() -> dict[tuple[str, str], list[str]]:
-    """The types of joints that have a table as `clearance`, `stiffness` or `wear`."""
+    """The types of joints that have a table as `clearance`, `stiffness`, `wear` or `friction`."""
     found: dict[tuple[str, str], list[str]] = {}
     for definition in definitions().values():
         properties = definition.get("properties", {})
@@ -292,6 +292,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "loaded": lambda: [
         jp.loaded(_four_bar()),
         jp.loaded(_running()),
+        jp.loaded(_four_bar(**{"joints.J1.friction": {"torque": 1.0}}), approach="forward"),
         jp.loaded(_cases()),
         jp.loaded(_strained()),
         jp.loaded(_fits()),

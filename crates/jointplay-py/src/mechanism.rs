@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
+use jointplay_core::closure::EquilibriumTerms;
 use jointplay_core::nominal::{DriveRates, Seed};
 use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
@@ -301,6 +302,33 @@ impl Mechanism {
             .map(|(speeds, accelerations)| DriveRates { speeds, accelerations })
             .collect();
         self.table(py, work(py, || core.moving(&cases, &rates))?)
+    }
+
+    /// What equilibrium is made of at given poses, for parameters, and for the force and moment of every load in its axes.
+    fn balance<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+        wrenches: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let parameters = rows(&u, "u", core.n_parameters())?;
+        let wrenches = rows(&wrenches, "wrenches", 6 * core.n_loads())?;
+        if [parameters.len(), wrenches.len()] != [cases.len(); 2] {
+            return Err(PyValueError::new_err("a row of u and of wrenches per configuration is needed"));
+        }
+        let (n, found) = (cases.len(), work(py, || core.balances(&cases, &parameters, &wrenches))?);
+        let all = |part: fn(&EquilibriumTerms) -> &Vec<f64>| found.iter().flat_map(part).copied().collect::<Vec<f64>>();
+        Ok(Table::new(py)
+            .array("jacobian", &[n, core.n_rows(), core.n_unknowns()], all(|b| &b.jacobian))?
+            .array("loads", &[n, core.n_unknowns()], all(|b| &b.loads))?
+            .array("levers", &[n, core.n_joints(), 2, 3], all(|b| &b.levers))?
+            .array("axes", &[n, core.n_joints(), 3, 3], all(|b| &b.axes))?
+            .finish())
     }
 
     fn inverse<'py>(

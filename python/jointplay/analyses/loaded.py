@@ -1,8 +1,9 @@
 """`loaded`: where the load pushes every joint.
 
 Loads are those of the file, weights, and where drives have speeds the forces of inertia, see `running`. Without
-friction every offset is the support point of its clearance along the reaction that the joint transmits. On the exact
-closure this is a condition on the offsets y and the forces s(y) along them, with P the projection onto the sets:
+friction (with it see `friction`) every offset is the support point of its clearance along the reaction that the joint
+transmits. On the exact closure this is a condition on the offsets y and the forces s(y) along them, with P the
+projection onto the sets:
 
     y = P(y + t s(y)),   t > 0
 
@@ -18,9 +19,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses import friction
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Loaded
+from jointplay.core.compile import DriveMotion
 from jointplay.errors import InputError
 from jointplay.model.gaps import attributes, core_with
 from jointplay.model.inertia import Kinematics, acting
@@ -50,7 +53,14 @@ AT_END = 1e-6
 
 
 @typed
-def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str = "middle") -> xr.Dataset:
+def loaded(
+    m: Mechanism,
+    *,
+    exact: bool = True,
+    details: bool = True,
+    sizes: str = "middle",
+    approach: str | None = None,
+) -> xr.Dataset:
     """Find the pose error where the loads take up the clearances.
 
     Parameters
@@ -68,6 +78,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     sizes : {"middle", "largest", "smallest"}
         Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
         smallest play.
+    approach : {"forward", "backward"}, optional
+        From which side each configuration is reached: friction counts, and the joints slide as in the nominal motion in
+        this direction of the path. Without friction if left out.
 
     Returns
     -------
@@ -90,6 +103,11 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
         beside the pendulum of the play), `contact` (``follows``, ``may be lost`` or ``lost``) and `transit_time` (the
         least in which the pin crosses its play). Inertia is among the loads; attributes `speeds` and `inertia`.
 
+        With an approach: `reversal` (error coming forward minus error coming backward), `efficiency` (power that comes
+        out over power that goes in, negative where the load cannot drive the motor), `friction_share` (per joint),
+        `drive_torque_other` (coming from the other side), `jam_joint` and `jam_coefficient` (the joint that takes most
+        of the power where the mechanism jams, and its coefficient from which it does).
+
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
         misfit of the nominal mechanism), `duality_gap` (upper bound of the distance from the optimum of the last cone
@@ -101,7 +119,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     Raises
     ------
     InputError
-        When nothing loads the mechanism.
+        When nothing loads the mechanism; with an approach, when nothing rubs, or its friction is not computed.
 
     Examples
     --------
@@ -110,7 +128,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     >>> result.error.sel(component=["x", "y"])[0].values.round(4)
     array([ 0.9505, -3.1031])
     """
-    return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
+    return to_dataset(compute(m, exact=exact, details=details, sizes=sizes, approach=approach))
 
 
 @recorded
@@ -121,6 +139,7 @@ def compute(
     exact: bool = True,
     details: bool = True,
     sizes: str = "middle",
+    approach: str | None = None,
     offset: bool = False,
     plays: bool = True,
     at: Nominal | None = None,
@@ -131,23 +150,34 @@ def compute(
     largest and the smallest play, where sizes scatter and those in the middle are asked for.
     """
     require_loads(m)
+    if approach is not None:
+        friction.require(m, approach, exact=exact)
     at = (at or nominal(m)).with_errors
     count, drives, poses = len(at), at.drives, at.poses
     motion = motion_of(m, at)
     bodies = moving(m, at, motion)
     loads = acting_on(m, at, bodies)
-    found = core_with(m, sizes).loaded(drives, poses, exact, offset or details, details, partly=True, loads=loads)
+    rubs = approach is not None
+    found = core_with(m, sizes).loaded(
+        drives, poses, exact, offset or details or rubs, details or rubs, partly=True, loads=loads
+    )
     done = len(found["status"])
     found, at = without_singular(found), at.first(done)
+    pressing = None if loads is None else loads[:done]
+    sides = friction.both(m, at, motion, found, sizes, pressing) if approach is not None else {}
+    if approach is not None:
+        found = sides[approach].found
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
     how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER
-    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes), **speeds(m))
+    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes), **speeds(m), **friction.told(m, approach))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(
         "undetermined", pose, found["undetermined"], "half-width of the indeterminacy that the load leaves", "component"
     )
+    if approach is not None:
+        friction.add(builder, sides, approach, details=details)
     if motion is not None and bodies is not None:
         motion = motion.first(done)
         add_motion(m, builder, motion, bodies.first(done), details=details)
@@ -170,19 +200,32 @@ def compute(
     judge(builder)
     unfinished = ""
     if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:
-        unfinished = _plays(m, builder, at, None if loads is None else loads[:done], exact=exact)
+        unfinished = _plays(m, builder, at, motion, pressing, exact=exact, approach=approach)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count, unfinished)
 
 
-def _plays(m: Mechanism, builder: ResultBuilder, at: Nominal, loads: Floats | None, *, exact: bool) -> str:
+def _plays(
+    m: Mechanism,
+    builder: ResultBuilder,
+    at: Nominal,
+    motion: DriveMotion | None,
+    loads: Floats | None,
+    *,
+    exact: bool,
+    approach: str | None,
+) -> str:
     """Add what quantities reach with the largest and the smallest play; in words what Ctrl-C has left out of it."""
     unfinished = ""
     for play in PLAYS:
         error, half = np.full((2, len(at), len(m.components)), np.nan)
 
-        found = core_with(m, play).loaded(at.drives, at.poses, exact, False, False, partly=True, loads=loads)
+        rubs = approach is not None
+        found = core_with(m, play).loaded(at.drives, at.poses, exact, rubs, rubs, partly=True, loads=loads)
         done = len(found["status"])
+        if approach is not None:
+            pressing = None if loads is None else loads[:done]
+            found = friction.sliding(m, at.first(done), motion, found, approach, play, pressing).found
         known = np.isin(STATUSES[at.first(done).worse(found["status"])], READABLE)
         error[:done][known], half[:done][known] = found["error"][known], found["undetermined"][known]
         add_play(builder, play, error, half)

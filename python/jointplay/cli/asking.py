@@ -31,7 +31,7 @@ ALL = "all"
     "Which question; if left out: loaded, worst and random.",
     None,
     *("offset", "samples", "seed", "law", "sampling", "contact", "indices", "rare", "certify", "parts"),
-    *("scheduler", "sizes"),
+    *("scheduler", "sizes", "approach"),
     own=(ALL,),
     several=True,
 )

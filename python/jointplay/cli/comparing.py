@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     "compare",
     "What both are asked.",
     "worst",
-    *("samples", "seed", "law", "sampling", "contact", "corrects", "target"),
+    *("samples", "seed", "law", "sampling", "contact", "approach", "corrects", "target"),
 )
 def compare(
     first: First,

@@ -188,6 +188,12 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
         "--sizes",
         help="loaded, given: clearances that scatter have the sizes of this play.",
     ),
+    "approach": _option(
+        choice("forward", "backward") | None,
+        None,
+        "--approach",
+        help="loaded: friction counts, where the mechanism slides in this direction of its path. [default: none]",
+    ),
     "corrects": _option(
         choice(*asked_by("compensate")) | None,
         None,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     "sweep",
     "What is asked at every value.",
     "worst",
-    *("offset", "samples", "seed", "law", "sampling", "contact", "corrects", "target"),
+    *("offset", "samples", "seed", "law", "sampling", "contact", "approach", "corrects", "target"),
 )
 def sweep(
     file: File,

@@ -69,6 +69,19 @@ class Nearness(TypedDict):
     sign: Floats
 
 
+class EquilibriumTerms(TypedDict):
+    """What equilibrium is made of at given poses."""
+
+    #: closure Jacobian, shape (configuration, row, unknown)
+    jacobian: Floats
+    #: what loads and springs do along the twists of all bodies
+    loads: Floats
+    #: of both points of every joint, from the core's origin of the body, ground axes
+    levers: Floats
+    #: of every joint its axes as the first body carries them, ground axes
+    axes: Floats
+
+
 class Given(TypedDict):
     """Poses for given offsets and deviations."""
 

@@ -21,3 +21,4 @@ pub(crate) mod tree;
 
 pub use newton::{Solver, State};
 pub use recorded::program::{Bound, Newton};
+pub use statics::EquilibriumTerms;

@@ -104,10 +104,19 @@ impl Mechanism {
 
     /// The work of the loads and springs: the gradient of it by their forces at the pose.
     pub(crate) fn load_cost<S: Real>(&self, poses: &[Pose<S>], parameters: &[S]) -> Cost<S> {
+        self.cost_of_loads(self.loads.iter().map(|load| [load.force, load.moment].map(constant)), poses, parameters)
+    }
+
+    /// The same where the loads have other forces and moments, in their axes.
+    pub(crate) fn cost_of_loads<S: Real>(
+        &self,
+        wrenches: impl Iterator<Item = [Vec3<S>; 2]>,
+        poses: &[Pose<S>],
+        parameters: &[S],
+    ) -> Cost<S> {
         let mut cost = self.no_cost();
-        for load in &self.loads {
-            let [force, moment] = [load.force, load.moment].map(constant);
-            let [force, moment] = load.axes.map_or([force, moment], |b| [force, moment].map(|v| poses[b].turn(v)));
+        for (load, wrench) in self.loads.iter().zip(wrenches) {
+            let [force, moment] = load.axes.map_or(wrench, |b| wrench.map(|v| poses[b].turn(v)));
             self.add_wrench(load.point, force, moment, poses, parameters, &mut cost);
         }
         self.add_springs(poses, parameters, &mut cost);

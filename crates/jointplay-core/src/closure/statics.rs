@@ -1,10 +1,60 @@
 //! The reactions at the joints: the multipliers of the closure equations, which are statics transposed.
 
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
+
+/// What equilibrium is made of at a pose; all vectors in ground axes.
+#[derive(Clone, Debug)]
+pub struct EquilibriumTerms {
+    /// The closure Jacobian J, row by row: multipliers l hold what the loads do with `J^T l = loads`.
+    pub jacobian: Vec<f64>,
+    /// What loads and springs do along the twists of all bodies.
+    pub loads: Vec<f64>,
+    /// Of every joint the places of its points, from the origins of their bodies.
+    pub levers: Vec<f64>,
+    /// Of every joint its three axes as the first body carries them, one after the other.
+    pub axes: Vec<f64>,
+}
 
 impl Mechanism {
+    /// What equilibrium is made of in every case, at its coordinates, for parameters and for forces and moments of the
+    /// loads, one after the other.
+    #[must_use]
+    pub fn balances(
+        &self,
+        cases: &[Case<'_>],
+        parameters: &[Vec<f64>],
+        wrenches: &[Vec<f64>],
+    ) -> Vec<EquilibriumTerms> {
+        let each = cases.par_iter().zip(parameters).zip(wrenches);
+        each.map(|((case, parameters), wrenches)| self.balance(case, parameters, wrenches)).collect()
+    }
+
+    fn balance(&self, case: &Case<'_>, parameters: &[f64], wrenches: &[f64]) -> EquilibriumTerms {
+        let (poses, size, n) = (self.poses(case.coordinates), self.size(), self.n_unknowns());
+        let inputs = Inputs { drives: case.drives.to_vec(), parameters: parameters.to_vec() };
+        let (_, derivatives) = self.evaluated(&poses, &inputs.commands(self));
+        let mut jacobian = vec![0.0; self.n_rows() * n];
+        for row in 0..self.n_rows() {
+            for (side, body) in self.row_bodies(row).into_iter().enumerate() {
+                let Some(b) = body else { continue };
+                let own = &derivatives[self.side(row, side) * size..][..size];
+                jacobian[row * n + b * size..][..size].iter_mut().zip(own).for_each(|(sum, d)| *sum += d);
+            }
+        }
+        let wrenches = wrenches.chunks_exact(6).map(|w| [[w[0], w[1], w[2]], [w[3], w[4], w[5]]]);
+        let loads = self.cost_of_loads(wrenches, &poses, parameters).twists;
+        let lever = |point: usize| self.place(point, &poses, parameters).lever;
+        let levers = self.joints.iter().flat_map(|joint| [joint.first, joint.second].map(lever)).flatten().collect();
+        let axes = (0..self.n_joints()).flat_map(|joint| self.carried(joint, false, &poses, parameters));
+        EquilibriumTerms { jacobian, loads, levers, axes: axes.flatten().collect() }
+    }
+
     /// What every drive does to the second bodies of its joints, by the multipliers of all rows: a moment or a force along
     /// its coordinate.
     pub(crate) fn drive_forces<S: Real>(&self, multipliers: &[S]) -> Vec<S> {

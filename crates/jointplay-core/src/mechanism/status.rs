@@ -22,11 +22,13 @@ pub enum Status {
     OtherBranch = 7,
     /// A drive or a joint would have to leave its range.
     OutsideLimits = 8,
+    /// Friction holds the mechanism, however hard the drives pull.
+    Jammed = 9,
 }
 
 impl Status {
     /// Every status, in the order of its code.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Ok,
         Self::NotAssembled,
         Self::Singular,
@@ -36,6 +38,7 @@ impl Status {
         Self::NotAssemblable,
         Self::OtherBranch,
         Self::OutsideLimits,
+        Self::Jammed,
     ];
 
     /// The name that results carry.
@@ -51,6 +54,7 @@ impl Status {
             Self::NotAssemblable => "not_assemblable",
             Self::OtherBranch => "other_branch",
             Self::OutsideLimits => "outside_limits",
+            Self::Jammed => "jammed",
         }
     }
 

@@ -35,7 +35,7 @@ from .loads import Loads, compile_loads, compile_output, inertia_matrix, places_
 from .members import Member, split
 from .motion import DriveMotion
 from .sizes import described
-from .source import LOOSE, CompiledSource
+from .source import LOOSE, SHIFTS_ACROSS, TILTS, CompiledSource
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .spins import Spin, find_spins
@@ -48,6 +48,8 @@ __all__ = [
     "LARGEST_RATIO",
     "LENGTHS",
     "LOOSE",
+    "SHIFTS_ACROSS",
+    "TILTS",
     "TURNS",
     "AssemblyOrder",
     "Compiled",

@@ -38,6 +38,7 @@ from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables
 from .file import MechanismFile, PlanarFile, SpatialFile
 from .followers import Follower
+from .friction import Friction
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
@@ -80,6 +81,7 @@ __all__ = [
     "Drive",
     "FlankClearance",
     "Follower",
+    "Friction",
     "GapClearance",
     "GearKeys",
     "GridRange",

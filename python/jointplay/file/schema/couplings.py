@@ -51,7 +51,8 @@ class Coupling(JointTable):
     is_pair: ClassVar[bool] = True
     instead: ClassVar[Mapping[str, str]] = {
         "wear": "how flanks, belts and threads slide differs from place to place, and is not computed; `sweep` over the"
-        " clearance shows what wear does"
+        " clearance shows what wear does",
+        "friction": "that of flanks, belts and threads is not computed",
     }
 
     ratio_error: Ratio | SkipJsonSchema[None] = Field(

@@ -10,6 +10,7 @@ from jointplay.errors import listed, not_known
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
 from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
+from .friction import RUBS, Friction, PinRubs, SliderRubs, SlotRubs
 from .placements import Placement, PlacementKeys, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
@@ -93,6 +94,17 @@ class JointTable(Table):
     def wears(self) -> Wear | None:
         """How its clearance grows; None where the file does not say."""
         return getattr(self, "wear", None)
+
+    @model_validator(mode="after")
+    def _has_what_rubs(self) -> Self:
+        if self.rubs is not None:
+            self.rubs.check(getattr(self, "clearance", None))
+        return self
+
+    @property
+    def rubs(self) -> Friction | None:
+        """What holds it back; None where the file does not say."""
+        return getattr(self, "friction", None)
 
     def has_direction(self, body: str) -> bool:
         """Whether it has an axis on a body, which can deviate."""
@@ -184,6 +196,7 @@ class Revolute(PlanarJoint):
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: PinStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: PinWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: PinRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class Prismatic(PlanarJoint):
@@ -198,6 +211,7 @@ class Prismatic(PlanarJoint):
     clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: SliderStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: SliderWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: SliderRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class PinInSlot(PlanarJoint):
@@ -211,6 +225,7 @@ class PinInSlot(PlanarJoint):
     clearance: SlotClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: SlotStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: BlockWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: SlotRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
     @model_validator(mode="after")
     def _pin_has_no_axis(self) -> Self:
@@ -225,7 +240,7 @@ class Fixed(PlanarJoint):
 
     may_turn: ClassVar[bool] = True
     held: ClassVar[tuple[str, ...]] = ("along", "normal", "tilt")
-    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
+    instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(

@@ -16,6 +16,7 @@ from .clearances import (
     SleeveClearance,
 )
 from .deviations import SpatialDirection, SpatialPosition
+from .friction import RUBS, BallRubs, GuideRubs, JournalRubs
 from .joints import ELASTIC, JointTable
 from .placements import SpatialPlacement, SpatialPlacementTable
 from .stiffness import (
@@ -93,6 +94,7 @@ class SpatialRevolute(SpatialJoint):
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: JournalWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class SpatialPrismatic(SpatialJoint):
@@ -106,6 +108,7 @@ class SpatialPrismatic(SpatialJoint):
     clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: GuideStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: GuideWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: GuideRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class Cylindrical(SpatialJoint):
@@ -114,6 +117,7 @@ class Cylindrical(SpatialJoint):
     needs_axis: ClassVar[bool] = True
     coordinate: ClassVar[str] = "along"
     held: ClassVar[tuple[str, ...]] = ("radial", "radial", "tilt", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"friction": "that of a pin which turns and slides at once is not computed"}
 
     type: Literal["cylindrical"] = Field(description="kind of joint")
     clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -131,6 +135,7 @@ class Spherical(SpatialJoint):
     clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: BallStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     wear: BallWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    friction: BallRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
 
 
 class Universal(SpatialJoint):
@@ -144,6 +149,7 @@ class Universal(SpatialJoint):
     clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
     wear: JournalWear | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {WORN}")
+    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {RUBS}")
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
     )
@@ -180,6 +186,7 @@ class Planar(SpatialJoint):
 
     needs_axis: ClassVar[bool] = True
     held: ClassVar[tuple[str, ...]] = ("along", "tilt", "tilt")
+    instead: ClassVar[Mapping[str, str]] = {"friction": "that of a plate between two planes is not computed"}
 
     type: Literal["planar"] = Field(description="kind of joint")
     clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -191,7 +198,7 @@ class SpatialFixed(SpatialJoint):
     """Two bodies locked together; axis and side on them give the mounting."""
 
     held: ClassVar[tuple[str, ...]] = ("along", "side", "normal", "roll", "tilt", "tilt")
-    instead: ClassVar[Mapping[str, str]] = {"wear": "nothing slides in a fixed joint"}
+    instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")

@@ -12,6 +12,7 @@ from .tables import (
     AxisDeviationDict,
     BacklashDict,
     BallClearanceDict,
+    BallFrictionDict,
     BallStiffnessDict,
     BallWearDict,
     BearingClearanceDict,
@@ -24,8 +25,10 @@ from .tables import (
     FlankClearanceDict,
     FlankStiffnessDict,
     GuideClearanceDict,
+    GuideFrictionDict,
     GuideStiffnessDict,
     GuideWearDict,
+    JournalFrictionDict,
     JournalStiffnessDict,
     JournalWearDict,
     LawDict,
@@ -44,6 +47,7 @@ from .tables import (
     SleeveStiffnessDict,
     SleeveWearDict,
     SlotClearanceDict,
+    SlotFrictionDict,
     SlotStiffnessDict,
     StrandStiffnessDict,
     ToleranceDict,
@@ -63,6 +67,7 @@ class Parts(Writing):
         clearance: BearingClearanceDict | None = None,
         stiffness: JournalStiffnessDict | None = None,
         wear: JournalWearDict | None = None,
+        friction: NumberLike | JournalFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -84,6 +89,9 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
+        friction : optional
+            Friction against its motion, which counts where a direction of approach is asked for; a number: its
+            coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -109,6 +117,7 @@ class Parts(Writing):
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "wear": wear,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -128,6 +137,7 @@ class Parts(Writing):
         clearance: GuideClearanceDict | None = None,
         stiffness: GuideStiffnessDict | None = None,
         wear: GuideWearDict | None = None,
+        friction: NumberLike | GuideFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -149,6 +159,9 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
+        friction : optional
+            Friction against its motion, which counts where a direction of approach is asked for; a number: its
+            coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -174,6 +187,7 @@ class Parts(Writing):
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "wear": wear,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -193,6 +207,7 @@ class Parts(Writing):
         clearance: SlotClearanceDict | None = None,
         stiffness: SlotStiffnessDict | None = None,
         wear: BlockWearDict | None = None,
+        friction: NumberLike | SlotFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -213,6 +228,9 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
+        friction : optional
+            Friction against its motion, which counts where a direction of approach is asked for; a number: its
+            coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -235,6 +253,7 @@ class Parts(Writing):
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "wear": wear,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -658,6 +677,7 @@ class Parts(Writing):
         clearance: BallClearanceDict | None = None,
         stiffness: BallStiffnessDict | None = None,
         wear: BallWearDict | None = None,
+        friction: NumberLike | BallFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -679,6 +699,9 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
+        friction : optional
+            Friction against its motion, which counts where a direction of approach is asked for; a number: its
+            coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -703,6 +726,7 @@ class Parts(Writing):
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "wear": wear,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -722,6 +746,7 @@ class Parts(Writing):
         clearance: BearingClearanceDict | None = None,
         stiffness: JournalStiffnessDict | None = None,
         wear: JournalWearDict | None = None,
+        friction: NumberLike | JournalFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -744,6 +769,9 @@ class Parts(Writing):
             Of each of the two pins: how hard it is in the directions that it holds; rigid if left out.
         wear : optional
             Of each of the two pins: how fast its clearance grows.
+        friction : optional
+            Of each of the two pins: friction against its motion, which counts where a direction of approach is
+            asked for; a number: its coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -770,6 +798,7 @@ class Parts(Writing):
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "wear": wear,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,

@@ -77,6 +77,18 @@ class BallClearanceDict(TypedDict, total=False):
     """Diameter and limits of the pin."""
 
 
+class BallFrictionDict(TypedDict, total=False):
+    """Friction of a ball in its socket, which the second body has."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
+    diameter: NumberLike
+    """Diameter of the socket; that of the clearance if left out."""
+    torque: NumberLike
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times
+    length."""
+
+
 class BallStiffnessDict(TypedDict, total=False):
     """Ball in its socket."""
 
@@ -328,6 +340,22 @@ class GuideClearanceDict(TypedDict, total=False):
     """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
 
 
+class GuideFrictionDict(TypedDict, total=False):
+    """Friction of a slider of rectangular section in its guide."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
+    length: NumberLike
+    """Length of the slider in its guide; that of the clearance if left out."""
+    height: NumberLike
+    """From face to face of the slider, across its axis; left out, friction acts in its axis; in space: size
+    of its section across; that of the clearance, or its width."""
+    force: NumberLike
+    """Force against its sliding whatever the load, as of seals and wipers."""
+    width: NumberLike
+    """Size of its section along `side`; that of the clearance if left out (in the plane only)."""
+
+
 class GuideStiffnessDict(TypedDict, total=False):
     """Bearing of a slider in its guide, in space."""
 
@@ -367,6 +395,22 @@ HoleDict = TypedDict(
     },
     total=False,
 )
+
+
+class JournalFrictionDict(TypedDict, total=False):
+    """Friction of a pin that turns in its hole, in space: at both of its ends, and at its shoulders."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
+    diameter: NumberLike
+    """Diameter of the hole; that of the clearance if left out."""
+    torque: NumberLike
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times
+    length."""
+    length: NumberLike
+    """Length of the pin in its hole; that of the clearance if left out."""
+    collar: NumberLike | NumbersLike
+    """Inner and outer diameter of its shoulders; left out, a load along the pin does not rub."""
 
 
 class JournalStiffnessDict(TypedDict, total=False):
@@ -751,6 +795,15 @@ SlotDict = TypedDict(
     },
     total=False,
 )
+
+
+class SlotFrictionDict(TypedDict, total=False):
+    """Friction along a slot, of a block that slides in it and carries the pin."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
+    force: NumberLike
+    """Force against its sliding whatever the load, as of seals and wipers."""
 
 
 class SlotStiffnessDict(TypedDict, total=False):

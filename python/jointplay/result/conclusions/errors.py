@@ -12,6 +12,7 @@ from jointplay.basics.arrays import Array
 from jointplay.result import Result, figure, typical
 from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
 
+from .rubbing import of_friction
 from .running import of_running
 from .words import BOUND_DIGITS, Conclusion, Sentence, farthest, of_statuses, plural, rounded_up, say, which
 
@@ -33,6 +34,7 @@ def of_errors(result: Result) -> Conclusion:
         *judged,
         *sizes[:first],
         *of_statuses(result),
+        *of_friction(result),
         *of_running(result),
         *sizes[first:],
         *proved(result),

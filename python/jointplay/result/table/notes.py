@@ -23,6 +23,7 @@ OUTCOMES = {
     "not_assemblable": "the clearances cannot absorb the deviations",
     "other_branch": "behind a singularity: the machine cannot move there from its start",
     "outside_limits": "a drive or a joint would leave its range",
+    "jammed": "friction holds it, however hard the drives pull",
 }
 #: outcomes of specimens that have a pose
 COUNTED = ("ok", "undetermined", "strained")

@@ -73,14 +73,22 @@ def ends(result: Result) -> tuple[Array, Array]:
     """Lowest and highest value of every quantity, each (configuration, quantity).
 
     What a load leaves open counts: a component may be anywhere within its half-width, and a size is at most that of
-    the farthest corner. Of corrected drives it is what is left that counts.
+    the farthest corner. Of corrected drives it is what is left that counts. With friction both sides count from which a
+    configuration is reached.
     """
     if "worst_component" in result.data:
         low, high = (result.get("worst_component", side=side) for side in SIDES)
         sizes = [result.get(f"worst_{which}") for which in SIZES]
         return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
     error, half = judged(result)
-    return _reached(error, half, result.labels("component"))
+    components = result.labels("component")
+    reached = _reached(error, half, components)
+    if "reversal" not in result.data:
+        return reached
+    # The limits hold from whichever side the machine comes.
+    other = error + result.get("reversal") * (-1.0 if result.attrs["approach"] == "forward" else 1.0)
+    (low, high), (low2, high2) = reached, _reached(other, half, components)
+    return np.minimum(low, low2), np.maximum(high, high2)
 
 
 def judged(result: Result) -> tuple[Array, Array]:

@@ -194,7 +194,7 @@ class _Extreme:
         return f"{near}{there(self.result, self.at)}, {margin}{blamed}"
 
     def _open(self) -> str:
-        """What of a value is left open by the load."""
+        """What of a value is left open by the load, or is that of the other side."""
         if not self.case.is_own or "worst_component" in self.result.data:
             return ""
         error = judged(self.result)[0][self.at]
@@ -205,6 +205,8 @@ class _Extreme:
             plain = float(error[self.quantity])
         if abs(self.value - plain) <= rounding(self.result, self.unit):
             return ""
+        if "reversal" in self.result.data and not self.result.get("undetermined")[self.at].any():
+            return " coming from the other side"
         return f" ({self._shown(plain)} and what the load leaves open)"
 
     def _shown(self, value: float) -> str:

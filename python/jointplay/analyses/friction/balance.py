@@ -1,0 +1,430 @@
+"""Equilibrium with friction on the exact closure, by Newton's method.
+
+With the unknowns y of all contacts (see `laws`) and one for every other row, offsets u(y) and multipliers l(y) follow.
+The closure gives the poses x(u), and friction its generalised forces f(l, x). Equilibrium is
+
+    R(y) = J(x)^T l - W(x) - f(l, x) = 0        W: what loads and springs do
+
+Its derivatives are those of the contacts by y, and of R by x along the motions that offsets make, as central
+differences. From the equilibrium without friction the coefficients grow to their values in steps. Where det(dR/dy) goes
+through zero on the way and the forces grow without bound, the mechanism is jammed from that part of the coefficients
+on. Iteration between reactions and friction finds forces beyond it, too, of the wrong sign. Where a force goes through
+zero, the contact may go over to its other side at once, and equilibrium is looked for there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
+from jointplay.core.answers import EquilibriumTerms
+from jointplay.core.compile import TURNS
+from jointplay.model.mechanism import Mechanism
+
+from .laws import ContactForces, ContactPart, HeldOffsets, JointContact
+
+#: steps of Newton's method, and parts of one that are tried
+STEPS, HALVINGS = 30, 8
+#: what is left of the forces, as a part of the largest; and what rounding may leave where no step makes it less
+LEFT, ROUNDED = 1e-13, 1e-10
+#: first part of the coefficients that is added, and the least
+FIRST, LEAST = 0.25, 1e-5
+#: differences of unknowns, and of motions in characteristic lengths and radians
+STEP, MOVE = 1e-6, 1e-6
+#: forces below this part of the largest are none
+NONE = 1e-9
+#: times that contacts which nothing had pressed are let go
+RELEASES = 3
+#: growth of the forces by which jamming is told from the loss of an equilibrium
+JAMMED = 50.0
+#: where no step of the coefficients larger than this can be made, contacts with less than a part of the largest force
+#: may have changed sides
+TURNING, WEAK = (2e-3, 1e-4), 0.1
+#: as many of them at a time, pressed from the start by this part
+LOOSE, PRESSED = 4, 0.05
+
+
+@dataclass(frozen=True)
+class SlidingTask:
+    """What does not change while equilibrium is found, of some configurations.
+
+    Attributes
+    ----------
+    m : Mechanism
+    contacts : list of JointContact
+    drives, nominal : ndarray
+        Drive values and nominal poses.
+    wrenches : ndarray
+        Force and moment of every load, one after the other.
+    built : ndarray
+        Values of the parameters where nothing displaces a contact.
+    motions : list of ndarray
+        Direction of the motion of every contact, as `JointContact.at` has it.
+    scale : ndarray
+        Unit of forces, shape (configuration,).
+    unit : float
+        Unit of offsets.
+    """
+
+    m: Mechanism
+    contacts: list[JointContact]
+    drives: Floats
+    nominal: Floats
+    wrenches: Floats
+    built: Floats
+    motions: list[Floats]
+    scale: Floats
+    unit: float
+
+    def chosen(self, places: NDArray[np.intp] | NDArray[np.bool_]) -> SlidingTask:
+        """Some configurations only."""
+        names = ("drives", "nominal", "wrenches", "built", "scale")
+        return replace(
+            self,
+            **{name: getattr(self, name)[places] for name in names},
+            motions=[motion[places] for motion in self.motions],
+        )
+
+
+@dataclass
+class Equilibrium:
+    """What was found, of all configurations.
+
+    Attributes
+    ----------
+    y : ndarray
+        Unknowns, in the order of the rows.
+    held : ndarray of bool
+        Those whose offset nothing decides.
+    offset : ndarray
+        Of these.
+    part : ndarray
+        Part of the coefficients up to which equilibrium was found: 1 where all is well.
+    forces : ndarray
+        Largest force there, in units.
+    steps : ndarray of int
+        Steps of Newton's method.
+    """
+
+    y: Floats
+    held: NDArray[np.bool_]
+    offset: Floats
+    part: Floats
+    forces: Floats
+    steps: NDArray[np.int64]
+
+
+class EquilibriumAt:
+    """Equilibrium of some configurations at some unknowns."""
+
+    def __init__(self, of: SlidingTask, y: Floats, held: NDArray[np.bool_], offset: Floats, part: Floats) -> None:
+        self.of, self.y, self.held, self.offset, self.part = of, y, held, offset, part
+        self.u, self.multipliers = of.built.copy(), y * _row_units(of)
+        self.forces = [self._forces(k, y) for k in range(len(of.contacts))]
+        for contact, forces in zip(of.contacts, self.forces, strict=True):
+            self.multipliers[:, contact.rows] = forces.multiplier
+            if len(contact.parameters):
+                self.u[:, contact.parameters] = of.built[:, contact.parameters] + forces.offset
+        found = of.m.core.given(of.drives, of.nominal, self.u)
+        self.error, self.poses, self.closed = found["error"], np.array(found["poses"]), found["status"] == 0
+        self.closed &= np.isfinite(self.poses).all(axis=(1, 2))
+        self.poses[~self.closed] = of.nominal[~self.closed]
+        self.geometry = of.m.core.balance(of.drives, self.poses, self.u, of.wrenches)
+        self.residual = self._residual(self.geometry, self.poses)
+        self.size = np.where(self.closed, np.abs(self.residual).max(axis=1, initial=0.0), np.inf)
+
+    def _forces(self, k: int, y: Floats) -> ContactForces:
+        of, contact = self.of, self.of.contacts[k]
+        own = HeldOffsets(self.held[:, contact.rows], self.offset[:, contact.rows])
+        return contact.at(y[:, contact.rows], of.motions[k], self.part, of.unit, of.scale, own)
+
+    def _residual(self, geometry: EquilibriumTerms, placed: Floats) -> Floats:
+        """Forces and moments that are left on all bodies, in units."""
+        of = self.of
+        many = len(placed) // len(self.y)
+        repeated = np.repeat(np.arange(len(self.y)), many)
+        left = np.einsum("nrk,nr->nk", geometry["jacobian"], self.multipliers[repeated]) - geometry["loads"]
+        for contact, forces in zip(of.contacts, self.forces, strict=True):
+            if contact.rubs:
+                left -= _on_bodies(of, contact, forces, geometry, placed, repeated)
+        return np.asarray(left / (of.scale[repeated][:, None] * _column_units(of.m)))
+
+    def derivative(self) -> Floats:
+        """Derivatives of what is left by all unknowns."""
+        of, n = self.of, self.y.shape[1]
+        jacobian = self.geometry["jacobian"]
+        units = _row_units(of)
+        by_multiplier = np.einsum("nrk,nr->nkr", jacobian, np.broadcast_to(units, self.y.shape))
+        by_offset = np.zeros((len(self.y), len(self.of.built[0]), n))
+        count = np.arange(len(self.y))
+        for k, contact in enumerate(of.contacts):
+            for column in contact.rows:
+                step = np.zeros_like(self.y)
+                step[:, column] = STEP
+                after, before = (self._forces(k, self.y + sign * step) for sign in (1.0, -1.0))
+                names = ("offset", "multiplier", "force", "second", "first")
+                slope = ContactForces(*((getattr(after, x) - getattr(before, x)) / (2.0 * STEP) for x in names))
+                by_multiplier[:, :, column] = np.einsum("nrk,nr->nk", jacobian[:, contact.rows], slope.multiplier)
+                if contact.rubs:
+                    pushed = _on_bodies(of, contact, slope, self.geometry, self.poses, count)
+                    by_multiplier[:, :, column] -= pushed
+                if len(contact.parameters):
+                    by_offset[:, contact.parameters, column] = slope.offset
+        scaled = of.scale[:, None, None] * _column_units(of.m)[:, None]
+        return np.asarray(by_multiplier / scaled + self._stiffness() @ by_offset)
+
+    def _stiffness(self) -> Floats:
+        """Derivatives of what is left by all offsets, through the motions that they make."""
+        of, m = self.of, self.of.m
+        count, n = self.y.shape
+        found = np.zeros((count, n, of.built.shape[1]))
+        moving = [(p, r) for c in of.contacts for p, r in zip(c.parameters, c.rows, strict=False)]
+        if not moving:
+            return found
+        right = np.zeros((n, len(moving)))
+        for k, (_, row) in enumerate(moving):
+            right[row, k] = 1.0
+        motions = np.swapaxes(
+            np.linalg.solve(self.geometry["jacobian"], np.broadcast_to(right, (count, n, len(moving)))), 1, 2
+        )
+        sizes = np.abs(motions / _twist_units(m)).max(axis=2, keepdims=True)
+        steps = MOVE / np.where(sizes > 0.0, sizes, 1.0)
+        ends = []
+        for sign in (1.0, -1.0):
+            twists = (sign * steps * motions).reshape(count * len(moving), len(m.bodies), -1)
+            each = np.repeat(np.arange(count), len(moving))
+            placed = poses.moved(self.poses[each], twists, m.core.origins)
+            there = m.core.balance(of.drives[each], placed, self.u[each], of.wrenches[each])
+            ends.append(self._residual(there, placed).reshape(count, len(moving), n))
+        slopes = (ends[0] - ends[1]) / (2.0 * steps)
+        for k, (parameter, _) in enumerate(moving):
+            found[:, :, parameter] += slopes[:, k]
+        return found
+
+
+def _on_bodies(
+    of: SlidingTask,
+    contact: JointContact,
+    forces: ContactForces,
+    geometry: EquilibriumTerms,
+    placed: Floats,
+    each: NDArray[np.intp],
+) -> Floats:
+    """What friction does along the twists of all bodies."""
+    m = of.m
+    first, second = (m.points[p].body for p in m.joint_points[contact.joint])
+    levers = geometry["levers"][:, contact.joint]
+    axes = geometry["axes"][:, contact.joint]
+
+    def turned(vector: Floats) -> Floats:
+        if contact.in_ground_axes:
+            return vector[each]
+        return np.asarray(np.einsum("nk,nki->ni", vector[each], axes))
+
+    force = turned(forces.force)
+    found = np.zeros((len(placed), len(m.bodies), 6))
+    where = origin(m, placed, second) + levers[:, 1]
+    for body, sign, moment in ((second, 1.0, forces.second), (first, -1.0, forces.first)):
+        if body >= 0:
+            found[:, body, :3] += sign * force
+            found[:, body, 3:] += turned(moment) + np.cross(where - origin(m, placed, body), sign * force)
+    return found[..., [0, 1, 5]].reshape(len(placed), -1) if m.pose_size == 3 else found.reshape(len(placed), -1)
+
+
+def origin(m: Mechanism, placed: Floats, body: int) -> Floats:
+    """Where the core has the origin of a body."""
+    if body < 0:
+        return np.zeros((len(placed), 3))
+    return poses.place(placed[:, body], m.core.origins[body])
+
+
+def _row_units(of: SlidingTask) -> Floats:
+    """Units of the multipliers of all rows, shape (configuration, row)."""
+    turns = np.array([of.m.length if c in TURNS else 1.0 for _, c in of.m.core.rows])
+    return np.asarray(of.scale[:, None] * turns)
+
+
+def _twist_units(m: Mechanism) -> Floats:
+    """Units of the motions of all bodies."""
+    own = [m.length, m.length, 1.0] if m.pose_size == 3 else [m.length] * 3 + [1.0] * 3
+    return np.tile(own, len(m.bodies))
+
+
+def _column_units(m: Mechanism) -> Floats:
+    """Units of the forces along these, in forces."""
+    return np.asarray(m.length / _twist_units(m))
+
+
+def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilibrium:
+    """Equilibrium with friction from that without.
+
+    Parameters
+    ----------
+    of : SlidingTask
+    offset : ndarray
+        Values of all parameters without friction.
+    multipliers : ndarray
+        Of all rows.
+    """
+    count = len(offset)
+    y, held, kept = multipliers / _row_units(of), np.zeros(multipliers.shape, bool), np.zeros(multipliers.shape)
+    for contact in of.contacts:
+        normal = multipliers[:, contact.rows] @ np.linalg.inv(contact.transform) / of.scale[:, None]
+        v = np.zeros(normal.shape)
+        if len(contact.parameters):
+            v = (offset - of.built)[:, contact.parameters] @ contact.transform.T
+        for begin, end, low, high in contact.parts:
+            quiet = np.linalg.norm(normal[:, begin:end], axis=1) <= NONE
+            held[:, contact.rows[begin:end]] = (quiet & (high > low))[:, None]
+        own = held[:, contact.rows]
+        kept[:, contact.rows] = v
+        y[:, contact.rows] = np.where(own, normal, normal + v / of.unit)
+    found = Equilibrium(y, held, kept, np.zeros(count), np.zeros(count), np.zeros(count, np.int64))
+    _grow(of, found)
+    every = [(contact, part) for contact in of.contacts for part in contact.parts]
+    for _ in range(RELEASES):
+        if not _release(of, found, every).any():
+            break
+    # What cannot be let go together may be let go one after the other; the rest stays where nothing pressed it.
+    for one in every:
+        _release(of, found, [one])
+    return found
+
+
+def _release(of: SlidingTask, found: Equilibrium, some: list[tuple[JointContact, ContactPart]]) -> NDArray[np.bool_]:
+    """Let go of contacts that were held and that friction presses; gives where that has led to equilibrium."""
+    again = np.zeros(len(found.y), bool)
+    before = found.y.copy(), found.held.copy()
+    for contact, (begin, end, low, high) in some:
+        rows = contact.rows[begin:end]
+        size = np.linalg.norm(found.y[:, rows], axis=1)
+        pressed = found.held[:, rows].all(axis=1) & (size > NONE) & (found.part == 1.0)
+        found.held[np.ix_(pressed, rows)] = False
+        normal = found.y[np.ix_(pressed, rows)]
+        ends = np.where(normal > 0.0, high, low) if end - begin == 1 else high * normal / size[pressed, None]
+        found.y[np.ix_(pressed, rows)] = normal + ends / of.unit
+        again |= pressed
+    places = np.flatnonzero(again)
+    if len(places):
+        at = _solve(of, found, places, np.ones(len(again)))
+        failed = places[~at.good]
+        found.y[failed], found.held[failed] = (values[failed] for values in before)
+        found.forces[places[at.good]] = at.forces[at.good]
+        again[failed] = False
+    return again
+
+
+def _grow(of: SlidingTask, found: Equilibrium) -> None:
+    """Let the coefficients grow from nothing to their values."""
+    count = len(found.y)
+    part, step, sign = np.zeros(count), np.full(count, FIRST), np.zeros(count)
+    start = _solve(of, found, np.arange(count), part)
+    sign[:] = start.sign
+    found.forces[:] = 1.0
+    places = np.flatnonzero(start.good)
+    while len(places):
+        to = np.minimum(part + step, 1.0)
+        before = found.y[places].copy()
+        at = _solve(of, found, places, to)
+        good = at.good & (at.sign == sign[places])
+        found.y[places[~good]] = before[~good]
+        for n in np.flatnonzero(~good & _is_between(step[places])):
+            turned = _turned(of, found, places[n], to, sign)
+            if turned is not None:
+                good[n], at.forces[n] = True, turned
+        failed, done = places[~good], places[good]
+        part[done] = to[done]
+        found.part[done] = to[done]
+        found.forces[done] = at.forces[good]
+        step[failed] /= 2.0
+        step[done] = np.minimum(2.0 * step[done], FIRST)
+        places = places[(part[places] < 1.0) & (step[places] > LEAST)]
+
+
+def _is_between(step: Floats) -> NDArray[np.bool_]:
+    """Whether steps have just become smaller than those of `TURNING`."""
+    return np.asarray(np.any([(step <= least) & (2.0 * step > least) for least in TURNING], axis=0))
+
+
+def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: Floats) -> float | None:
+    """Equilibrium with contacts on their other sides, where the forces on them have vanished; the largest force."""
+    before = found.y[place].copy()
+    loose = []
+    for contact in of.contacts:
+        for begin, end, low, high in contact.parts:
+            rows = contact.rows[begin:end]
+            if high > low and not found.held[place, rows].any():
+                middle = (low + high) / 2.0 / of.unit if end - begin == 1 else 0.0
+                v = contact.nearest(before[contact.rows], of.unit)[begin:end] - middle
+                size = float(np.linalg.norm(v))
+                normal = float(np.linalg.norm(before[rows] - middle - v))
+                if size > 0.0 and normal <= WEAK:
+                    loose.append((normal, rows, middle - v * (1.0 + PRESSED / size)))
+    loose = sorted(loose, key=lambda one: one[0])[:LOOSE]
+    for count in range(1, len(loose) + 1):
+        for some in combinations(loose, count):
+            found.y[place] = before
+            for _, rows, there in some:
+                found.y[place, rows] = there
+            at = _solve(of, found, np.array([place]), to)
+            if at.good[0] and at.sign[0] == sign[place]:
+                return float(at.forces[0])
+    found.y[place] = before
+    return None
+
+
+@dataclass(frozen=True)
+class _Solved:
+    good: NDArray[np.bool_]
+    sign: Floats
+    forces: Floats
+
+
+def _solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> _Solved:
+    """Newton's method at a part of the coefficients, into the unknowns."""
+    active = np.arange(len(places))
+    good, sign, forces = np.zeros(len(places), bool), np.zeros(len(places)), np.zeros(len(places))
+    for _ in range(STEPS):
+        if not len(active):
+            break
+        own = places[active]
+        here = of.chosen(own)
+
+        def at(
+            y: Floats, some: NDArray[np.intp], here: SlidingTask = here, own: NDArray[np.intp] = own
+        ) -> EquilibriumAt:
+            chosen = own[some]
+            return EquilibriumAt(here.chosen(some), y, found.held[chosen], found.offset[chosen], part[chosen])
+
+        now = at(found.y[own], np.arange(len(own)))
+        slope = now.derivative()
+        sign[active] = np.linalg.slogdet(slope)[0]
+        regular = (sign[active] != 0.0) & now.closed
+        step = np.zeros_like(now.y)
+        step[regular] = np.linalg.solve(slope[regular], -now.residual[regular][..., None])[..., 0]
+        forces[active] = np.abs(now.multipliers / _row_units(here)).max(axis=1)
+        found.steps[own] += 1
+        done = (now.size <= LEFT * np.maximum(forces[active], 1.0)) & now.closed
+        best, size = now.y.copy(), now.size.copy()
+        trying = np.flatnonzero(~done & regular)
+        length = 1.0
+        better = np.zeros(len(own), bool)
+        for _ in range(HALVINGS):
+            if not len(trying):
+                break
+            there = at(now.y[trying] + length * step[trying], trying)
+            less = there.size < size[trying]
+            best[trying[less]], size[trying[less]] = there.y[less], there.size[less]
+            better[trying[less]] = True
+            trying = trying[~less]
+            length /= 2.0
+        found.y[own] = best
+        ends = done | (~better & (size <= ROUNDED * np.maximum(forces[active], 1.0)) & regular)
+        good[active[ends]] = True
+        active = active[~ends & better]
+    return _Solved(good, sign, forces)

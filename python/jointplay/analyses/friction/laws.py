@@ -1,0 +1,393 @@
+"""Joints with clearance and friction: offsets and friction by one vector of unknowns for each contact.
+
+A contact is where something round, or a face, lies within its clearance c. Its unknown y, a force and an offset in one,
+gives the normal force N and the offset v without friction, whether it touches or not:
+
+    v = P(y),    N = F (y - v / c0)        P: the nearest point of the set, F, c0: units of force and of offsets
+
+With friction, Coulomb's coefficient mu, phi = atan mu, s = -1, 0 or 1 the direction of the motion, and the hole or
+socket, of radius r, on the second body:
+
+    pin in a hole         the line of force touches the circle of radius r sin phi: offset Rot(s phi) v, and the moment
+                          -s r sin phi |N| on the second body about the hole's centre
+    pin in space          the same at each of its ends; at its shoulders -s mu r_m |N|
+    ball in a socket      w: relative angular velocity; N = |N| (cos phi u - sin phi (w x u) / |w x u|) with the offset
+                          along u, and the moment -r sin phi |N| e with e along w - u (u . w)
+    slider in a guide     contacts at both ends, in space on two pairs of faces; force -s mu sum |N| along the axis, and
+                          the moments that it has since it acts at the faces
+    block in a slot       force -s mu |N| along the slot
+
+A force or moment of its own acts against the motion as well. In the plane, and of balls, forces act on each body at its
+own centre, so that the moment on the first body has the radius of the pin or ball. A slider in space does not roll
+while the moment about its axis is smaller than what its faces bear; friction then acts in the middle of its edges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.basics.arrays import Floats
+from jointplay.core.compile import SHIFTS_ACROSS, TILTS
+from jointplay.errors import InputError
+from jointplay.file.schema import Friction
+from jointplay.model.gaps import clearance_of
+from jointplay.model.mechanism import Mechanism
+
+#: directions in which joints hold that may rub
+HELD_BY = {
+    "revolute": ("x", "y"),
+    "prismatic": ("normal", "angle"),
+    "pin_in_slot": ("normal",),
+    "spherical": ("x", "y", "z"),
+}
+HELD_IN_SPACE = {
+    "revolute": ("along", *SHIFTS_ACROSS, *TILTS),
+    "prismatic": (*SHIFTS_ACROSS, "roll", *TILTS),
+    "spherical": ("x", "y", "z"),
+}
+#: what rubs how, by kind of joint in the plane and in space
+LAWS = {"revolute": "pin", "prismatic": "guide", "pin_in_slot": "slot"}
+LAWS_IN_SPACE = {"revolute": "journal", "prismatic": "rail", "spherical": "ball"}
+#: sets of offsets that are known here
+KNOWN = ("disc", "interval", "diamond", "journal", "sleeve", "guide", "ball")
+#: a ball that bores is taken to slide by this part of its turning
+BORES = 1e-6
+
+
+#: of every contact the first unknown and the one behind its last, lowest and highest offset
+ContactPart = tuple[int, int, float, float]
+ContactParts = tuple[ContactPart, ...]
+#: numbers of a pose in the plane
+PLANAR = 3
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """What joints do in some configurations.
+
+    Attributes
+    ----------
+    offset : ndarray
+        Along the rows of the contact, shape (configuration, row).
+    multiplier : ndarray
+        Of these rows, by which the loads push.
+    force : ndarray
+        Of friction, on the second body at its point, shape (configuration, 3); the opposite acts on the first body at
+        the same place. In the joint's axes on the first body, as the moments are; of balls in ground axes.
+    second, first : ndarray
+        Moments of friction on both bodies about that point.
+    """
+
+    offset: Floats
+    multiplier: Floats
+    force: Floats
+    second: Floats
+    first: Floats
+
+
+@dataclass(frozen=True)
+class JointContact:
+    """A joint whose offset is decided, or that rubs.
+
+    Attributes
+    ----------
+    joint : int
+    kind : str
+        One of `LAWS` or `LAWS_IN_SPACE`; empty where nothing rubs.
+    rows : ndarray of int
+        Rows of the closure.
+    parameters : ndarray of int
+        Parameters that displace them; empty where nothing does.
+    transform : ndarray
+        Offsets of the contacts over those of the rows.
+    parts : tuple
+        Of every contact the first unknown and the one behind its last, and lowest and highest offset: the highest is
+        the radius of a round one.
+    coefficient : float
+    own : float
+        Force or moment of its own, SI.
+    radius : float
+        Of the hole, SI.
+    height, width : float
+        From face to face, SI.
+    collar : float
+        Lever of friction at the shoulders.
+    source : int
+        Of the offsets; -1 where there is none.
+    """
+
+    joint: int
+    kind: str
+    rows: NDArray[np.intp]
+    parameters: NDArray[np.intp]
+    transform: Floats
+    parts: ContactParts
+    coefficient: float = 0.0
+    own: float = 0.0
+    radius: float = 0.0
+    height: float = 0.0
+    width: float = 0.0
+    collar: float = 0.0
+    source: int = -1
+
+    @property
+    def rubs(self) -> bool:
+        """Whether friction holds it back."""
+        return self.coefficient > 0.0 or self.own > 0.0
+
+    def nearest(self, y: Floats, unit: Floats | float) -> Floats:
+        """Offsets without friction, in a unit."""
+        v = np.zeros_like(y)
+        for begin, end, low, high in self.parts:
+            own = y[..., begin:end]
+            if end - begin == 1:
+                v[..., begin:end] = np.clip(own, low / unit, high / unit)
+                continue
+            size = np.linalg.norm(own, axis=-1, keepdims=True)
+            most = high / unit
+            v[..., begin:end] = own * np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
+        return v
+
+    @property
+    def in_ground_axes(self) -> bool:
+        """Whether its moments are in ground axes."""
+        return self.kind == "ball"
+
+    @property
+    def by_direction(self) -> bool:
+        """Whether its motion is a direction in space."""
+        return self.kind == "ball"
+
+    def at(
+        self, y: Floats, motion: Floats, part: Floats, unit: float, scale: Floats, held: HeldOffsets
+    ) -> ContactForces:
+        """What it does.
+
+        Parameters
+        ----------
+        y : ndarray
+            Its unknowns, shape (configuration, unknown).
+        motion : ndarray
+            Direction of its motion, shape (configuration,); of a ball relative angular velocity, (configuration, 3).
+        part : ndarray
+            Part of the coefficient and of its own force that counts.
+        unit : float
+            Of offsets.
+        scale : ndarray
+            Of forces, shape (configuration,).
+        held : HeldOffsets
+            Unknowns whose offset stays.
+        """
+        v = np.where(held.which, held.offset / unit, self.nearest(y, unit))
+        normal = scale[:, None] * np.where(held.which, y, y - v)
+        v = v * unit
+        force, second, first = (np.zeros((len(y), 3)) for _ in range(3))
+        inverse = np.linalg.inv(self.transform)
+        if not self.rubs:
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
+        mu, own = part * self.coefficient, part * self.own
+        cosine = 1.0 / np.sqrt(1.0 + mu * mu)
+        sine = mu * cosine
+        if self.kind == "ball":
+            v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, cosine, sine)
+            size = np.linalg.norm(normal, axis=1)
+            speed = np.linalg.norm(motion, axis=1, keepdims=True)
+            against = own[:, None] * motion / np.where(speed > 0.0, speed, 1.0)
+            second = -(self.radius * sine * size)[:, None] * about - against
+            first = ((self.radius - self.parts[0][3]) * sine * size)[:, None] * about + against
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
+        mu, own, sine = mu * motion, own * motion, sine * motion
+        # Without motion nothing turns.
+        cosine = np.where(motion == 0.0, 1.0, cosine)
+        if self.kind in ("pin", "journal"):
+            moment = own.copy()
+            for begin, end, _, _ in self.parts:
+                if end - begin == 1:
+                    moment += mu * self.collar * np.abs(normal[:, begin])
+                    continue
+                x, z = v[:, begin].copy(), v[:, begin + 1].copy()
+                v[:, begin], v[:, begin + 1] = cosine * x - sine * z, sine * x + cosine * z
+                moment += self.radius * sine * np.linalg.norm(normal[:, begin:end], axis=1)
+            axis = 2 if self.kind == "pin" else 0
+            second[:, axis] = -moment
+            first[:, axis] = moment
+            if self.kind == "pin":
+                first[:, axis] -= self.parts[0][3] * sine * np.linalg.norm(normal, axis=1)
+        elif self.kind == "rail":
+            force[:, 0] = -(mu * np.abs(normal[:, :4]).sum(axis=1) + own)
+            second[:, 1] = -mu * self.height / 2.0 * (normal[:, 2] + normal[:, 3])
+            second[:, 2] = mu * self.width / 2.0 * (normal[:, 0] + normal[:, 1])
+            first = -second
+        else:
+            force[:, 0] = -(mu * np.abs(normal).sum(axis=1) + own)
+            second[:, 2] = mu * self.height / 2.0 * normal.sum(axis=1)
+            first = -second
+        return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
+
+
+def _on_ball(y: Floats, offset: Floats, w: Floats, cosine: Floats, sine: Floats) -> tuple[Floats, Floats]:
+    """Offset of a ball whose force is along y, of a given size, and the direction of the friction moment.
+
+    With n the direction of the force, u . w = n . w / cos phi, and across w u is turned from n by atan(tan phi / b), b
+    the part of u across w.
+    """
+    size, speed = (np.linalg.norm(x, axis=1, keepdims=True) for x in (y, w))
+    n = y / np.where(size > 0.0, size, 1.0)
+    w = w / np.where(speed > 0.0, speed, 1.0)
+    along = np.sum(n * w, axis=1)
+    a = np.clip(along / cosine, -1.0 + BORES, 1.0 - BORES)
+    b = np.sqrt(1.0 - a * a)
+    across = n - along[:, None] * w
+    far = np.linalg.norm(across, axis=1, keepdims=True)
+    p = across / np.where(far > 0.0, far, 1.0)
+    turn = np.arctan2(sine, cosine * b)[:, None]
+    p = np.cos(turn) * p + np.sin(turn) * np.cross(w, p)
+    u = a[:, None] * w + b[:, None] * p
+    about = (w - a[:, None] * u) / b[:, None]
+    still = speed == 0.0
+    return offset[:, None] * np.where(still, n, u), np.where(still, 0.0, about)
+
+
+@dataclass(frozen=True)
+class HeldOffsets:
+    """Unknowns of a contact whose offset stays: nothing presses them.
+
+    Attributes
+    ----------
+    which : ndarray of bool
+        Shape (configuration, unknown).
+    offset : ndarray
+    """
+
+    which: NDArray[np.bool_]
+    offset: Floats
+
+
+def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
+    """The contacts of all joints.
+
+    Parameters
+    ----------
+    m : Mechanism
+    u : ndarray
+        Values of all parameters, of which those of sizes count.
+
+    Raises
+    ------
+    InputError
+        When it has something whose friction is not computed.
+    """
+    from_rows = list(m.core.rows)
+    found: list[JointContact] = []
+    played: dict[int, int] = {}
+    for k, source in enumerate(m.compiled_sources):
+        if source.kind == "clearance":
+            played[source.spec["joint"]] = k
+        elif source.kind == "backlash":
+            found.append(_lost_motion(m, k, from_rows))
+    for joint, name in enumerate(m.joints):
+        entry = m.data.joints.get(name) or m.data.joints.get(name.rsplit("/", 1)[0])
+        friction = entry.rubs if entry is not None else None
+        k = played.get(joint, -1)
+        if k < 0 and friction is None:
+            continue
+        shape, size = clearance_of(m, k, u) if k >= 0 else ("", {})
+        if k >= 0 and shape not in KNOWN:
+            problem = f"friction is not computed in mechanisms with the clearance of a {m.joint_kinds[joint]} joint"
+            raise InputError(problem, file=m.file, key=f"joints.{name}.clearance")
+        parameters = np.flatnonzero(m.parameter_source == k) if k >= 0 else np.array([], dtype=np.intp)
+        held = HELD_BY if m.pose_size == PLANAR else HELD_IN_SPACE
+        names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
+        own = np.array([from_rows.index((joint, component)) for component in names])
+        found.append(_contact(m, joint, entry, friction, own, parameters, shape, size, k))
+    return found
+
+
+def _ends(half: float) -> Floats:
+    """Displacements of both ends of a pin across its axis, by side, normal, and tilts about them."""
+    return np.array([[1, 0, 0, half], [0, 1, -half, 0], [1, 0, 0, -half], [0, 1, half, 0]], dtype=float)
+
+
+def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> JointContact:
+    own = m.compiled_sources[source]
+    joint, sides = own.spec["joint"], own.size
+    component = "angle" if m.coordinate_kind(joint) == "angle" else "along"
+    parameter = int(np.flatnonzero(m.parameter_source == source)[0])
+    parts = ((0, 1, sides["low"], sides["high"]),)
+    unit = 1.0 if component == "along" else m.length
+    return JointContact(
+        joint,
+        "",
+        np.array([rows.index((joint, component))]),
+        np.array([parameter]),
+        np.array([[unit]]),
+        ((0, 1, parts[0][2] * unit, parts[0][3] * unit),),
+        source=source,
+    )
+
+
+def _contact(
+    m: Mechanism,
+    joint: int,
+    entry: object,
+    friction: Friction | None,
+    rows: NDArray[np.intp],
+    parameters: NDArray[np.intp],
+    shape: str,
+    size: dict[str, float],
+    source: int,
+) -> JointContact:
+    units, play = m.units, getattr(entry, "clearance", None)
+    sizes: dict[str, float] = {}
+    if friction is not None:
+        for key in ("diameter", "length", "width", "height"):
+            value = friction.size(play, key)
+            sizes[key] = 0.0 if value is None else value * units.length
+    laws = LAWS if m.pose_size == PLANAR else LAWS_IN_SPACE
+    kind = laws.get(m.joint_kinds[joint], "")
+    # A joint with nothing but a force of its own has no size: where it is held does not matter.
+    half = size.get("half_length", sizes.get("length", 0.0) / 2.0) or m.length
+    gap, radius = size.get("gap", 0.0), size.get("radius", 0.0)
+    edge = (-gap, gap)
+    if shape == "diamond" or (not shape and kind == "guide"):
+        transform = np.array([[1.0, half], [1.0, -half]])
+        parts: ContactParts = ((0, 1, *edge), (1, 2, *edge))
+    elif shape == "journal" or (not shape and kind == "journal"):
+        axial = size.get("axial", 0.0)
+        transform = np.eye(5)
+        transform[1:, 1:] = _ends(half)
+        parts = ((0, 1, -axial, axial), (1, 3, 0.0, radius), (3, 5, 0.0, radius))
+    elif shape == "sleeve":
+        transform, parts = _ends(half), ((0, 2, 0.0, radius), (2, 4, 0.0, radius))
+    elif shape == "guide" or (not shape and kind == "rail"):
+        rows_of_faces = [[1, 0, 0, 0, half], [1, 0, 0, 0, -half], [0, 1, 0, -half, 0], [0, 1, 0, half, 0]]
+        transform = np.array([*rows_of_faces, [0, 0, m.length, 0, 0]], dtype=float)
+        parts = tuple((k, k + 1, *edge) for k in range(4))
+    elif shape == "disc" or (not shape and kind == "pin"):
+        transform, parts = np.eye(2), ((0, 2, 0.0, radius),)
+    elif shape == "ball" or (not shape and kind == "ball"):
+        transform, parts = np.eye(3), ((0, 3, 0.0, radius),)
+    else:
+        transform, parts = np.eye(1), ((0, 1, size.get("low", 0.0), size.get("high", 0.0)),)
+    own = 0.0
+    if friction is not None:
+        given = getattr(friction, friction.own)
+        own = (given or 0.0) * (units.moment if friction.own == "torque" else units.force)
+    return JointContact(
+        joint,
+        kind,
+        rows,
+        parameters,
+        transform,
+        parts,
+        coefficient=friction.coefficient if friction is not None else 0.0,
+        own=own,
+        radius=sizes.get("diameter", 0.0) / 2.0,
+        height=sizes.get("height", 0.0),
+        width=sizes.get("width", 0.0),
+        collar=getattr(friction, "collar_radius", 0.0) * units.length,
+        source=source,
+    )

@@ -1,0 +1,172 @@
+"""Friction of joints, by Coulomb: what slides is held back by its coefficient times the normal force.
+
+A joint may also have a force or moment of its own against its motion, as seals and rolling bearings have.
+"""
+
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from .clearances import BearingKeys, SizedClearance
+from .values import NonNegative, OneOrTwo, Positive, Table, problem, short
+
+#: what the key `friction` is, for all kinds of joints
+RUBS = "friction against its motion, which counts where a direction of approach is asked for; a number: its coefficient"
+COEFFICIENT = "friction force over normal force where the faces slide"
+MOMENT = "moment against its turning whatever the load, as of seals; {}"
+AGAINST_SLIDING = "force against its sliding whatever the load, as of seals and wipers"
+OWN = "in the file's units of force times length"
+
+SlidSize = Positive | SkipJsonSchema[None]
+OwnResistance = NonNegative | SkipJsonSchema[None]
+
+
+class Friction(Table):
+    """What holds a joint back."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+    #: sizes that a coefficient needs, of the joint itself or of its clearance, with what they are
+    needed: ClassVar[tuple[str, ...]] = ()
+    #: the key of a force or moment of its own
+    own: ClassVar[str]
+
+    coefficient: NonNegative = Field(0.0, description=COEFFICIENT)
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.model_fields_set & {"coefficient", self.own}:
+            raise problem(f"say what holds it back: coefficient, or {self.own}, or both")
+        return self
+
+    def check(self, play: Any) -> None:
+        """Refuse what is not enough, with the clearance of the joint or without one.
+
+        Raises
+        ------
+        ValueError
+            When a size is missing.
+        """
+        if self.coefficient and isinstance(play, BearingKeys) and play.bearing is not None:
+            raise problem("friction: the balls of a bearing roll, and a coefficient says nothing of them; give torque")
+        for key in self.needed if self.coefficient else ():
+            if self.size(play, key) is None:
+                what = type(self).model_fields[key].description
+                raise problem(f"friction: '{key}' is missing ({what}), which a coefficient needs")
+
+    def size(self, play: Any, key: str) -> float | None:
+        """A size of what slides: its own, or that of the clearance; None where neither has it.
+
+        Parameters
+        ----------
+        play : Clearance or None
+            That of the joint.
+        key : str
+            ``diameter``, ``length``, ``width`` or ``height``.
+        """
+        found = getattr(self, key, None)
+        if found is None and key == "diameter" and isinstance(play, SizedClearance):
+            found = play.nominal_size
+        elif found is None:
+            found = getattr(play, key, None)
+        return None if found is None else float(found)
+
+
+class PinFriction(Friction):
+    """Friction of a pin in its hole, in the plane. The first body carries the pin, the second one has the hole."""
+
+    example: ClassVar[str] = "{ coefficient = 0.1, diameter = 20 }"
+    needed: ClassVar[tuple[str, ...]] = ("diameter",)
+    own: ClassVar[str] = "torque"
+
+    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+
+
+class SliderFriction(Friction):
+    """Friction of a slider in its guide, in the plane."""
+
+    example: ClassVar[str] = "{ coefficient = 0.1, height = 30 }"
+    needed: ClassVar[tuple[str, ...]] = ("length",)
+    own: ClassVar[str] = "force"
+
+    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
+    height: NonNegative = Field(
+        0.0, description="from face to face of the slider, across its axis; left out, friction acts in its axis"
+    )
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+
+
+class SlotFriction(Friction):
+    """Friction along a slot, of a block that slides in it and carries the pin."""
+
+    example: ClassVar[str] = "{ coefficient = 0.1 }"
+    own: ClassVar[str] = "force"
+
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+
+
+class JournalFriction(Friction):
+    """Friction of a pin that turns in its hole, in space: at both of its ends, and at its shoulders."""
+
+    example: ClassVar[str] = "{ coefficient = 0.1, diameter = 20, collar = [20, 30] }"
+    needed: ClassVar[tuple[str, ...]] = ("diameter", "length")
+    own: ClassVar[str] = "torque"
+
+    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
+    length: SlidSize = Field(None, description="length of the pin in its hole; that of the clearance if left out")
+    collar: OneOrTwo | SkipJsonSchema[None] = Field(
+        None, description="inner and outer diameter of its shoulders; left out, a load along the pin does not rub"
+    )
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+
+    @model_validator(mode="after")
+    def _inner_first(self) -> Self:
+        if self.collar is not None and self.collar[0] > self.collar[1]:
+            raise problem("collar is [inner, outer] diameter")
+        return self
+
+    @property
+    def collar_radius(self) -> float:
+        """Lever of the friction of the shoulders, by a pressure that is the same all over; 0 without any."""
+        if self.collar is None:
+            return 0.0
+        inner, outer = (diameter / 2.0 for diameter in self.collar)
+        return inner if inner == outer else 2.0 / 3.0 * (outer**3 - inner**3) / (outer**2 - inner**2)
+
+
+class GuideFriction(Friction):
+    """Friction of a slider of rectangular section in its guide."""
+
+    example: ClassVar[str] = "0.1"
+    needed: ClassVar[tuple[str, ...]] = ("length", "width", "height")
+    own: ClassVar[str] = "force"
+
+    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
+    width: SlidSize = Field(None, description="size of its section along `side`; that of the clearance if left out")
+    height: SlidSize = Field(None, description="size of its section across; that of the clearance, or its width")
+    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+
+    def size(self, play: Any, key: str) -> float | None:
+        """A size of what slides: its own, or that of the clearance; the height is the width where nothing says it."""
+        found = super().size(play, key)
+        return super().size(play, "width") if found is None and key == "height" else found
+
+
+class BallFriction(Friction):
+    """Friction of a ball in its socket, which the second body has."""
+
+    example: ClassVar[str] = "{ coefficient = 0.1, diameter = 15 }"
+    needed: ClassVar[tuple[str, ...]] = ("diameter",)
+    own: ClassVar[str] = "torque"
+
+    diameter: SlidSize = Field(None, description="diameter of the socket; that of the clearance if left out")
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+
+
+PinRubs = Annotated[PinFriction, short(lambda value: {"coefficient": value}, NonNegative | PinFriction)]
+SliderRubs = Annotated[SliderFriction, short(lambda value: {"coefficient": value}, NonNegative | SliderFriction)]
+SlotRubs = Annotated[SlotFriction, short(lambda value: {"coefficient": value}, NonNegative | SlotFriction)]
+JournalRubs = Annotated[JournalFriction, short(lambda value: {"coefficient": value}, NonNegative | JournalFriction)]
+GuideRubs = Annotated[GuideFriction, short(lambda value: {"coefficient": value}, NonNegative | GuideFriction)]
+BallRubs = Annotated[BallFriction, short(lambda value: {"coefficient": value}, NonNegative | BallFriction)]
