@@ -859,6 +859,17 @@ class TestSaid:
         loose = np.isin(swept.get("contact"), ["may be lost", "lost"]).any(axis=2).sum(axis=1)
         (cells,) = [column.cells for column in tables(swept)[0].columns if column.name == "contact may\nbe lost"]
         assert cells == tuple(map(str, loose.tolist()))
+    def test_answers_that_do_not_judge_contact_say_so(self) -> None:
+        """Corrected drives of a press at 1,000 1/min were said to hold the limits, and nothing of lost contact."""
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        m = jp.loads(examples.text("press-running")).with_({"drives.crank.speed": 1000})
+        for result in (jp.compensate(m), jp.random(m, samples=500, contact="loaded"), jp.life(m, "loaded", cycles=0)):
+            texts = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
+            assert any("whether contact follows is not judged here" in text for text in texts)
+        texts = [sentence.text for sentence in conclude(from_dataset(jp.loaded(m))).sentences]
+        assert not any("not judged" in text for text in texts)
 
     def test_a_machine_at_rest_says_nothing_of_it(self) -> None:
         from jointplay.result.conclusions import conclude

@@ -24,6 +24,8 @@ def of_running(result: Result) -> Iterator[Sentence]:
     counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
     if result.attrs["inertia"] == "none":
         counted = "no body has a mass, so that speed changes nothing"
+    elif result.attrs["question"] != "loaded":
+        counted += "; whether contact follows is not judged here, but by `error -q loaded`"
     if result.attrs["question"] == "loaded" and "clearance_factor" in result.data:
         counted += "; whether contact follows is not judged in over-constrained and elastic mechanisms"
     yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
