@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -865,11 +866,27 @@ class TestSaid:
         from jointplay.result.dataset import from_dataset
 
         m = jp.loads(examples.text("press-running")).with_({"drives.crank.speed": 1000})
-        for result in (jp.compensate(m), jp.random(m, samples=500, contact="loaded"), jp.life(m, "loaded", cycles=0)):
+        random = jp.random(m, samples=500, contact="loaded")
+        for result in (jp.compensate(m), random, jp.life(m, "loaded", cycles=0), jp.allow(m, "loaded")):
             texts = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
             assert any("whether contact follows is not judged here" in text for text in texts)
         texts = [sentence.text for sentence in conclude(from_dataset(jp.loaded(m))).sentences]
         assert not any("not judged" in text for text in texts)
+
+    def test_nodes_where_contact_may_be_lost_are_not_said_to_hold(self) -> None:
+        """A map of a press at 1,000 1/min had its limits held at all nodes, with lost contact beside them."""
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        text = re.sub(r"force = \[\n.*?\n\]", "force = [0, 100]", examples.text("press-running"), flags=re.S)
+        m, grid = jp.loads(text).with_({"drives.crank.speed": 1000}), {"crank": [95, 155, 333, 336]}
+        result = jp.map(m, "loaded", grid=grid)
+        loose = np.isin(result.contact, ["lost", "may be lost"]).any(axis=-1)
+        assert loose[:2].tolist() == [False, False]
+        assert loose[2:].any()
+        first, *rest = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
+        assert first.startswith("Not shown: whether limits hold at ")
+        assert any(text.startswith("Quasi-static at crank 1000 1/min") for text in rest)
 
     def test_a_machine_at_rest_says_nothing_of_it(self) -> None:
         from jointplay.result.conclusions import conclude
