@@ -273,7 +273,7 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
-    if question == "loaded" or "loaded" in builder.attrs.get("contact", ""):
+    if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
         builder.attrs |= speeds(m)
     if question == "loaded" and "size" in m.source_kinds:
         builder.attrs["sizes"] = options.get("sizes", "middle")
