@@ -860,6 +860,7 @@ class TestSaid:
         loose = np.isin(swept.get("contact"), ["may be lost", "lost"]).any(axis=2).sum(axis=1)
         (cells,) = [column.cells for column in tables(swept)[0].columns if column.name == "contact may\nbe lost"]
         assert cells == tuple(map(str, loose.tolist()))
+
     def test_answers_that_do_not_judge_contact_say_so(self) -> None:
         """Corrected drives of a press at 1,000 1/min were said to hold the limits, and nothing of lost contact."""
         from jointplay.result.conclusions import conclude
