@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -595,6 +596,14 @@ class TestLaws:
         )
         assert coarse.motion.rounded["q"] == pytest.approx(part, rel=0.1)
 
+    @pytest.mark.parametrize("last", [1e12, 5.0 + 1e-6])
+    def test_a_table_between_whose_values_a_spline_swings_is_refused(self, last: float) -> None:
+        """With a last time of 1e12 s the drive was followed over 1e31 degrees, without end."""
+        table = {"from": None, "to": None, "count": None, "speed": None, "acceleration": None}
+        own = table | {"values": [0, 1, 4, 9, 16, 25, 36], "times": [0, 1, 2, 3, 4, 5, last]}
+        with pytest.raises(jp.InputError, match=r"drives.q.times: the spline through the values swings .* even steps"):
+            jp.loads(WHEEL).with_({f"drives.q.{key}": value for key, value in own.items()})
+
     def test_when_configurations_are_passed(self) -> None:
         m = jp.loads(WHEEL)
         assert jp.loaded(m).time.values == pytest.approx(np.linspace(0, 6, 25) / 80)
@@ -697,6 +706,15 @@ class TestContact:
             way = BPoly.from_derivatives([0.0, spans[k]], states[:, k : k + 2].transpose(1, 0, 2))
             for order in range(3):
                 assert found[order, k] == pytest.approx(way(share * spans[k], order), rel=1e-9, abs=1e-9)
+
+    @pytest.mark.parametrize("speed", [0.0, 1e-12, 1e-3])
+    def test_a_reversal_is_no_loss_of_contact(self, speed: float) -> None:
+        """Speeds of a list that rounding keeps from zero: their instants were seconds away, at other poses."""
+        m = jp.loads(examples.text("press-running"))
+        each = {"drives.crank.speed": [speed] * 37, "drives.crank.acceleration": [3000.0] * 37}
+        rates = jp.loaded(m.with_(each)).contact_rate.values[:, :3]
+        assert np.isfinite(rates).all()
+        assert rates.max() < 1e-3
 
     def test_springs_press_as_well(self) -> None:
         m = jp.loads(WHEEL)
@@ -843,6 +861,34 @@ class TestSaid:
         (cells,) = [column.cells for column in tables(swept)[0].columns if column.name == "contact may\nbe lost"]
         assert cells == tuple(map(str, loose.tolist()))
 
+    def test_answers_that_do_not_judge_contact_say_so(self) -> None:
+        """Corrected drives of a press at 1,000 1/min were said to hold the limits, and nothing of lost contact."""
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        m = jp.loads(examples.text("press-running")).with_({"drives.crank.speed": 1000})
+        random = jp.random(m, samples=500, contact="loaded")
+        for result in (jp.compensate(m), random, jp.life(m, "loaded", cycles=0), jp.allow(m, "loaded")):
+            texts = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
+            assert any("whether contact follows is not judged here" in text for text in texts)
+        texts = [sentence.text for sentence in conclude(from_dataset(jp.loaded(m))).sentences]
+        assert not any("not judged" in text for text in texts)
+
+    def test_nodes_where_contact_may_be_lost_are_not_said_to_hold(self) -> None:
+        """A map of a press at 1,000 1/min had its limits held at all nodes, with lost contact beside them."""
+        from jointplay.result.conclusions import conclude
+        from jointplay.result.dataset import from_dataset
+
+        text = re.sub(r"force = \[\n.*?\n\]", "force = [0, 100]", examples.text("press-running"), flags=re.S)
+        m, grid = jp.loads(text).with_({"drives.crank.speed": 1000}), {"crank": [95, 155, 333, 336]}
+        result = jp.map(m, "loaded", grid=grid)
+        loose = np.isin(result.contact, ["lost", "may be lost"]).any(axis=-1)
+        assert loose[:2].tolist() == [False, False]
+        assert loose[2:].any()
+        first, *rest = [sentence.text for sentence in conclude(from_dataset(result)).sentences]
+        assert first.startswith("Not shown: whether limits hold at ")
+        assert any(text.startswith("Quasi-static at crank 1000 1/min") for text in rest)
+
     def test_a_machine_at_rest_says_nothing_of_it(self) -> None:
         from jointplay.result.conclusions import conclude
         from jointplay.result.dataset import from_dataset
@@ -864,6 +910,7 @@ class TestSaid:
             "'ramp' goes with motion",
         ),
         ({"drives.q.speed": [1, 2]}, "2 values for 25 configurations"),
+        ({"drives.q.speed": None, "drives.q.motion": "poly5", "drives.q.duration": 1e-300}, "at least 1e-09"),
         ({"drives.q.time": "t"}, "'time' goes with csv"),
         ({"drives.q.times": [1, 2, 3]}, "here: speed, times"),
         ({"drives.q.times": [1, 2, 3], "drives.q.speed": None}, "'times' goes with values"),

@@ -253,7 +253,9 @@ def _between(drives: Floats, rates: Floats, spans: Floats, share: Floats) -> Flo
 
 def _around(m: Mechanism, at: Nominal, rates: Floats) -> _Instants:
     """Instants right before and after each configuration, where they are no path."""
-    fastest = np.abs(rates[0] / _units(m)).max(axis=1)
+    pace, gain = (np.abs(rate / _units(m)).max(axis=1) for rate in rates[:2])
+    # Near rest it is the acceleration that moves the drives by a step.
+    fastest = pace + np.sqrt(0.5 * STEP * gain)
     dt = np.where(fastest > 0.0, STEP / np.where(fastest > 0.0, fastest, 1.0), 0.0)
     sides = np.array([-1.0, 0.0, 1.0])
     step = (dt[:, None] * sides)[..., None]

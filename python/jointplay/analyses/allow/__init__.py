@@ -19,6 +19,7 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
+from jointplay.analyses.running import speeds
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
@@ -272,6 +273,8 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
+    if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
+        builder.attrs |= speeds(m)
     if question == "loaded" and "size" in m.source_kinds:
         builder.attrs["sizes"] = options.get("sizes", "middle")
     if without := every.asked.without_error:

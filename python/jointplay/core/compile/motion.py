@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from jointplay.file.schema import Drive, MechanismFile
 
 from .graph import Graph
 
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
 #: of a trapezoid whose file does not say it
 RAMP = 0.25
 DEGREE = 5
@@ -29,8 +33,12 @@ DEGREE = 5
 SAME = 1e-9
 #: part of the time of a path by which a drive of constant speed may be early or late
 PACE = 1e-3
+#: a spline does not go farther beyond its values than by so many times their range, looked at in parts of its steps
+SWING, PARTS = 10.0, 8
 #: decimals of numbers that are not written out; and an acceleration that is none
 DIGITS, TINY = 17, 1e-300
+#: speeds and accelerations, in SI, that are none
+REST = 1e-30
 #: derivatives of a value by time, the value itself included
 ORDERS = 4
 
@@ -183,7 +191,9 @@ def compile_motion(
             assert clock is not None
             rates[:, :, k] = derivatives(drive, clock)[1:] * factors[k]
         elif drive.times is not None and drive.values is not None:
-            rates[:, :, k] = _of_spline(drive.times, drive.values) * factors[k]
+            spline = _spline(graph, name, drive.times, drive.values)
+            rates[:, :, k] = [spline.derivative(order)(np.array(drive.times)) for order in range(1, ORDERS)]
+            rates[:, :, k] *= factors[k]
             rounded[name] = _rounding(drive.times, drive.values) * factors[k] / max(np.abs(rates[1, :, k]).max(), TINY)
             clocks.append((name, np.array(drive.times) - drive.times[0]))
         elif drive.speed is not None:
@@ -197,6 +207,7 @@ def compile_motion(
     for name, times in clocks[1:]:
         if np.abs(times - clocks[0][1]).max() > SAME * abs(float(times[-1])):
             raise graph.refuse(f"drives run on one clock, and '{clocks[0][0]}' has other times", f"drives.{name}")
+    rates[np.abs(rates) < REST] = 0.0
     if not rates.any():
         return None
     if clocks and values is not None:
@@ -229,12 +240,21 @@ def _along(graph: Graph, value: float | tuple[float, ...], count: int, key: str)
     return value
 
 
-def _of_spline(times: Sequence[float], values: Sequence[float]) -> Floats:
-    """Derivatives of values at times."""
+def _spline(graph: Graph, drive: str, times: Sequence[float], values: Sequence[float]) -> BSpline:
+    """Values at times; refused where what is between them has nothing to do with them."""
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(np.array(times), np.array(values), k=DEGREE)
-    return np.array([spline.derivative(order)(np.array(times)) for order in range(1, ORDERS)])
+    steps = np.diff(times)
+    between = spline(np.array(times[:-1])[:, None] + steps[:, None] * np.arange(1, PARTS) / PARTS)
+    far = np.maximum(between.max(axis=1) - max(values), min(values) - between.min(axis=1))
+    worst = int(far.argmax())
+    stroke = max(values) - min(values)
+    if far[worst] > SWING * stroke > 0.0 or not np.isfinite(far).all():
+        span = f"between {times[worst]:g} and {times[worst + 1]:g} s"
+        problem = f"the spline through the values swings {far[worst]:.3g} beyond all of them {span}"
+        raise graph.refuse(f"{problem}; give times of more even steps", f"drives.{drive}.times")
+    return spline
 
 
 def _rounding(times: Sequence[float], values: Sequence[float]) -> float:

@@ -7,12 +7,16 @@ from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import shown
 
-from .values import EXPRESSION, Name, NonNegative, Positive, Table, problem, short
+from .values import EXPRESSION, LARGEST, Name, NonNegative, Positive, Table, problem, short
 
 #: laws of motion from rest to rest
 LawOfMotion = Literal["trapezoid", "cycloidal", "poly5"]
 #: of the duration, for gaining and for losing speed
 Ramp = Annotated[float, Field(gt=0.0, le=0.5), EXPRESSION]
+#: seconds in which nothing moves from one value to another
+SHORTEST = 1e-9
+#: of a motion from rest to rest
+Duration = Annotated[float, Field(ge=SHORTEST, le=LARGEST), EXPRESSION]
 
 
 class Backlash(Table):

@@ -9,7 +9,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.basics.units import ANGLES, AngleUnit, ForceUnit, LengthUnit, TurningSpeedUnit
 from jointplay.errors import not_known, shown
 
-from .drives import Backlash, DriveBacklash, DriveStiffness, LawOfMotion, Ramp
+from .drives import SHORTEST, Backlash, DriveBacklash, DriveStiffness, Duration, LawOfMotion, Ramp
 from .expressions import RESERVED, is_variable
 from .laws import Deviating, ToleranceLaw, check_law
 from .limits import ErrorLimits, PlanarErrorLimits
@@ -21,7 +21,6 @@ from .values import (
     NonNegative,
     Number,
     Numbers,
-    Positive,
     Table,
     Tolerance,
     is_number,
@@ -124,7 +123,7 @@ class Drive(Table):
         description="with from, to and count: the law by which it goes there, from rest to rest, at equally spaced"
         " times: trapezoid (of speed), cycloidal, poly5 (polynomial of degree 5)",
     )
-    duration: Positive | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
+    duration: Duration | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
     ramp: Ramp | SkipJsonSchema[None] = Field(
         None,
         description="with a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out",
@@ -253,10 +252,11 @@ def check_times(times: Sequence[float], count: int) -> None:
         raise problem(f"times and values belong together; here are {len(times)} times and {count} values")
     if count < FEWEST_TIMES:
         raise problem(f"speeds from a table need {FEWEST_TIMES} or more values, not {count}")
-    late = next((k for k in range(1, count) if times[k] <= times[k - 1]), 0)
+    late = next((k for k in range(1, count) if times[k] < times[k - 1] + SHORTEST), 0)
     if late:
         raise problem(
             f"times: {times[late]:g} comes after {times[late - 1]:g}; each has to be later than the one before"
+            + f", by {SHORTEST:g} s at least" * (times[late] > times[late - 1])
         )
 
 

@@ -17,20 +17,29 @@ THROUGH = 100.0
 
 def of_running(result: Result) -> Iterator[Sentence]:
     """What is said of a result with speeds; nothing of one at rest."""
-    speeds = result.attrs.get("speeds")
-    if speeds is None:
+    if "speeds" not in result.attrs:
         return
     yield from _of_contact(result)
-    counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
-    if result.attrs["inertia"] == "none":
-        counted = "no body has a mass, so that speed changes nothing"
-    if result.attrs["question"] == "loaded" and "clearance_factor" in result.data:
-        counted += "; whether contact follows is not judged in over-constrained and elastic mechanisms"
-    yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
+    yield from of_speeds(result)
     if "rounded" in result.attrs:
         yield Sentence(
             f"Accelerations are uncertain: {result.attrs['rounded']}. Give the values of the table more digits."
         )
+
+
+def of_speeds(result: Result) -> Iterator[Sentence]:
+    """At which speeds the loads act, and what is left out of it; nothing of a result at rest."""
+    speeds = result.attrs.get("speeds")
+    if speeds is None:
+        return
+    counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
+    if result.attrs["inertia"] == "none":
+        counted = "no body has a mass, so that speed changes nothing"
+    elif "contact_rate" not in result.data:
+        counted += "; whether contact follows is not judged "
+        is_redundant = result.attrs["question"] == "loaded" and "clearance_factor" in result.data
+        counted += "in over-constrained and elastic mechanisms" if is_redundant else "here, but by `error -q loaded`"
+    yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
 
 
 def _of_contact(result: Result) -> Iterator[Sentence]:

@@ -36,6 +36,7 @@ from jointplay.result.verdict.shares import CONTACTS
 
 from .errors import WORDS, blamed, proved
 from .motion import largest_change
+from .running import of_speeds
 from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say, without_path
 
 
@@ -230,7 +231,8 @@ def of_map(result: Result) -> Conclusion:
     sizes = list(_over_nodes(result, good)) if good.any() else []
     judged = list(_beyond_nodes(result))
     shares = [] if judged else _outside_nodes(result, good)
-    sentences = (*judged, *shares, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
+    speeds = of_speeds(result)
+    sentences = (*judged, *shares, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"), *speeds)
     return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.result import Result, first_largest
 from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations, left_out
 
+from .running import of_speeds
 from .words import Conclusion, Sentence
 
 #: what misses its limit, in words
@@ -26,7 +27,10 @@ MOST_NAMES = 4
 def of_allow(result: Result) -> Conclusion:
     """Whether the limits hold, how much larger all sizes may be, and which source to tighten."""
     used = float(result.get("used"))
-    return Conclusion((*_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used))))
+    speeds = of_speeds(result)
+    return Conclusion(
+        (*_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used)), *speeds)
+    )
 
 
 def _hold(result: Result, used: float) -> Iterator[Sentence]:

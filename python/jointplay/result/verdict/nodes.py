@@ -8,7 +8,7 @@ from jointplay.basics.arrays import Array
 from jointplay.result import Result, counted
 
 from .margins import TAKEN
-from .outcome import HELD, MISSED, NOT_SHOWN, UNRELIABLE
+from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, UNRELIABLE
 from .shares import CONTACTS, yields
 
 
@@ -23,6 +23,8 @@ def of_nodes(result: Result) -> tuple[Array, str] | None:
     # Beyond its workspace a machine has no error.
     counts = counted(status) & (status != "not_assembled")
     known = counts & ~np.isin(status, UNRELIABLE)
+    if "contact" in result.data:
+        known &= ~np.isin(result.get("contact"), LOOSE).any(axis=-1)
     if "outside" in result.data:
         missed, is_open, has_number = _of_shares(result)
         basis = _contacts(result)
