@@ -72,14 +72,14 @@ def platform(legs: int) -> jp.Mechanism:
         # While starts are made, and while they are climbed: eleven seconds if nobody interrupts.
         ("worst", "stewart-gough", 0.2, {"starts": 10_000}),
         ("worst", "stewart-gough", 2.0, {"starts": 10_000}),
-        ("worst", "platform on 20 legs", 0.3, {}),
+        ("worst", "platform on 40 legs", 0.3, {}),
     ],
 )
 def test_a_question_is_interrupted_within_a_configuration(
     question: str, name: str, after: float, options: dict[str, Any]
 ) -> None:
     """``random --samples 1000000000`` and ``delta --contact loaded`` did not listen for more than a minute."""
-    m = platform(20) if name == "platform on 20 legs" else example(name)
+    m = platform(40) if name == "platform on 40 legs" else example(name)
     jp.check(m)
     with ctrl_c(after) as spent, pytest.raises(KeyboardInterrupt):
         getattr(jp, question)(m, **options)
