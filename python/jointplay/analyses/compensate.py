@@ -23,16 +23,16 @@ from jointplay.errors import InputError, shown
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
-from jointplay.result import Result, axes_of, split, to_dataset
+from jointplay.result import Result, split, to_dataset
 from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST
-from .loaded import acting_on, require_loads
+from .loaded import loads_of, require_loads
 from .nominal import Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
-from .running import motion_of, moving, speeds
+from .running import drive_units, speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def compute(
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
     before, _ = errors(at.drives, np.arange(len(at)))
-    correction = correct(errors, at, weight, wanted, _unit(m), _ranges(m))
+    correction = correct(errors, at, weight, wanted, drive_units(m), _ranges(m))
     result = _report(m, at, question, before, correction, weight, wanted)
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
@@ -251,7 +251,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
-    loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
+    loads = loads_of(m, at)
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
         found = m.core.loaded(drives, at.poses[places], loads=None if loads is None else loads[places])
@@ -289,10 +289,6 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
     return wanted
 
 
-def _unit(m: Mechanism) -> Floats:
-    return np.array([1.0 if kind == "angle" else m.length for kind in axes_of(m)["drive"].kinds])
-
-
 def _ranges(m: Mechanism) -> Floats:
     free = (-np.inf, np.inf)
     return np.array([m.limits.drives.get(name, free) for name in m.drives]).T
@@ -316,7 +312,7 @@ def _report(
     builder.add("residual", pose, found.error, "error with the drives corrected", "component")
     builder.add("target", pose, wanted, "error to reach", "component")
     if question == "loaded":
-        loads = acting_on(m, at, moving(m, at, motion_of(m, at)))
+        loads = loads_of(m, at)
         half = m.core.loaded(found.drives, at.poses, loads=loads)["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")

@@ -219,7 +219,6 @@ def _plays(
     unfinished = ""
     for play in PLAYS:
         error, half = np.full((2, len(at), len(m.components)), np.nan)
-
         rubs = approach is not None
         found = core_with(m, play).loaded(at.drives, at.poses, exact, rubs, rubs, partly=True, loads=loads)
         done = len(found["status"])
@@ -237,6 +236,11 @@ def _plays(
 def acting_on(m: Mechanism, at: Nominal, bodies: Kinematics | None) -> Floats | None:
     """Loads of all configurations with the forces of inertia; None where they are the same everywhere."""
     return acting(m, bodies, range(len(at))) if m.loads.vary else None
+
+
+def loads_of(m: Mechanism, at: Nominal) -> Floats | None:
+    """The same where how the bodies move is not asked for."""
+    return acting_on(m, at, moving(m, at, motion_of(m, at)))
 
 
 def _details(builder: ResultBuilder, found: Loaded) -> None:

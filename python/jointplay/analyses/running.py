@@ -30,7 +30,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS, DriveMotion
 from jointplay.errors import InputError
-from jointplay.model.inertia import Kinematics, kinematics, matrices, wrenches
+from jointplay.model.inertia import Kinematics, components, kinematics, matrices, wrenches
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
@@ -107,12 +107,12 @@ def add_motion(m: Mechanism, builder: ResultBuilder, motion: DriveMotion, bodies
     both = bodies.of_point(point.body, point.at)
     for name, order, values in zip(("velocity", "acceleration"), (1, 2), both, strict=True):
         words = f"nominal {name} of the output, ground axes"
-        builder.add(name, ("configuration", "component"), _components(m, values), words, f"rate{order}:component")
+        builder.add(name, ("configuration", "component"), components(m, values), words, f"rate{order}:component")
     if not details:
         return
     each = ("configuration", "body", "component")
     for k, (name, order) in enumerate((("body_velocity", 1), ("body_acceleration", 2))):
-        of_all = [_components(m, bodies.of_point(body, (0.0, 0.0, 0.0))[k]) for body in range(len(m.bodies))]
+        of_all = [components(m, bodies.of_point(body, (0.0, 0.0, 0.0))[k]) for body in range(len(m.bodies))]
         words = f"nominal {name.removeprefix('body_')} of the body's axes, ground axes"
         builder.add(name, each, np.stack(of_all, axis=1), words, f"rate{order}:component")
     builder.add("drive_speed", ("configuration", "drive"), motion.rates[0], "speed of the drive", "speed:drive")
@@ -154,7 +154,7 @@ def contact_rates(m: Mechanism, at: Nominal, motion: DriveMotion) -> tuple[Float
         return found[0], found[1]
     is_path = motion.times is not None and len(at) > 1
     instants = _along_path(m, at, motion) if is_path else _around(m, at, motion.rates)
-    speed = np.abs(instants.rates[0] / _units(m)).max(axis=1)
+    speed = np.abs(instants.rates[0] / drive_units(m)).max(axis=1)
     known = np.isfinite(instants.at.poses).all(axis=(1, 2)) & (instants.at.status == OK)
     places = np.flatnonzero(known)
     if not len(places):
@@ -253,7 +253,7 @@ def _between(drives: Floats, rates: Floats, spans: Floats, share: Floats) -> Flo
 
 def _around(m: Mechanism, at: Nominal, rates: Floats) -> _Instants:
     """Instants right before and after each configuration, where they are no path."""
-    pace, gain = (np.abs(rate / _units(m)).max(axis=1) for rate in rates[:2])
+    pace, gain = (np.abs(rate / drive_units(m)).max(axis=1) for rate in rates[:2])
     # Near rest it is the acceleration that moves the drives by a step.
     fastest = pace + np.sqrt(0.5 * STEP * gain)
     dt = np.where(fastest > 0.0, STEP / np.where(fastest > 0.0, fastest, 1.0), 0.0)
@@ -263,7 +263,7 @@ def _around(m: Mechanism, at: Nominal, rates: Floats) -> _Instants:
     many = np.repeat(np.arange(len(at)), len(sides))
     each = step.reshape(-1, 1, 1)
     twists = each * now.velocity[many] + each**2 / 2 * now.acceleration[many]
-    placed = poses.moved(at.poses[many], _components(m, twists), now.origins)
+    placed = poses.moved(at.poses[many], components(m, twists), now.origins)
     speed, acceleration, jerk = (rate[:, None] for rate in rates)
     drives = at.drives[:, None] + step * speed + step**2 / 2 * acceleration
     then = np.stack([speed + step * acceleration + step**2 / 2 * jerk, acceleration + step * jerk])
@@ -272,7 +272,7 @@ def _around(m: Mechanism, at: Nominal, rates: Floats) -> _Instants:
     return _Instants(here, then.reshape(2, -1, len(m.drives)), many.astype(float), many, dt[many], goes_on)
 
 
-def _units(m: Mechanism) -> Floats:
+def drive_units(m: Mechanism) -> Floats:
     """What counts as much as a radian of the drives."""
     return np.array([1.0 if m.coordinate_kind(joint) == "angle" else m.length for joint in m.drive_joints])
 
@@ -335,7 +335,7 @@ def _reactions(m: Mechanism, instants: _Instants) -> Floats:
         if "axes" in load:
             acting = acting @ np.swapaxes(poses.matrix(at.poses[:, load["axes"]]), 1, 2)
         _push(m, motion, load["point"], acting.reshape(-1, 6), work)
-    flat = _components(m, work).reshape(len(at), -1)
+    flat = components(m, work).reshape(len(at), -1)
     held = -np.linalg.solve(np.swapaxes(m.core.jacobian(at.poses), 1, 2), flat[..., None])[..., 0]
     held[np.abs(held) <= ROUNDING * np.abs(held).max(initial=0.0)] = 0.0
     of_springs = None
@@ -386,8 +386,3 @@ def _effective(mass: Floats, tangent: Floats) -> Floats:
     gives = (light & (along > 0.0)).any(axis=1)
     mobility = (along / np.where(light, 1.0, sizes)).sum(axis=1)
     return np.asarray(np.where(gives | (mobility == 0.0), 0.0, 1.0 / np.where(mobility > 0.0, mobility, 1.0)))
-
-
-def _components(m: Mechanism, values: Floats) -> Floats:
-    """Six numbers of a velocity as the components of a pose."""
-    return values if m.pose_size == poses.SPATIAL else values[..., [0, 1, 5]]

@@ -9,7 +9,7 @@ import typer
 from . import DONE, NOT_OK, answer
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, OutputPath, PointName, Settings
+from .options import File, LoadCase, OutputPath, PointName, Probability, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -29,14 +29,7 @@ if TYPE_CHECKING:
 def allow(
     file: File,
     question: str = "",
-    probability: Annotated[
-        float | None,
-        typer.Option(
-            "--probability",
-            metavar="P",
-            help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
-        ),
-    ] = None,
+    probability: Probability = None,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the sizes.")
     ] = 1e-4,

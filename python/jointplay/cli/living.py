@@ -9,7 +9,7 @@ import typer
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, OutputPath, Passes, PointName, Settings
+from .options import File, LoadCase, OutputPath, Passes, PointName, Probability, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -39,14 +39,7 @@ def life(
         Passes | None,
         typer.Option("--cycle", help="What a cycle is. [default: closed where the path is, else back-and-forth]"),
     ] = None,
-    probability: Annotated[
-        float | None,
-        typer.Option(
-            "--probability",
-            metavar="P",
-            help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
-        ),
-    ] = None,
+    probability: Probability = None,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the life.")
     ] = 1e-4,

@@ -101,6 +101,14 @@ PointName = Annotated[
     str | None,
     typer.Option("--output-point", metavar="NAME", help="Only this one of the outputs. [default: all of them]"),
 ]
+Probability = Annotated[
+    float | None,
+    typer.Option(
+        "--probability",
+        metavar="P",
+        help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
+    ),
+]
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]

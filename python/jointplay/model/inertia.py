@@ -93,6 +93,11 @@ def _in_space(twists: Floats) -> Floats:
     return whole
 
 
+def components(m: Mechanism, values: Floats) -> Floats:
+    """Six numbers of a velocity or force as the components of a pose."""
+    return values if m.pose_size == poses.SPATIAL else values[..., [0, 1, 5]]
+
+
 def matrices(m: Mechanism, placed: Floats) -> Floats:
     """Moments of inertia of what inertia loads, about the centres of mass in ground axes.
 

@@ -6,7 +6,7 @@ use crate::closure::equations::{Command, Inputs};
 use crate::closure::newton::{Solver, State};
 use crate::interrupt;
 use crate::math::decomposition::singular_values;
-use crate::math::space::Component;
+use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;
 
 /// Damped steps of the first assembly.
@@ -73,9 +73,13 @@ impl Mechanism {
     }
 
     fn dense(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        self.dense_at(&self.poses(coordinates), &Inputs::nominal(self, drives))
+    }
+
+    /// Residual and closure Jacobian with lengths as they are.
+    pub(crate) fn dense_at(&self, poses: &[Pose<f64>], inputs: &Inputs<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.size();
-        let commands = Inputs::nominal(self, drives).commands(self);
-        let (residual, derivatives) = self.evaluated(&self.poses(coordinates), &commands);
+        let (residual, derivatives) = self.evaluated(poses, &inputs.commands(self));
         let mut matrix = DMatrix::zeros(self.n_rows(), self.n_unknowns());
         for row in 0..self.n_rows() {
             for (side, body) in self.row_bodies(row).into_iter().enumerate() {

@@ -36,23 +36,20 @@ impl Mechanism {
     }
 
     fn balance(&self, case: &Case<'_>, parameters: &[f64], wrenches: &[f64]) -> EquilibriumTerms {
-        let (poses, size, n) = (self.poses(case.coordinates), self.size(), self.n_unknowns());
+        let poses = self.poses(case.coordinates);
         let inputs = Inputs { drives: case.drives.to_vec(), parameters: parameters.to_vec() };
-        let (_, derivatives) = self.evaluated(&poses, &inputs.commands(self));
-        let mut jacobian = vec![0.0; self.n_rows() * n];
-        for row in 0..self.n_rows() {
-            for (side, body) in self.row_bodies(row).into_iter().enumerate() {
-                let Some(b) = body else { continue };
-                let own = &derivatives[self.side(row, side) * size..][..size];
-                jacobian[row * n + b * size..][..size].iter_mut().zip(own).for_each(|(sum, d)| *sum += d);
-            }
-        }
+        let (_, jacobian) = self.dense_at(&poses, &inputs);
         let wrenches = wrenches.chunks_exact(6).map(|w| [[w[0], w[1], w[2]], [w[3], w[4], w[5]]]);
         let loads = self.cost_of_loads(wrenches, &poses, parameters).twists;
         let lever = |point: usize| self.place(point, &poses, parameters).lever;
         let levers = self.joints.iter().flat_map(|joint| [joint.first, joint.second].map(lever)).flatten().collect();
         let axes = (0..self.n_joints()).flat_map(|joint| self.carried(joint, false, &poses, parameters));
-        EquilibriumTerms { jacobian, loads, levers, axes: axes.flatten().collect() }
+        EquilibriumTerms {
+            jacobian: jacobian.transpose().as_slice().to_vec(),
+            loads,
+            levers,
+            axes: axes.flatten().collect(),
+        }
     }
 
     /// What every drive does to the second bodies of its joints, by the multipliers of all rows: a moment or a force along

@@ -41,7 +41,7 @@ impl System<'_> {
             let mut more: Option<(f64, Rest)> = None;
             let least = MORE * self.work_of_play(&best);
             for target in self.ends_from(&best, elsewhere, known) {
-                let Ok((start, 1.0)) = step(solver, &best.state, &target) else { continue };
+                let Ok((start, 1.0)) = step(solver, &best.state, &target, 1.0) else { continue };
                 let Ok(next) = self.rest_in(rounds, solver, start, known, None, Ask::Load).await else { continue };
                 if !next.still || seen.iter().any(|seen| self.is_same(seen, &next.balance.given)) {
                     continue;

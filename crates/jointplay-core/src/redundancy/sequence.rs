@@ -92,8 +92,8 @@ pub(super) trait Place: Clone {
     /// The springs there, where forces change by springs.
     fn sprung(&self, system: &System<'_>, known: &[f64]) -> Result<Vec<Sprung>, Failure>;
 
-    /// Closed for the target, or for a part of the way where it cannot be reached; tells which part.
-    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure>;
+    /// Closed for a part of the way to the target, or for less of it where that cannot be reached; tells which part.
+    async fn step(&self, target: &[f64], part: f64) -> Result<(Self, f64), Failure>;
 }
 
 /// A place where a solver has closed the basis, linearised as far as `C` is.
@@ -130,8 +130,8 @@ impl<C: Linear + AtState> Place for Solved<'_, '_, C> {
         system.sprung(self.solver, &self.state, known).ok_or(Failure::Singular)
     }
 
-    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure> {
-        let (state, part) = step(self.solver, &self.state, target)?;
+    async fn step(&self, target: &[f64], part: f64) -> Result<(Self, f64), Failure> {
+        let (state, part) = step(self.solver, &self.state, target, part)?;
         Ok((Self::at(self.solver, state), part))
     }
 }
@@ -221,7 +221,7 @@ impl System<'_> {
         if let Some(first) = first.filter(|_| !self.is_sprung(&ask)) {
             start.near.clone_from(&first.answer);
             let target = self.target(known, first);
-            if let Ok((place, 1.0)) = start.place.step(&target).await {
+            if let Ok((place, 1.0)) = start.place.step(&target, 1.0).await {
                 (start.place, start.last, start.steps) = (place, self.difference(known, &target), 1);
             }
         }
@@ -303,7 +303,7 @@ impl System<'_> {
             slowest = slowest.max(change / last).max(size);
             let next = if slowest < SHRINKS { change * slowest } else { change };
             if foresees && pull == 0.0 && rested.is_none() && next <= self.mechanism.still() * size {
-                let (place, part) = place.step(&target).await?;
+                let (place, part) = place.step(&target, 1.0).await?;
                 return Ok(Reached { place, balance, steps: steps + 1, still: part >= 1.0 });
             }
             restless += usize::from(change > SHRINKS * last);
@@ -324,11 +324,10 @@ impl System<'_> {
                 }
                 restless = 0;
             }
-            let aim: Vec<f64> = own.iter().zip(&target).map(|(own, to)| own + reach * (to - own)).collect();
             let part;
-            (place, part) = place.step(if reach < 1.0 { &aim } else { &target }).await?;
+            (place, part) = place.step(&target, reach).await?;
             for (at, given) in at.iter_mut().zip(&balance.given) {
-                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * reach * (g - *a));
+                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
             }
             near = balance.answer;
             steps += 1;
@@ -411,9 +410,8 @@ impl Linear for Ties {
     }
 }
 
-/// Closes the basis for the target, or a part of the way where it cannot be reached; tells which part.
-pub(crate) fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
-    let mut part = 1.0;
+/// Closes the basis for a part of the way to the target, or for less of it where that cannot be reached; tells which part.
+pub(crate) fn step(solver: &Solver<'_>, from: &State, target: &[f64], mut part: f64) -> Result<(State, f64), Failure> {
     while part >= SHORTEST {
         let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };
         let parameters = from.inputs.parameters.iter().zip(target).map(mix).collect();

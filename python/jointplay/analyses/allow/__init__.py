@@ -136,15 +136,7 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `allow`."""
-    check(question, options, "allow")
-    if not FINEST <= tolerance <= COARSEST:
-        problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
-        raise InputError(problem, key="tolerance")
-    share = share_of_specimens(m, question, probability)
-    if question == "random":
-        options = {"samples": SAMPLES, **options}
-        if not options.get("rare"):
-            require_enough(options["samples"], share)
+    share, options = prepared(m, question, probability, tolerance, options, "allow")
     base, sources = sizings(m)
     if not sources:
         raise InputError("nothing is off: give a joint a clearance, or a dimension a tolerance", file=m.file)
@@ -174,8 +166,30 @@ def keeps(result: Result) -> bool:
     return "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
 
 
-def share_of_specimens(m: Mechanism, question: str, given: float | None) -> float:
-    """The share of the specimens that has to keep to the limits: as given, that of the file, or three sigma."""
+def prepared(
+    m: Mechanism, question: str, probability: float | None, tolerance: float, options: dict[str, Any], asker: str
+) -> tuple[float, dict[str, Any]]:
+    """The share of the specimens that has to keep to the limits, and the options with the number of samples.
+
+    Raises
+    ------
+    InputError
+        When there is no such question, option, share or tolerance, or too few samples.
+    """
+    check(question, options, asker)
+    if not FINEST <= tolerance <= COARSEST:
+        problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
+        raise InputError(problem, key="tolerance")
+    share = _share(m, question, probability)
+    if question == "random":
+        options = {"samples": SAMPLES, **options}
+        if not options.get("rare"):
+            _require_enough(options["samples"], share)
+    return share, options
+
+
+def _share(m: Mechanism, question: str, given: float | None) -> float:
+    """As given, that of the file, or three sigma."""
     if given is None:
         own = m.limits.probability
         return PROBABILITY if math.isnan(own) else own
@@ -186,7 +200,7 @@ def share_of_specimens(m: Mechanism, question: str, given: float | None) -> floa
     return given
 
 
-def require_enough(samples: int, share: float) -> None:
+def _require_enough(samples: int, share: float) -> None:
     """Refuse so few samples that one of them is more than the share that may be outside."""
     # The difference from 1 is rounded.
     least = math.ceil((1.0 - 1e-12) / (1.0 - share))

@@ -24,6 +24,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.answers import EquilibriumTerms
 from jointplay.core.compile import TURNS
+from jointplay.model.inertia import components
 from jointplay.model.mechanism import Mechanism
 
 from .laws import ContactForces, ContactPart, HeldOffsets, JointContact
@@ -222,7 +223,7 @@ def _on_bodies(
     axes = geometry["axes"][:, contact.joint]
 
     def turned(vector: Floats) -> Floats:
-        if contact.in_ground_axes:
+        if contact.is_ball:
             return vector[each]
         return np.asarray(np.einsum("nk,nki->ni", vector[each], axes))
 
@@ -233,7 +234,7 @@ def _on_bodies(
         if body >= 0:
             found[:, body, :3] += sign * force
             found[:, body, 3:] += turned(moment) + np.cross(where - origin(m, placed, body), sign * force)
-    return found[..., [0, 1, 5]].reshape(len(placed), -1) if m.pose_size == 3 else found.reshape(len(placed), -1)
+    return components(m, found).reshape(len(placed), -1)
 
 
 def origin(m: Mechanism, placed: Floats, body: int) -> Floats:

@@ -152,13 +152,8 @@ class JointContact:
         return v
 
     @property
-    def in_ground_axes(self) -> bool:
-        """Whether its moments are in ground axes."""
-        return self.kind == "ball"
-
-    @property
-    def by_direction(self) -> bool:
-        """Whether its motion is a direction in space."""
+    def is_ball(self) -> bool:
+        """Whether its motion is a direction in space, and its moments are in ground axes."""
         return self.kind == "ball"
 
     def at(
@@ -191,7 +186,7 @@ class JointContact:
         mu, own = part * self.coefficient, part * self.own
         cosine = 1.0 / np.sqrt(1.0 + mu * mu)
         sine = mu * cosine
-        if self.kind == "ball":
+        if self.is_ball:
             v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, cosine, sine)
             size = np.linalg.norm(normal, axis=1)
             speed = np.linalg.norm(motion, axis=1, keepdims=True)
@@ -316,7 +311,6 @@ def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> Join
     joint, sides = own.spec["joint"], own.size
     component = "angle" if m.coordinate_kind(joint) == "angle" else "along"
     parameter = int(np.flatnonzero(m.parameter_source == source)[0])
-    parts = ((0, 1, sides["low"], sides["high"]),)
     unit = 1.0 if component == "along" else m.length
     return JointContact(
         joint,
@@ -324,7 +318,7 @@ def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> Join
         np.array([rows.index((joint, component))]),
         np.array([parameter]),
         np.array([[unit]]),
-        ((0, 1, parts[0][2] * unit, parts[0][3] * unit),),
+        ((0, 1, sides["low"] * unit, sides["high"] * unit),),
         source=source,
     )
 

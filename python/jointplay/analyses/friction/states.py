@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal
+from jointplay.analyses.running import drive_units
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats, Texts
 from jointplay.core.answers import EquilibriumTerms, Loaded
@@ -89,7 +90,7 @@ def directions(m: Mechanism, drives: Floats, motion: DriveMotion | None) -> Floa
     if len(drives) > 1:
         found[still] = np.gradient(drives, axis=0)[still]
         still = ~found.any(axis=1)
-    found[still] = [1.0 if m.coordinate_kind(joint) == "angle" else m.length for joint in m.drive_joints]
+    found[still] = drive_units(m)
     return found
 
 
@@ -218,7 +219,7 @@ def _rates(m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, ve
             ends.append((twist[:, :3] + np.cross(twist[:, 3:], lever), twist[:, 3:]))
         (v1, w1), (v2, w2) = ends
         axes = at["axes"][:, contact.joint]
-        if contact.by_direction:
+        if contact.is_ball:
             found.append(w2 - w1)
         elif contact.kind == "pin":
             found.append((w2 - w1)[:, 2])
@@ -240,7 +241,7 @@ def _motions(m: Mechanism, every: Sequence[JointContact], rates: Sequence[Floats
     least = STILL * _fastest(m, velocity)
     found = []
     for contact, rate in zip(every, rates, strict=True):
-        if contact.by_direction:
+        if contact.is_ball:
             moves = np.linalg.norm(rate, axis=1, keepdims=True) > least[:, None]
             found.append(np.where(moves, rate, 0.0))
         else:
@@ -306,7 +307,7 @@ def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates
         if not contact.rubs:
             continue
         forces = at.forces[k]
-        if contact.by_direction:
+        if contact.is_ball:
             found[:, contact.joint] += np.sum(forces.second * rates[k], axis=1)
         elif contact.kind in ("pin", "journal"):
             found[:, contact.joint] += forces.second.sum(axis=1) * rates[k]
@@ -364,7 +365,7 @@ def _reactions(m: Mechanism, of: SlidingTask, at: EquilibriumAt) -> Floats:
         own[:, 3:] -= np.cross(lever, own[:, :3])
         whole[:, joint] += own
     for contact, forces in zip(of.contacts, at.forces, strict=True):
-        axes = np.eye(3)[None] if contact.in_ground_axes else at.geometry["axes"][:, contact.joint]
+        axes = np.eye(3)[None] if contact.is_ball else at.geometry["axes"][:, contact.joint]
         whole[:, contact.joint, :3] += np.einsum("nk,nki->ni", forces.force, np.broadcast_to(axes, (len(at.y), 3, 3)))
         whole[:, contact.joint, 3:] += np.einsum("nk,nki->ni", forces.second, np.broadcast_to(axes, (len(at.y), 3, 3)))
     return whole[..., spread]

@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.allow import COARSEST, FINEST, SAMPLES, require_enough, share_of_specimens
+from jointplay.analyses.allow import prepared
 from jointplay.analyses.allow.asked import REFUSED, Asked, Use
 from jointplay.analyses.allow.search import AllowSearch
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Interrupted, Progress
-from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.running import speeds
 from jointplay.basics.arrays import Floats
@@ -143,16 +142,8 @@ def compute(
     **options: Any,
 ) -> Result:
     """The light form of `life`."""
-    check(question, options, "life")
-    if not FINEST <= tolerance <= COARSEST:
-        problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
-        raise InputError(problem, key="tolerance")
+    share, options = prepared(m, question, probability, tolerance, options, "life")
     ages = _ages(cycles)
-    share = share_of_specimens(m, question, probability)
-    if question == "random":
-        options = {"samples": SAMPLES, **options}
-        if not options.get("rare"):
-            require_enough(options["samples"], share)
     base, sources = sizings(m)
     worn = wearings(base, sources)
     duty = Duty(base, worn, cycle)

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analyses.loaded import acting_on, require_loads
+from jointplay.analyses.loaded import loads_of, require_loads
 from jointplay.analyses.nominal import Nominal
-from jointplay.analyses.running import motion_of, moving
 from jointplay.analyses.several import places_of
 from jointplay.basics.arrays import Codes, Floats
 from jointplay.errors import InputError
@@ -80,8 +79,11 @@ class Duty:
         #: configurations without a pose or without forces, with why
         self.without = _unreadable(self.at[0].status) if self.by_load else {}
         self.cycle: Cycle | None = None
+        #: clearances change neither the nominal motion nor what loads it
+        self.loads: list[Floats | None] = []
         if self.by_load and not self.without:
             self.cycle = cycle_of(m, self.at[0], cycle)
+            self.loads = [loads_of(case, at) for case, at in zip(self.cases, self.at, strict=True)]
 
     def rates(self, grown: Floats) -> Rates:
         """Rates with clearances that have grown.
@@ -96,14 +98,14 @@ class Duty:
         if not self.by_load:
             return Rates(measured, measured, nothing, nothing)
         assert self.cycle is not None
-        found = [self._case(part, at, self.cycle, grown) for part, at in zip(self.cases, self.at, strict=True)]
+        each = zip(self.cases, self.at, self.loads, strict=True)
+        found = [self._case(part, at, loads, self.cycle, grown) for part, at, loads in each]
         mean = {name: np.mean([getattr(one, name) for one in found], axis=0) for name in ("growth", "coarse")}
         sliding = np.mean([one.sliding for one in found], axis=0)
         return Rates(mean["growth"], mean["coarse"], sliding, np.max([one.pressure for one in found], axis=0))
 
-    def _case(self, part: Mechanism, at: Nominal, cycle: Cycle, grown: Floats) -> Rates:
+    def _case(self, part: Mechanism, at: Nominal, loads: Floats | None, cycle: Cycle, grown: Floats) -> Rates:
         copy = part.worn(changes(part, self.m, self.worn, grown))
-        loads = acting_on(copy, at, moving(copy, at, motion_of(copy, at)))
         found = copy.core.loaded(at.drives, at.poses, True, False, True, partly=True, loads=loads)
         if len(found["status"]) < len(at):
             raise KeyboardInterrupt

@@ -45,7 +45,7 @@ ORDERS = 4
 
 @dataclass(frozen=True)
 class DriveMotion:
-    """DriveMotion of the drives, SI.
+    """How the drives move, SI.
 
     Parameters
     ----------

@@ -8,8 +8,9 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .clearances import BearingKeys, SizedClearance
-from .values import NonNegative, OneOrTwo, Positive, Table, problem, short
+from .clearances import BearingKeys
+from .sliding import SlidingKeys
+from .values import NonNegative, OneOrTwo, Positive, problem, short
 
 #: what the key `friction` is, for all kinds of joints
 RUBS = "friction against its motion, which counts where a direction of approach is asked for; a number: its coefficient"
@@ -22,12 +23,10 @@ SlidSize = Positive | SkipJsonSchema[None]
 OwnResistance = NonNegative | SkipJsonSchema[None]
 
 
-class Friction(Table):
+class Friction(SlidingKeys):
     """What holds a joint back."""
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
-    #: sizes that a coefficient needs, of the joint itself or of its clearance, with what they are
-    needed: ClassVar[tuple[str, ...]] = ()
     #: the key of a force or moment of its own
     own: ClassVar[str]
 
@@ -49,27 +48,8 @@ class Friction(Table):
         """
         if self.coefficient and isinstance(play, BearingKeys) and play.bearing is not None:
             raise problem("friction: the balls of a bearing roll, and a coefficient says nothing of them; give torque")
-        for key in self.needed if self.coefficient else ():
-            if self.size(play, key) is None:
-                what = type(self).model_fields[key].description
-                raise problem(f"friction: '{key}' is missing ({what}), which a coefficient needs")
-
-    def size(self, play: Any, key: str) -> float | None:
-        """A size of what slides: its own, or that of the clearance; None where neither has it.
-
-        Parameters
-        ----------
-        play : Clearance or None
-            That of the joint.
-        key : str
-            ``diameter``, ``length``, ``width`` or ``height``.
-        """
-        found = getattr(self, key, None)
-        if found is None and key == "diameter" and isinstance(play, SizedClearance):
-            found = play.nominal_size
-        elif found is None:
-            found = getattr(play, key, None)
-        return None if found is None else float(found)
+        if self.coefficient:
+            self.require(play, "friction", "a coefficient")
 
 
 class PinFriction(Friction):

@@ -13,8 +13,9 @@ from typing import Any, ClassVar, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .clearances import BearingKeys, SizedClearance, SleeveClearance
-from .values import NonNegative, Positive, Table, problem
+from .clearances import BearingKeys, SleeveClearance
+from .sliding import SlidingKeys
+from .values import NonNegative, Positive, problem
 
 #: what the key `wear` is, for all kinds of joints
 WORN = "how fast its clearance grows"
@@ -26,12 +27,10 @@ DIAMETER = "diameter of the {}, for pressure and sliding distance; that of the c
 FaceSize = Positive | SkipJsonSchema[None]
 
 
-class Wear(Table):
+class Wear(SlidingKeys):
     """What a clearance wears by."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rate"]}, {"required": ["growth"]}]})
-    #: sizes that the wear needs with `rate` and the clearance does not give, with what they are
-    needed: ClassVar[tuple[str, ...]] = ()
 
     rate: NonNegative | SkipJsonSchema[None] = Field(None, description=RATE)
     growth: NonNegative | SkipJsonSchema[None] = Field(None, description=GROWTH)
@@ -76,27 +75,7 @@ class Wear(Table):
                 "wear: the balls of a bearing roll, and a specific wear rate says nothing of them; give growth, as"
                 " measured"
             )
-        for key in self.needed:
-            if self.size(play, key) is None:
-                what = type(self).model_fields[key].description
-                raise problem(f"wear: '{key}' is missing ({what}), which a specific wear rate needs")
-
-    def size(self, play: Any, key: str) -> float | None:
-        """A size of what slides: its own, or that of the clearance.
-
-        Parameters
-        ----------
-        play : Clearance
-            That of the joint.
-        key : str
-            ``length``, ``width`` or ``diameter``.
-        """
-        own = getattr(self, key, None)
-        if own is None and key == "diameter" and isinstance(play, SizedClearance):
-            own = play.nominal_size
-        elif own is None:
-            own = getattr(play, key, None)
-        return None if own is None else float(own)
+        self.require(play, "wear", "a specific wear rate")
 
 
 def _needing(*keys: str, of_pins: bool = False) -> dict[str, JsonValue]:

@@ -51,8 +51,10 @@ impl Place for Lane<'_, '_> {
         Err(Failure::Singular)
     }
 
-    async fn step(&self, target: &[f64]) -> Result<(Self, f64), Failure> {
-        Ok((Self { together: self.together, displacements: target.to_vec() }, 1.0))
+    async fn step(&self, target: &[f64], part: f64) -> Result<(Self, f64), Failure> {
+        let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };
+        let displacements = self.displacements.iter().zip(target).map(mix).collect();
+        Ok((Self { together: self.together, displacements }, part))
     }
 }
 

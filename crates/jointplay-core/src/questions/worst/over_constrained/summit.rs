@@ -94,7 +94,7 @@ impl Site<'_> {
         let cost = |place: &Place| -> f64 {
             to.stresses.iter().zip(&place.compatibility.misfit).map(|(stress, gap)| stress * gap.abs()).sum()
         };
-        let trial = step(solver, &to.state, &target).ok().and_then(|(state, _)| {
+        let trial = step(solver, &to.state, &target, 1.0).ok().and_then(|(state, _)| {
             let place = self.place(solver, measure, &state)?;
             Some((state, place))
         });
