@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
-from jointplay.analyses.running import speeds
+from jointplay.analyses.running import FOLLOWS, add_largest_rate, speeds
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
@@ -163,7 +163,8 @@ def compute(
 
 def keeps(result: Result) -> bool:
     """Whether every configuration can be assembled, and the limits hold with the sizes as they are."""
-    return "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
+    loose = "contact_rate" in result.data and float(result.get("contact_rate")) > FOLLOWS
+    return not loose and "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
 
 
 def prepared(
@@ -289,6 +290,7 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
     if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
         builder.attrs |= speeds(m)
+        add_largest_rate(builder, every.asked.pressed(every.asked.parts(m)), "with the sizes as they are")
     if question == "loaded" and "size" in m.source_kinds:
         builder.attrs["sizes"] = options.get("sizes", "middle")
     if without := every.asked.without_error:
