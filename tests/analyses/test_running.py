@@ -874,7 +874,6 @@ class TestSaid:
                 jp.random(m, samples=500),
                 jp.life(m, "loaded", cycles=0),
                 jp.allow(m, "loaded"),
-                jp.allow(m, "random", samples=500),
             ):
                 said = conclude(from_dataset(result)).sentences
                 assert said[0].state == ("held" if is_held else "not shown"), said[0]

@@ -91,7 +91,8 @@ def compensate(
         `limit_met` and `margin` (whether and by how much what is left keeps to the limits of the file; what differs
         from the target counts), `at_limit` (drives held by their range in the file), `settled` (whether the correction
         has converged; elsewhere contact alternates between two sides, and the best drives found are given),
-        `iterations`, `nominal`, `status` (of the corrected mechanism).
+        `iterations`, `nominal`, `status` (of the corrected mechanism). Where drives have speeds `contact_rate`,
+        `contact` and `transit_time` as of `loaded`.
 
     Examples
     --------

@@ -122,7 +122,9 @@ def random(
         `outside_loaded_low` and `outside_loaded_high` as well: the share where the load decides the offsets of the same
         specimens, of several load cases that with the largest share, `outside_loaded_case`. It is counted in the first
         16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all;
-        with `rare`, `outside_loaded_method` says how it was found.
+        with `rare`, `outside_loaded_method` says how it was found. Of a machine that runs `contact_loaded`: whether
+        contact follows there; where it is not asked beside another one, `contact_rate`, `contact` and `transit_time`
+        as of `loaded`.
         The attribute `contact` says how all other variables were found, where the file has loads.
 
         Of a determinate mechanism whose offsets scatter: `repeatability` of the output point (ISO 9283) with

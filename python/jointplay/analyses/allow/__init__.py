@@ -98,7 +98,9 @@ def allow(
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
         share that may be outside), with `used_not_assembled`, the share of the specimens that cannot be assembled
-        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is.
+        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is. Of a
+        machine that runs `contact_rate`, the largest with the sizes as they are, with `contact`, `contact_source` and
+        `contact_configuration`, see `loaded`.
 
     Raises
     ------
