@@ -189,8 +189,9 @@ class CorrelationSpec(TypedDict):
 
 
 class Changes(TypedDict, total=False):
-    """What takes the place of parts of a mechanism, the output apart."""
+    """What takes the place of parts of a mechanism."""
 
+    output: OutputSpec
     guess: list[list[float]]
     points: list[PointSpec]
     joints: list[JointSpec]

@@ -1,0 +1,13 @@
+"""Readings of a built machine: what was read, and what the mechanism says would be read.
+
+    reading = h(drives, load case; deviations) + play + noise
+
+`table` makes numbers of a table, by the names of the mechanism; `channels` says what a column measures; `model` has h
+with its derivatives, and the covariance of the play.
+"""
+
+from .channels import Channel
+from .model import ReadingModel
+from .table import Readings, readings
+
+__all__ = ["Channel", "ReadingModel", "Readings", "readings"]
