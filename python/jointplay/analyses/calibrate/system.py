@@ -178,7 +178,7 @@ class System:
         """
         root = np.ones(len(residual)) if counts is None else np.sqrt(counts)
         left = np.concatenate([root[:, None] * (self.a @ self.basis), self.prior @ self.basis])
-        right = np.concatenate([root * residual, -self.prior @ away])
+        right = np.concatenate([root * residual, -self.prior[:, self.known] @ away])
         found = np.linalg.lstsq(left, right, rcond=None)[0]
         return np.asarray(self.scale * (self.basis @ found))
 

@@ -234,7 +234,8 @@ def _prior(m: Mechanism) -> tuple[Floats, Floats]:
             wider = (source.size["high"] - source.size["low"]) / 2.0 / SIGMAS
             narrow = np.sqrt(covariance[p, p])
             if narrow > 0.0:
-                covariance[p], covariance[:, p] = covariance[p] * wider / narrow, covariance[:, p] * wider / narrow
+                covariance[p] *= wider / narrow
+                covariance[:, p] *= wider / narrow
     return mean, covariance
 
 

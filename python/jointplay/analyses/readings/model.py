@@ -9,7 +9,7 @@ mechanism that of specimens whose offsets are compatible.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -130,13 +130,33 @@ class ReadingModel:
             When the mechanism with these has no pose in some row.
         """
         found = self._poses(u)
-        values = self._channels({point: self._framed(pose, frame) for point, pose in found.items()})
+        values = self._channels(found, frame)
         width = len(self.readings.channels)
         empty = np.zeros((len(values), width, 0))
         if not derivatives:
             return Read(values, empty, empty, np.zeros((len(values), width, width)))
         by_parameter, by_frame, open_ = self._derivatives(found, frame)
         return Read(values, by_parameter, by_frame, open_)
+
+    def by_size(self, sizes: Sequence[Sequence[int]], frame: Frame | None = None) -> Floats:
+        """Derivatives by relative changes of clearances that loads press, shape (row, channel, size).
+
+        Parameters
+        ----------
+        sizes : sequence
+            Of every size the sources that have it, by index.
+        frame : Frame, optional
+        """
+        count = int(self.station.max()) + 1
+        moves = {point: np.zeros((count, len(self.m.components), len(sizes))) for point in self.points}
+        for load in self.loads:
+            if not load.acts:
+                continue
+            for point in self.points:
+                parts = load.contributions(point)
+                for k, sources in enumerate(sizes):
+                    moves[point][load.stations, :, k] = parts[:, list(sources)].sum(axis=1)
+        return self._by_moves(moves, self._slopes(self._nominal(), frame))[self.station]
 
     def play(self, read: Read) -> Floats:
         """Covariance of what the play adds to the readings of a row, shape (row, channel, channel)."""
@@ -201,8 +221,13 @@ class ReadingModel:
             raise self.readings.sheet.refuse("the mechanism with the fitted deviations has no pose here", row=row)
         return found
 
-    def _channels(self, at: Poses) -> Floats:
-        columns = [channel.value(self._seen(channel, at), self.axes) for channel in self.readings.channels]
+    def _channels(self, at: Poses, frame: Frame | None) -> Floats:
+        """What is read at poses of the points; distances, and dials on the ground, know of no frame."""
+        framed = {point: self._framed(pose, frame) for point, pose in at.items()}
+        columns = [
+            channel.value(self._seen(channel, framed if channel.form == "component" else at), self.axes)
+            for channel in self.readings.channels
+        ]
         values: Floats = np.column_stack(columns)[self.station]
         return values
 
@@ -223,7 +248,7 @@ class ReadingModel:
             moved[:, 3:] = poses.rotation_vector(both)
         return moved
 
-    def _derivatives(self, at: Mapping[str, Floats], frame: Frame | None) -> tuple[Floats, Floats, Floats]:
+    def _derivatives(self, at: Poses, frame: Frame | None) -> tuple[Floats, Floats, Floats]:
         count, size = int(self.station.max()) + 1, len(self.m.components)
         width = len(self.readings.channels)
         moves = {point: np.zeros((count, size, len(self.m.parameters))) for point in self.points}
@@ -232,24 +257,42 @@ class ReadingModel:
             for point in self.points:
                 moves[point][load.stations] = load.slopes(point)
                 loose[point][load.stations] = load.undetermined[point]
-        framed = {point: self._framed(pose, frame) for point, pose in at.items()}
-        turn = np.eye(3) if frame is None else poses.turned_by(frame.turn)
-        whole = np.eye(size)
-        whole[: self.axes, : self.axes] = turn[: self.axes, : self.axes]
-        if self.axes == 3:
-            whole[3:, 3:] = turn
-        by_parameter = np.zeros((count, width, len(self.m.parameters)))
-        by_frame, open_ = np.zeros((count, width, 6)), np.zeros((count, width, width))
-        left = {point: np.zeros((count, width, size)) for point in self.points}
-        for k, channel in enumerate(self.readings.channels):
-            for point, slope in channel.slopes(self._seen(channel, framed), self.axes).items():
-                left[point][:, k] = slope @ whole
-                by_parameter[:, k] += np.einsum("sc,scp->sp", slope @ whole, moves[point])
-                by_frame[:, k] += np.einsum("sc,scf->sf", slope, _by_frame(framed[point], self.axes))
-        for point in self.points:
+        slopes = self._slopes(at, frame)
+        open_ = np.zeros((count, width, width))
+        for point, own in slopes.items():
             # Evenly distributed over twice the half-width.
-            open_ += np.einsum("skc,sc,slc->skl", left[point], loose[point] ** 2 / 3.0, left[point])
-        return by_parameter[self.station], by_frame[self.station], open_[self.station]
+            open_ += np.einsum("skc,sc,slc->skl", own, loose[point] ** 2 / 3.0, own)
+        by_frame = np.zeros((count, width, 6))
+        if frame is not None:
+            framed = {point: self._framed(pose, frame) for point, pose in at.items()}
+            for k, channel in enumerate(self.readings.channels):
+                if channel.form == "component":
+                    (slope,) = channel.slopes(self._seen(channel, framed), self.axes).values()
+                    moved = _by_frame(framed[channel.points[0]], self.axes)
+                    by_frame[:, k] = np.einsum("sc,scf->sf", slope, moved)
+        return self._by_moves(moves, slopes)[self.station], by_frame[self.station], open_[self.station]
+
+    def _slopes(self, at: Poses, frame: Frame | None) -> dict[str, Floats]:
+        """Derivatives of what is read by displacements of each point, shape (station, channel, component)."""
+        count, width, size = int(self.station.max()) + 1, len(self.readings.channels), len(self.m.components)
+        turned = _turned(frame, size)
+        found = {point: np.zeros((count, width, size)) for point in self.points}
+        for k, channel in enumerate(self.readings.channels):
+            for point, slope in channel.slopes(self._seen(channel, at), self.axes).items():
+                found[point][:, k] = slope @ turned if channel.form == "component" else slope
+        return found
+
+    def _by_moves(self, moves: Mapping[str, Floats], slopes: Mapping[str, Floats]) -> Floats:
+        """What moves of the points do to what is read, shape (station, channel, ...)."""
+        return np.asarray(sum(slopes[point] @ moves[point] for point in self.points))
+
+    def _nominal(self) -> dict[str, Floats]:
+        count = int(self.station.max()) + 1
+        found = {point: np.zeros((count, len(self.m.components))) for point in self.points}
+        for load in self.loads:
+            for point in self.points:
+                found[point][load.stations] = load.nominal[point]
+        return found
 
     def _of_specimens(self, load: _Load) -> Floats:
         """Covariance of the play where offsets have to be compatible, at the stations of a load."""
@@ -264,6 +307,18 @@ class ReadingModel:
             read = read[np.isfinite(read).all(axis=1)]
             found[k] = np.cov(read, rowvar=False).reshape(found.shape[1:]) if len(read) > 1 else 0.0
         return found
+
+
+def _turned(frame: Frame | None, size: int) -> Floats:
+    """What turns displacements of a pose into the axes of a frame."""
+    turned = np.eye(size)
+    if frame is not None:
+        turn = poses.turned_by(frame.turn)
+        axes = 2 if size == 3 else 3
+        turned[:axes, :axes] = turn[:axes, :axes]
+        if size == 6:
+            turned[3:, 3:] = turn
+    return turned
 
 
 def _by_frame(pose: Floats, axes: int) -> Floats:
@@ -347,6 +402,11 @@ class _Load:
         if self.acts and not core.isostatic:
             return np.nan_to_num(core.jacobians(self.at.drives, self._placed(point))["parameter"])
         return core.sensitivity(self.at.drives, self._placed(point))["source"]
+
+    def contributions(self, point: str) -> Floats:
+        """What every source does where the load presses it, shape (station, source, component)."""
+        found = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
+        return np.nan_to_num(found["contribution"])
 
     def specimens(self, point: str) -> Floats:
         """Errors of specimens of which only the play scatters, shape (station, specimen, component)."""
