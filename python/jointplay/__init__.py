@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .analyses.allocate import allocate
     from .analyses.allow import allow
     from .analyses.assemble import assemble, best_order
+    from .analyses.calibrate import as_built, calibrate
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
@@ -57,10 +58,12 @@ __all__ = [
     "allocate",
     "allow",
     "animate",
+    "as_built",
     "assemble",
     "backlash",
     "bearing",
     "best_order",
+    "calibrate",
     "check",
     "compare",
     "compensate",
@@ -98,6 +101,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "JointplayError": "errors",
     "Mechanism": "model.mechanism",
     "animate": "plot.animation",
+    "as_built": "analyses.calibrate",
     "best_order": "analyses.assemble.order",
     "export": "exchange.exporting",
     "frame": "result.spreadsheets",

@@ -20,6 +20,7 @@ HOMES = {
     "sweep": "sweeping.sweep",
     "allow": "allowing.allow",
     "life": "living.life",
+    "calibrate": "calibrating.calibrate",
     "map": "mapping.map_",
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",

@@ -33,6 +33,10 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay life press-running.toml": "",
         "jointplay life press-running.toml --cycles 0:1e6:5": "at these ages",
     },
+    "calibrate": {
+        "jointplay calibrate five-bar.toml --measured readings.csv": "as exact as its columns sigma_x say",
+        "jointplay calibrate five-bar.toml --measured readings.csv --sigma length=0.002 -o built.toml": "",
+    },
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",

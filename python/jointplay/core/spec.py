@@ -189,9 +189,8 @@ class CorrelationSpec(TypedDict):
 
 
 class Changes(TypedDict, total=False):
-    """What takes the place of parts of a mechanism."""
+    """What takes the place of parts of a mechanism, the output apart."""
 
-    output: OutputSpec
     guess: list[list[float]]
     points: list[PointSpec]
     joints: list[JointSpec]

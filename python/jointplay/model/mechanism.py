@@ -307,6 +307,18 @@ class Mechanism(Compiled):
         """
         return in_core(cast("Spec", {**self.core_spec, **changes}))
 
+    def watching(self, point: int, **changes: Unpack[Changes]) -> _core.Mechanism:
+        """The mechanism in the core with another output point.
+
+        Parameters
+        ----------
+        point : int
+            Its number.
+        **changes : Changes
+            As for `varied`.
+        """
+        return in_core(cast("Spec", {**self.core_spec, **changes, "output": {"point": point}}))
+
     def moved(self, places: Mapping[int, Floats]) -> list[PointSpec]:
         """The points for `varied`, some of them at other places on their bodies.
 

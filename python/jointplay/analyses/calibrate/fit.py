@@ -16,7 +16,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.errors import InputError, listed
 
-from .system import System, Weights, weights
+from .system import System, weights
 from .unknowns import Unknowns
 
 #: steps of a fit, and the size of the last one, as a part of the standard errors
@@ -45,11 +45,14 @@ class State:
         Of the measuring device; None where it is known.
     zeros : ndarray
         Reading of every column, SI, where the machine says zero.
+    frame_found : bool
+        Whether measured places say roughly where the frame is.
     """
 
     x: Floats
     frame: Frame | None
     zeros: Floats
+    frame_found: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +109,9 @@ class Fitter:
         self.sizes = [k for k, one in enumerate(unknowns.unknowns) if one.is_size]
         self.mean = np.array([one.mean for one in unknowns.unknowns])
         self.frame_columns = (PLANAR_FRAME if self.model.axes == 2 else tuple(range(6))) if frame else ()
-        self.start = State(self.mean.copy(), self._frame() if frame else None, np.zeros(len(readings.channels)))
+        near = self._frame() if frame else None
+        zeros = np.zeros(len(readings.channels))
+        self.start = State(self.mean.copy(), near or (Frame.none() if frame else None), zeros, near is not None)
         self.first = self.model.read(unknowns.of_parameters(self.mean), self.start.frame)
         self.play = self.model.play(self.first)
         cells = int(readings.given.sum())
@@ -229,7 +234,7 @@ class Fitter:
 
     def _correlation(self) -> Floats:
         known = np.isfinite(self.scale[: len(self.unknowns)])
-        return self.unknowns.correlation[np.ix_(known, known)]
+        return np.asarray(self.unknowns.correlation[np.ix_(known, known)])
 
     def _require_told(self, system: System) -> None:
         """Refuse what has no prior and no reading tells; of sizes combinations are told."""
@@ -278,7 +283,7 @@ class Fitter:
             count.append(len(places))
         return np.array(distance), np.array(count)
 
-    def _frame(self) -> Frame:
+    def _frame(self) -> Frame | None:
         """A frame to start from: that which brings measured places nearest to those of the nominal mechanism."""
         read = self.model.read(self.unknowns.of_parameters(self.mean), None, derivatives=False)
         seen, own = [], []
@@ -295,7 +300,7 @@ class Fitter:
                 seen.append(self.readings.values[rows][:, columns])
                 own.append(read.values[rows][:, columns])
         measured, nominal = (np.concatenate(parts) if parts else np.zeros((0, axes)) for parts in (seen, own))
-        return _nearest(nominal, measured) if len(measured) > axes else Frame.none()
+        return _nearest(nominal, measured) if len(measured) > axes else None
 
 
 def _nearest(nominal: Floats, measured: Floats) -> Frame:
@@ -310,6 +315,3 @@ def _nearest(nominal: Floats, measured: Floats) -> Frame:
     shift = np.zeros(3)
     shift[:axes] = seen - turn[:axes, :axes] @ middle
     return Frame(poses.rotation_vector(poses.from_axes(turn)), shift)
-
-
-__all__ = ["Fit", "Fitter", "State", "Weights"]

@@ -185,7 +185,7 @@ class System:
     @cached_property
     def _root(self) -> Floats:
         """R of the stacked equations, so that the covariance is (R' R)^-1."""
-        return np.linalg.qr(np.concatenate([self.a @ self.basis, self.prior @ self.basis]), mode="r")
+        return np.asarray(np.linalg.qr(np.concatenate([self.a @ self.basis, self.prior @ self.basis]), mode="r"))
 
     @cached_property
     def covariance(self) -> Floats:
@@ -207,7 +207,7 @@ class System:
     @property
     def flats(self) -> int:
         """How many directions have no prior and are told by readings."""
-        return self.flat[0].shape[1]
+        return int(self.flat[0].shape[1])
 
     def without_flat(self) -> Floats:
         """Equations of the unknowns with a prior, with what the others can make up for taken away."""

@@ -7,9 +7,8 @@ a normal law being three standard deviations away. Without a tolerance it is hel
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -127,7 +126,7 @@ def unknowns_of(
         When a name is not known, or nothing is unknown.
     """
     base, sources = sizings(_with_drives(m, free))
-    places = _places(base, sources)
+    places = places_of(base, sources)
     names = _Names(base, places)
     freed: dict[int, float | None] = {}
     for word, sigma in free.items():
@@ -147,7 +146,7 @@ def unknowns_of(
             raise InputError(f"{sigma:g} is no standard deviation, which is above zero", key=f"free {names.of(k)}")
         about = float(base.centre[k] + (mean[k] if k not in freed else 0.0))
         factor = float(base.parameter_factors[k])
-        found.append(Unknown(names.of(k), _deviation_key(sizing), kinds[k], factor, k, about, float(spread)))
+        found.append(Unknown(names.of(k), deviation_key(sizing), kinds[k], factor, k, about, float(spread)))
     correlation = _correlation(found, covariance, freed)
     if sizes:
         found += [_size(base, sizing) for sizing in sources if _is_play(base, sizing)]
@@ -200,11 +199,11 @@ class _Names:
     def _called(self, parameter: int) -> list[str]:
         sizing = self.places[parameter][0]
         source = self.m.sources[int(self.m.parameter_source[parameter])]
-        key = _deviation_key(sizing)
+        key = deviation_key(sizing)
         return [self.of(parameter), self.m.parameters[parameter], source, key, key.removesuffix(".deviation")]
 
 
-def _places(m: Mechanism, sources: Sequence[Sizing]) -> dict[int, tuple[Sizing, int, int]]:
+def places_of(m: Mechanism, sources: Sequence[Sizing]) -> dict[int, tuple[Sizing, int, int]]:
     """Of every parameter whose deviation the file can say its source, its place there, and how many there are."""
     by_name = {name: sizing for sizing in sources for name in sizing.sources}
     found: dict[int, tuple[Sizing, int, int]] = {}
@@ -219,7 +218,7 @@ def _places(m: Mechanism, sources: Sequence[Sizing]) -> dict[int, tuple[Sizing, 
     return found
 
 
-def _deviation_key(sizing: Sizing) -> str:
+def deviation_key(sizing: Sizing) -> str:
     """Where the file has the deviation of a source."""
     return f"{sizing.key.removesuffix('.error')}.deviation"
 
@@ -263,7 +262,3 @@ def _is_play(m: Mechanism, sizing: Sizing) -> bool:
 def _size(m: Mechanism, sizing: Sizing) -> Unknown:
     factor = float(getattr(m.units, sizing.kind))
     return Unknown(sizing.name, sizing.key, sizing.kind, factor, -1, sizing.size * factor, np.inf, sizing)
-
-
-#: makes a value of a list of deviations
-Told = Callable[[Sequence[float]], Any]

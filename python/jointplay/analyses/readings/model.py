@@ -156,7 +156,8 @@ class ReadingModel:
                 parts = load.contributions(point)
                 for k, sources in enumerate(sizes):
                     moves[point][load.stations, :, k] = parts[:, list(sources)].sum(axis=1)
-        return self._by_moves(moves, self._slopes(self._nominal(), frame))[self.station]
+        at_station = self._by_moves(moves, self._slopes(self._nominal(), frame))
+        return np.asarray(at_station[self.station])
 
     def play(self, read: Read) -> Floats:
         """Covariance of what the play adds to the readings of a row, shape (row, channel, channel)."""
@@ -167,7 +168,7 @@ class ReadingModel:
             if load.acts or not self.is_play.any():
                 continue
             if self.m.core.isostatic:
-                slopes = read.by_parameter[first[load.stations]][:, :, self.is_play]
+                slopes: Floats = read.by_parameter[first[load.stations]][:, :, self.is_play]
                 at_station[load.stations] = np.einsum("scp,pq,sdq->scd", slopes, self._scatter[1], slopes)
             else:
                 at_station[load.stations] = self._of_specimens(load)
@@ -424,10 +425,10 @@ class _Load:
 
     def _varied(self, point: str, changes: Changes) -> _core.Mechanism:
         """The mechanism in the core with other parts, and with a point of a joint as the output where it is one."""
-        if point not in self.parts:
-            place, _ = self.part.joint_points[self.part.joints.index(point)]
-            changes = {**changes, "output": {"point": place}}
-        return self._owner(point).varied(**changes)
+        if point in self.parts:
+            return self.parts[point].varied(**changes)
+        place, _ = self.part.joint_points[self.part.joints.index(point)]
+        return self.part.watching(place, **changes)
 
     def _core(self, point: str) -> _core.Mechanism:
         if point not in self._cores:

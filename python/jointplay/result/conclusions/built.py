@@ -1,0 +1,157 @@
+"""The answer of `calibrate`: what readings tell about one machine, what they leave open, and whether they fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.errors import listed
+from jointplay.result import Result
+from jointplay.result.verdict import NOT_SHOWN
+
+from .words import FEW, Conclusion, Sentence, plural, say
+
+#: share of its prior variance from which on an unknown is told better than by its tolerance
+TOLD = 0.5
+#: probability of a smaller sum of squares from which on it is told
+SMALL = 1e-3
+#: a coefficient this near to a whole number is that
+WHOLE = 1e-4
+
+
+def of_calibrate(result: Result) -> Conclusion:
+    """What is told, the error that is left, how well the readings fit, and which of them do not."""
+    parts = (_told, _left, _fit, _rows, _together, _held_out, _beyond)
+    return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
+
+
+def is_told(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Which unknowns are told better than by what was known beforehand."""
+    return np.asarray(result.get("told") & (result.get("share_told") > TOLD))
+
+
+def _told(result: Result) -> Iterator[Sentence]:
+    names, told = result.labels("unknown"), is_told(result)
+    is_size = np.array(["clearance" in key or "backlash" in key for key in result.labels("unknown_key")])
+    for kind, which in (("deviation", ~is_size), ("size", is_size)):
+        if not which.any():
+            continue
+        count, all_ = int((told & which).sum()), int(which.sum())
+        rest = [name for name, own, known in zip(names, which, told, strict=True) if own and not known]
+        said = f"{count} of {plural(all_, kind)}"
+        than = "than by their tolerances" if kind == "deviation" else "than before"
+        left = f"; not {_some(rest)}" if rest else ""
+        yield Sentence(f"{said} {'is' if count == 1 else 'are'} told better {than}{left}.")
+
+
+def _together(result: Result) -> Iterator[Sentence]:
+    names = result.labels("unknown")
+    for row, parts in enumerate(result.get("together")):
+        places = np.flatnonzero(parts).tolist()
+        own = [names[k] for k in places]
+        if not result.get("alike")[row]:
+            if len(own) == 1:
+                yield Sentence(f"{own[0]} changes no reading.")
+            else:
+                yield Sentence(f"{listed(own)} are not told apart: a step in all of them together changes no reading.")
+            continue
+        value, error = (float(result.get(f"combination_{name}")[row]) for name in ("estimate", "standard_error"))
+        unit = result.labels("combination_unit")[row]
+        found = f", {_about(value, error)} {unit}" if math.isfinite(value) else ""
+        yield Sentence(f"{listed(own)} act alike: only {_sum(own, parts[places])} is told{found}.")
+
+
+def _sum(names: list[str], parts: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    """``A + B - 2 C``."""
+    words: list[str] = []
+    for name, part in zip(names, parts.tolist(), strict=True):
+        size = abs(part)
+        near = round(size) if round(size) and abs(size / round(size) - 1.0) < WHOLE else None
+        factor = "" if near == 1 else f"{near or f'{size:.4g}'} "
+        sign = ("- " if part < 0.0 else "+ ") if words else ("-" if part < 0.0 else "")
+        words.append(f"{sign}{factor}{name}")
+    return " ".join(words)
+
+
+def _about(value: float, error: float) -> str:
+    """A number with its standard error: two digits of it."""
+    places = min(12, max(0, 1 - math.floor(math.log10(error)))) if error > 0.0 else 4
+    return f"{value:.{places}f} +- {error:.{places}f}"
+
+
+def _left(result: Result) -> Iterator[Sentence]:
+    before, after, most = (np.atleast_1d(result.get(f"position_{name}")) for name in ("before", "after", "after_95"))
+    unit = result.unit("position_after")
+    outputs = result.labels("each_output") if "each_output" in result.coords else [""]
+    for k, name in enumerate(outputs):
+        of = f"'{name}'" if name else "the output"
+        first = f"{before[k]:.3g} -> " if math.isfinite(before[k]) else ""
+        yield Sentence(
+            f"Error of {of} on the path by what is unknown: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
+        )
+
+
+def _fit(result: Result) -> Iterator[Sentence]:
+    attrs = result.attrs
+    chi, free, p = (float(attrs[name]) for name in ("chi_square", "degrees_of_freedom", "p_value"))
+    used = ~(result.get("left_out") | result.get("held_out"))
+    kinds: dict[str, list[int]] = {}
+    for k, unit in enumerate(result.labels("channel_unit")):
+        kinds.setdefault(unit, []).append(k)
+    told = []
+    for unit, own in kinds.items():
+        after, expected = (result.get(name)[used][:, own] for name in ("residual_after", "expected"))
+        told.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
+    said = f"Residuals {'; '.join(told)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
+    status = str(result.get("status"))
+    if status == "not_settled":
+        yield Sentence("The fit does not settle: its steps stay large.", is_alarm=True, state=NOT_SHOWN)
+    if status == "doubtful":
+        why = "the file lacks something that this machine has, or readings are less exact than was said"
+        yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
+    elif p > 1.0 - SMALL:
+        yield Sentence(f"{said}: less than expected. Was the play pressed to one side? Then name the load.")
+    else:
+        yield Sentence(f"{said}.")
+
+
+def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def _rows(result: Result) -> Iterator[Sentence]:
+    if str(result.get("status")) == "many_missed":
+        text = "More than 10 % of the rows are missed by the others; none is left out."
+        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
+    rows = np.flatnonzero(result.get("left_out")).tolist()
+    lines, names = result.labels("reading"), result.labels("channel")
+    units = result.labels("channel_unit")
+    for row in rows[:FEW]:
+        missed = result.get("residual_without")[row]
+        worst = int(np.nanargmax(np.abs(missed / result.get("expected")[row])))
+        away = say(float(missed[worst]), units[worst])
+        text = f"Row {lines[row]} is left out: it misses what all others say, {names[worst]} by {away}."
+        yield Sentence(text, is_alarm=True)
+    if len(rows) > FEW:
+        yield Sentence(f"{len(rows) - FEW} more rows are left out.", is_alarm=True)
+
+
+def _held_out(result: Result) -> Iterator[Sentence]:
+    if "held_out_chi_square" in result.attrs:
+        chi, free = (float(result.attrs[f"held_out_{name}"]) for name in ("chi_square", "degrees_of_freedom"))
+        held = int(result.get("held_out").sum())
+        yield Sentence(f"{plural(held, 'row')} held out and predicted: chi square {chi:.4g} of {free:.0f}.")
+
+
+def _beyond(result: Result) -> Iterator[Sentence]:
+    names = result.labels("unknown")
+    beyond = [name for name, within in zip(names, result.get("within_tolerance"), strict=True) if not within]
+    if beyond:
+        yield Sentence(f"Beyond the tolerance: {_some(beyond)}.")
+
+
+def _some(names: list[str]) -> str:
+    more = len(names) - FEW
+    return listed(names) if more <= 0 else f"{', '.join(names[:FEW])} and {more} more"
