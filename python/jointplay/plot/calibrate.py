@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
@@ -77,6 +78,7 @@ def _residuals(axes: Axes, part: Result, channel: str | None) -> None:
 
 
 def _remaining(axes: Axes, part: Result) -> None:
+    axes.set_yscale("log")
     lengths = [k for k, name in enumerate(part.labels("component")) if name in split(part.labels("component"))[0]]
     outputs = part.labels("each_output") if "each_output" in part.coords else [""]
     for number, name in enumerate(("before", "after")):
@@ -85,5 +87,8 @@ def _remaining(axes: Axes, part: Result) -> None:
             own = values[k] if output else values
             size: Floats = np.sqrt((own[:, lengths] ** 2).sum(axis=1))
             if np.isfinite(size).any():
-                axes.semilogy(size, label=f"{output} {name}".strip(), **series(len(outputs) * number + k))
+                axes.plot(size, label=f"{output} {name}".strip(), **series(len(outputs) * number + k))
+    # On both kinds of ticks, as plain numbers.
+    for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        ticks(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set(xlabel="configuration", ylabel=labelled("position, std", part.unit("position_after")))

@@ -20,6 +20,7 @@ from jointplay import _core
 from jointplay.analyses.nominal import Nominal, at_drives, carried
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.answers import Random
 from jointplay.core.compile import LENGTHS, LOOSE
 from jointplay.core.spec import Changes, SourceSpec
 from jointplay.errors import InputError
@@ -32,7 +33,9 @@ from .channels import OUTPUT, Channel, Poses
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
-SPECIMENS = 2048
+SPECIMENS = 1024
+#: step of a difference where the file has no tolerance, in radians and parts of the mechanism's length
+STEP = 1e-5
 #: part of a tolerance that stands for none, where only the play is to scatter
 NOTHING = 1e-9
 
@@ -167,7 +170,7 @@ class ReadingModel:
         for load in self.loads:
             if load.acts or not self.is_play.any():
                 continue
-            if self.m.core.isostatic:
+            if not load.fits_together:
                 slopes: Floats = read.by_parameter[first[load.stations]][:, :, self.is_play]
                 at_station[load.stations] = np.einsum("scp,pq,sdq->scd", slopes, self._scatter[1], slopes)
             else:
@@ -212,7 +215,7 @@ class ReadingModel:
         found = {point: np.full((count, len(self.m.components)), np.nan) for point in self.points}
         for load in self.loads:
             given = u.copy()
-            if not load.acts:
+            if not load.acts and not load.fits_together:
                 given[self.is_play] = u[self.is_play] + self._scatter[0]
             for point in self.points:
                 found[point][load.stations] = load.poses(point, given)
@@ -352,6 +355,9 @@ class _Load:
         self.parts = {name: whole.only(output=name) for name in whole.outputs} or {OUTPUT: whole.first}
         self.part = next(iter(self.parts.values()))
         self.acts = self.part.has_loads and not scattered
+        #: whether offsets scatter that have to be compatible, so that what is read is their mean
+        loose = any(kind in LOOSE for kind in self.part.source_kinds)
+        self.fits_together = loose and not self.acts and not self.part.core.isostatic
         if self.part.loads.vary and self.acts:
             problem = "loads that change along the path belong to configurations of the file; give load cases"
             raise InputError(problem, file=m.file, key="loads")
@@ -385,6 +391,9 @@ class _Load:
     def poses(self, point: str, u: Floats) -> Floats:
         """Actual poses of a point with the parameters u."""
         drives, placed = self.at.drives, self._placed(point)
+        if self.fits_together:
+            error = self._specimens(point, u)["mean"]
+            return _displaced(self.nominal[point], error)
         if not self.acts:
             rows = np.ascontiguousarray(np.broadcast_to(u, (len(drives), len(u))))
             found = self._core(point).given(drives, placed, rows)
@@ -400,9 +409,28 @@ class _Load:
     def slopes(self, point: str) -> Floats:
         """Derivatives of the pose of a point by all parameters, shape (station, component, parameter)."""
         core = self._core(point)
+        if self.fits_together:
+            return self._differences(point)
         if self.acts and not core.isostatic:
             return np.nan_to_num(core.jacobians(self.at.drives, self._placed(point))["parameter"])
         return core.sensitivity(self.at.drives, self._placed(point))["source"]
+
+    def _differences(self, point: str) -> Floats:
+        """The same of the mean of specimens, by differences with the same random numbers."""
+        m = self.part
+        found = np.zeros((*self.nominal[point].shape, len(m.parameters)))
+        spread = np.sqrt(np.diagonal(m.core.parameter_moments()[1]))
+        for k in range(len(m.parameters)):
+            if m.source_kinds[int(m.parameter_source[k])] in LOOSE:
+                continue
+            step = spread[k] or STEP * (m.length if m.parameter_factors[k] == m.units.length else 1.0)
+            sides = []
+            for sign in (1.0, -1.0):
+                u = m.centre.copy()
+                u[k] += sign * step
+                sides.append(self._specimens(point, u)["mean"])
+            found[:, :, k] = np.nan_to_num((sides[0] - sides[1]) / (2.0 * step))
+        return found
 
     def contributions(self, point: str) -> Floats:
         """What every source does where the load presses it, shape (station, source, component)."""
@@ -411,14 +439,14 @@ class _Load:
 
     def specimens(self, point: str) -> Floats:
         """Errors of specimens of which only the play scatters, shape (station, specimen, component)."""
-        owner = self._owner(point)
-        sources: list[SourceSpec] = [
-            source if source["kind"] in LOOSE else _without_tolerance(source)
-            for source in (own.as_spec for own in owner.compiled_sources)
-        ]
+        kept = self._specimens(point, self.part.centre)["kept_errors"]
+        return kept.reshape(len(self.stations), SPECIMENS, -1)
+
+    def _specimens(self, point: str, u: Floats) -> Random:
+        """What specimens do whose deviations are those of u, so that only their play scatters."""
+        sources = [source if source["kind"] in LOOSE else _without_tolerance(source) for source in self._at(u)]
         core = self._varied(point, {"sources": sources, "correlations": []})
-        found = core.random(self.at.drives, self._placed(point), SPECIMENS, 0, np.array([0.5]), keep=True)
-        return found["kept_errors"]
+        return core.random(self.at.drives, self._placed(point), SPECIMENS, 0, np.array([0.5]), keep=True)
 
     def _owner(self, point: str) -> Mechanism:
         return self.parts.get(point, self.part)
