@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .analyses.life import life
     from .analyses.loaded import loaded
     from .analyses.map import map
+    from .analyses.plan import plan
     from .analyses.random import random
     from .analyses.region import region
     from .analyses.sensitivity import sensitivity
@@ -79,6 +80,7 @@ __all__ = [
     "loaded",
     "loads",
     "map",
+    "plan",
     "plot",
     "radial",
     "random",

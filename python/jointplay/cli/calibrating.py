@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.basics.files import require_writable
+from jointplay.basics.files import put, require_writable
 from jointplay.errors import InputError, shown
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
@@ -22,47 +22,55 @@ if TYPE_CHECKING:
     from jointplay.result import Result
 
 
+Sigma = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sigma",
+        metavar="NAME=VALUE",
+        help="Standard deviation of a reading: x=0.002, length=0.002, angle=0.001; or auto, by repeated ones.",
+    ),
+]
+Free = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="NAME[=SIGMA]",
+        help="Unknown as well, or with this standard deviation before any reading.",
+    ),
+]
+Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Held as the file has it.")]
+FrameChoice = Annotated[
+    Frame, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
+]
+Zeroed = Annotated[
+    list[str] | None,
+    typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
+]
+Sizes = Annotated[
+    bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
+]
+ContactChoice = Annotated[
+    Contact | None,
+    typer.Option(
+        "--contact",
+        help="Play scatters, or lies where the loads of the file press it. [default: loaded where something loads]",
+    ),
+]
+MEASURED = "Readings: a CSV with the names of columns and units."
+
+
 @prints()
 @with_figure("panel")
 def calibrate(
     file: File,
-    measured: Annotated[
-        str, typer.Option("--measured", metavar="TABLE", help="Readings: a CSV with the names of columns and units.")
-    ],
-    sigma: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--sigma",
-            metavar="NAME=VALUE",
-            help="Standard deviation of a reading: x=0.002, length=0.002, angle=0.001; or auto, by repeated ones.",
-        ),
-    ] = None,
-    free: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--free",
-            metavar="NAME[=SIGMA]",
-            help="Unknown as well, or with this standard deviation before any reading.",
-        ),
-    ] = None,
-    fix: Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Held as the file has it.")] = None,
-    frame: Annotated[
-        Frame, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
-    ] = Frame.known,
-    zeroed: Annotated[
-        list[str] | None,
-        typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
-    ] = None,
-    sizes: Annotated[
-        bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
-    ] = False,
-    contact: Annotated[
-        Contact | None,
-        typer.Option(
-            "--contact",
-            help="Play scatters, or lies where the loads of the file press it. [default: loaded where something loads]",
-        ),
-    ] = None,
+    measured: Annotated[str, typer.Option("--measured", metavar="TABLE", help=MEASURED)],
+    sigma: Sigma = None,
+    free: Free = None,
+    fix: Fix = None,
+    frame: FrameChoice = Frame.known,
+    zeroed: Zeroed = None,
+    sizes: Sizes = False,
+    contact: ContactChoice = None,
     hold_out: Annotated[
         float, typer.Option("--hold-out", metavar="SHARE", help="Share of the rows that is predicted and not fitted.")
     ] = 0.0,
@@ -95,9 +103,7 @@ def calibrate(
         raise InputError("goes with -o NAME.toml", key="--posterior")
     if to_file and output is not None:
         require_writable(output)
-    options: dict[str, Any] = {"sigma": _sigma(sigma), "free": _free(free), "fix": (*(fix or ()),)}
-    options |= {"frame": frame.value, "zeroed": (*(zeroed or ()),), "sizes": sizes}
-    options |= {"contact": None if contact is None else contact.value, "hold_out": hold_out, "seed": seed}
+    options = _options(sigma, free, fix, frame, zeroed, sizes, contact) | {"hold_out": hold_out, "seed": seed}
     found: list[Result] = []
 
     def ask(m: Mechanism) -> Result:
@@ -110,6 +116,82 @@ def calibrate(
         hold([f"{output}: the file as built; {_about(posterior)}"])
         tell()
     return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+
+
+@prints(csv=False)
+def plan(
+    file: File,
+    count: Annotated[
+        int, typer.Option("--readings", "-n", metavar="N", min=1, help="How many readings are wanted.")
+    ] = 8,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            "--columns",
+            metavar="NAMES",
+            help="What is read each time: x,y or dial:tip:z. [default: all components of all outputs]",
+        ),
+    ] = None,
+    sigma: Sigma = None,
+    measured: Annotated[
+        str | None, typer.Option("--measured", metavar="TABLE", help="Readings that are there already.")
+    ] = None,
+    free: Free = None,
+    fix: Fix = None,
+    frame: FrameChoice = Frame.known,
+    zeroed: Zeroed = None,
+    sizes: Sizes = False,
+    contact: ContactChoice = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx.",
+        ),
+    ] = None,
+) -> int:
+    """Say which readings tell most about the errors of a built machine.
+
+    They are chosen from the path or the grid of the file, without load and in each load case.
+    """
+    from jointplay.analyses.plan import compute, sheet_of
+
+    m = answer.mechanism(file, settings)
+    to_sheet = output is not None and output.suffix.lower() == ".csv"
+    if to_sheet and output is not None:
+        require_writable(output)
+    names = None if columns is None else tuple(arguments.parts(columns, ","))
+    options = _options(sigma, free, fix, frame, zeroed, sizes, contact)
+    found: list[Result] = []
+
+    def ask(m: Mechanism) -> Result:
+        found.append(compute(m, count, columns=names, measured=measured, **options))
+        return found[0]
+
+    code = answer.answer({"plan": ask}, m, None if to_sheet else output, NO_FIGURE)
+    if to_sheet and output is not None and found:
+        put(sheet_of(m, found[0]).encode(), output)
+        hold([f"{output}: a table to fill in"])
+        tell()
+    return code
+
+
+def _options(
+    sigma: Sequence[str] | None,
+    free: Sequence[str] | None,
+    fix: Sequence[str] | None,
+    frame: Frame,
+    zeroed: Sequence[str] | None,
+    sizes: bool,
+    contact: Contact | None,
+) -> dict[str, Any]:
+    """What both are asked with."""
+    found: dict[str, Any] = {"sigma": _sigma(sigma), "free": _free(free), "fix": (*(fix or ()),)}
+    found |= {"frame": frame.value, "zeroed": (*(zeroed or ()),), "sizes": sizes}
+    return found | {"contact": None if contact is None else contact.value}
 
 
 def _about(posterior: bool) -> str:

@@ -21,6 +21,7 @@ HOMES = {
     "allow": "allowing.allow",
     "life": "living.life",
     "calibrate": "calibrating.calibrate",
+    "plan": "calibrating.plan",
     "map": "mapping.map_",
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",

@@ -37,6 +37,10 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay calibrate five-bar.toml --measured readings.csv": "as exact as its columns sigma_x say",
         "jointplay calibrate five-bar.toml --measured readings.csv --sigma length=0.002 -o built.toml": "",
     },
+    "plan": {
+        "jointplay plan five-bar.toml -n 8 --columns x,y --sigma length=0.002": "",
+        "jointplay plan five-bar.toml -n 8 --sigma length=0.002 -o readings.csv": "a table to fill in",
+    },
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",

@@ -137,7 +137,7 @@ def calibrate(
             m,
             measured,
             sigma=sigma,
-            free=_freed(free),
+            free=freed(free),
             fix=(*(fix or ()),),
             frame=frame,
             zeroed=(*(zeroed or ()),),
@@ -149,7 +149,8 @@ def calibrate(
     )
 
 
-def _freed(free: Any) -> dict[str, float | None]:
+def freed(free: Any) -> dict[str, float | None]:
+    """Standard deviations by name of what is to be free; None for no prior."""
     if free is None:
         return {}
     if isinstance(free, str):
@@ -180,22 +181,30 @@ def compute(
     seed: int = 0,
 ) -> Result:
     """The light form of `calibrate`."""
-    for value, key, known in ((frame, "frame", FRAMES), (contact or LOADED, "contact", CONTACTS)):
-        if value not in known:
-            raise InputError(not_known(value, f"a choice of {key}", known), key=key)
     if not 0.0 <= hold_out <= MOST_HELD_OUT:
         raise InputError(f"{hold_out:g} is not a share of the readings from 0 to {MOST_HELD_OUT:g}", key="hold_out")
     if m.chosen != (None, None):
         raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
     unknowns = unknowns_of(m, free or {}, fix, sizes=sizes)
     table = readings(unknowns.m, measured, sigma)
-    columns = _zeroed(table, zeroed)
-    fitter = Fitter(unknowns, table, frame=frame == UNKNOWN, zeroed=columns, scattered=contact == SCATTERED)
-    _require_load(fitter, contact, sizes=sizes)
+    fitter = fitter_of(unknowns, table, frame=frame, zeroed=zeroed, sizes=sizes, contact=contact)
     require_own(fitter)
     held = _held_out(len(table), hold_out, seed)
     found = fitter.fit(~held)
     return _Told(m, fitter, found, held).result(frame, contact)
+
+
+def fitter_of(
+    unknowns: Unknowns, table: Readings, *, frame: str, zeroed: tuple[str, ...], sizes: bool, contact: str | None
+) -> Fitter:
+    """What fits a table, with the options of `calibrate`."""
+    for value, key, known in ((frame, "frame", FRAMES), (contact or LOADED, "contact", CONTACTS)):
+        if value not in known:
+            raise InputError(not_known(value, f"a choice of {key}", known), key=key)
+    columns = _zeroed(table, zeroed)
+    fitter = Fitter(unknowns, table, frame=frame == UNKNOWN, zeroed=columns, scattered=contact == SCATTERED)
+    _require_load(fitter, contact, sizes=sizes)
+    return fitter
 
 
 def holds(result: Result) -> bool:

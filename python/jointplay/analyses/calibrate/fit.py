@@ -165,7 +165,7 @@ class Fitter:
 
     def _fit(self, used: Flags, *, robust: bool = False) -> Fit:
         system = self.system(used)
-        self._require_told(system)
+        self.require_told(system)
         state, converged = self.start, False
         errors = np.sqrt(np.diagonal(system.covariance))
         known = system.known[: len(self.unknowns)]
@@ -238,7 +238,7 @@ class Fitter:
         known = np.isfinite(self.scale[: len(self.unknowns)])
         return np.asarray(self.unknowns.correlation[np.ix_(known, known)])
 
-    def _require_told(self, system: System) -> None:
+    def require_told(self, system: System) -> None:
         """Refuse what has no prior and no reading tells; of sizes combinations are told."""
         untold = system.flat[1]
         if not untold.size:

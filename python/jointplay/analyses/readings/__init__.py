@@ -6,8 +6,19 @@
 with its derivatives, and the covariance of the play.
 """
 
-from .channels import Channel
+from .channels import Channel, channel, names_of
 from .model import Frame, Read, ReadingModel
-from .table import Readings, readings
+from .table import APPROACH, LOAD_CASE, Readings, readings
 
-__all__ = ["Channel", "Frame", "Read", "ReadingModel", "Readings", "readings"]
+__all__ = [
+    "APPROACH",
+    "LOAD_CASE",
+    "Channel",
+    "Frame",
+    "Read",
+    "ReadingModel",
+    "Readings",
+    "channel",
+    "names_of",
+    "readings",
+]

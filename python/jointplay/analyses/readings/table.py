@@ -70,6 +70,11 @@ class Readings:
         return len(self.values)
 
     @property
+    def names(self) -> list[str]:
+        """What the measured columns are called."""
+        return [one.name for one in self.channels]
+
+    @property
     def lines(self) -> list[int]:
         """Number of every row as its table counts them."""
         return list(self.sheet.lines)
@@ -305,9 +310,10 @@ class _Reader:
             elif name is not None:
                 deviations[:, k] = given[name] * getattr(self.m.units, one.kind)
             else:
+                either = ", ".join(dict.fromkeys((f"{one.name}=VALUE", f"{one.kind}=VALUE")))
                 problem = (
-                    f"how exact the readings of '{one.name}' are is not said: {one.name}=VALUE, {one.kind}=VALUE, a"
-                    f" column '{column}', or 'auto' where readings are repeated"
+                    f"how exact the readings of '{one.name}' are is not said: {either}, a column '{column}', or 'auto'"
+                    " where readings are repeated"
                 )
                 raise InputError(problem, key="sigma")
             wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > 0.0))

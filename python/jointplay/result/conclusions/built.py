@@ -155,3 +155,22 @@ def _beyond(result: Result) -> Iterator[Sentence]:
 def _some(names: list[str]) -> str:
     more = len(names) - FEW
     return listed(names) if more <= 0 else f"{', '.join(names[:FEW])} and {more} more"
+
+
+def of_plan(result: Result) -> Conclusion:
+    """What the planned readings leave open, beside others, and from which on more of them hardly help."""
+    return Conclusion(tuple(_planned(result)))
+
+
+def _planned(result: Result) -> Iterator[Sentence]:
+    after, enough = result.get("position_after"), int(result.get("enough"))
+    unit, count = result.unit("position_after"), len(after)
+    before, evenly, all_ = (float(result.get(f"position_{name}")) for name in ("before", "evenly", "all"))
+    yield Sentence(
+        f"{plural(count, 'reading')} of {result.attrs['columns']} leave{'s' * (count == 1)} {after[-1]:.3g} of"
+        f" {before:.3g} {unit}, the rms over the path of the position error by what is unknown."
+    )
+    rows = plural(int(result.attrs["rows"]), "row")
+    yield Sentence(f"As many spread evenly leave {evenly:.3g} {unit}, all {rows} once {all_:.3g} {unit}.")
+    if enough < count:
+        yield Sentence(f"From reading {enough + 1} on each takes less than 2 % away.")

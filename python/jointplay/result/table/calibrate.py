@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.result import Result
 
-from .layout import NOTHING, Column, ResultTable, fixed, in_one_unit, words
+from .layout import NOTHING, Column, ResultTable, fixed, in_one_unit, numbers, words
 
 #: size of a correlation from which on it is shown, and how many are
 SHOWN, MOST_PAIRS = 0.9, 12
@@ -112,3 +112,20 @@ def _notes(result: Result) -> Iterator[str]:
         yield "Play scatters from approach to approach by its laws."
     else:
         yield "Play lies where loads press it in rows with a load, and scatters in the others."
+
+
+def of_plan(result: Result) -> list[ResultTable]:
+    """The table of `plan`."""
+    count = len(result.get("gain"))
+    columns = [words("reading", [str(k + 1) for k in range(count)], is_key=True)]
+    numbers_ = result.get("configuration")
+    if (numbers_ >= 0).all():
+        columns.append(Column("configuration", "", tuple(map(str, numbers_.tolist()))))
+    for k, (name, unit) in enumerate(zip(result.labels("drive"), result.labels("drive_unit"), strict=True)):
+        columns.append(numbers(name, unit, result.get("drive_value")[:, k]))
+    if "load_case" in result.data:
+        columns.append(words("load case", result.get("load_case").tolist()))
+    columns.append(Column("takes away", "%", tuple(f"{100.0 * gain:.1f}" for gain in result.get("gain").tolist())))
+    columns.append(numbers("left", result.unit("position_after"), result.get("position_after")))
+    note = "takes away: part of the error that is left by the readings before; left: rms of the position on the path."
+    return [ResultTable("What to read next", tuple(columns), (note,))]
