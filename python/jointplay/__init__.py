@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
+    from .analyses.diagnose import diagnose
     from .analyses.given import given
     from .analyses.life import life
     from .analyses.loaded import loaded
@@ -68,6 +69,7 @@ __all__ = [
     "check",
     "compare",
     "compensate",
+    "diagnose",
     "diametral",
     "examples",
     "export",

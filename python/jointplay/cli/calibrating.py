@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import Contact, File, Frame, Seed, Settings
+from .options import Contact, File, Frame, OutputPath, Seed, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -177,6 +177,38 @@ def plan(
         hold([f"{output}: a table to fill in"])
         tell()
     return code
+
+
+@prints()
+def diagnose(
+    file: File,
+    reversal: Annotated[
+        str,
+        typer.Option(
+            "--reversal",
+            metavar="TABLE",
+            help="Readings at the same places under loads that push and pull: a CSV with a column load_case.",
+        ),
+    ],
+    sigma: Sigma = None,
+    settings: Settings = None,
+    output: OutputPath = None,
+) -> int:
+    """Say which joints of a built machine are worn.
+
+    Exit code 1: a joint has more or less play than the file allows, or the readings do not fit.
+    """
+    from jointplay.analyses.diagnose import compute, holds
+
+    m = answer.mechanism(file, settings)
+    found: list[Result] = []
+
+    def ask(m: Mechanism) -> Result:
+        found.append(compute(m, reversal, sigma=_sigma(sigma)))
+        return found[0]
+
+    code = answer.answer({"diagnose": ask}, m, output, NO_FIGURE)
+    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
 
 
 def _options(

@@ -22,6 +22,7 @@ HOMES = {
     "life": "living.life",
     "calibrate": "calibrating.calibrate",
     "plan": "calibrating.plan",
+    "diagnose": "calibrating.diagnose",
     "map": "mapping.map_",
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",

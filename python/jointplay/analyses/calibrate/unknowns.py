@@ -149,7 +149,7 @@ def unknowns_of(
         found.append(Unknown(names.of(k), deviation_key(sizing), kinds[k], factor, k, about, float(spread)))
     correlation = _correlation(found, covariance, freed)
     if sizes:
-        found += [_size(base, sizing) for sizing in sources if _is_play(base, sizing)]
+        found += [_size(base, sizing) for sizing in sources if is_play(base, sizing)]
         correlation = _grown(correlation, len(found))
     if not found:
         problem = "nothing is unknown: no dimension, link, drive or other deviation has a tolerance; --free names some"
@@ -255,7 +255,8 @@ def _grown(correlation: Floats, count: int) -> Floats:
     return whole
 
 
-def _is_play(m: Mechanism, sizing: Sizing) -> bool:
+def is_play(m: Mechanism, sizing: Sizing) -> bool:
+    """Whether a source is a clearance or backlash that has some size."""
     return any(m.source_kinds[m.sources.index(name)] in LOOSE for name in sizing.sources) and sizing.size > 0.0
 
 

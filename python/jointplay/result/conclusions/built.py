@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.errors import listed
 from jointplay.result import Result
-from jointplay.result.verdict import NOT_SHOWN
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
@@ -174,3 +174,39 @@ def _planned(result: Result) -> Iterator[Sentence]:
     yield Sentence(f"As many spread evenly leave {evenly:.3g} {unit}, all {rows} once {all_:.3g} {unit}.")
     if enough < count:
         yield Sentence(f"From reading {enough + 1} on each takes less than 2 % away.")
+
+
+def of_diagnose(result: Result) -> Conclusion:
+    """Which clearances are worn, which are not told apart, and whether the readings fit."""
+    return Conclusion(tuple(_diagnosed(result)))
+
+
+def _diagnosed(result: Result) -> Iterator[Sentence]:
+    states, names = result.get("state"), result.labels("clearance")
+    units = result.labels("group_unit")
+    is_sure = str(result.get("status")) == "ok"
+    if not is_sure:
+        chi, free = (float(result.attrs[name]) for name in ("chi_square", "degrees_of_freedom"))
+        text = f"Not shown: which joints are worn; the readings do not fit (chi square {chi:.4g} of {free:.0f})"
+        yield Sentence(f"{text}: the file lacks something, or they are less exact.", is_alarm=True, state=NOT_SHOWN)
+    for word in ("worn", "tight"):
+        for row in np.flatnonzero(states == word).tolist():
+            parts = result.get("part")[row]
+            own = [names[k] for k in np.flatnonzero(parts).tolist()]
+            size, error = (float(result.get(f"group_{name}")[row]) for name in ("size", "standard_error"))
+            low, high = (float(result.get(f"group_{name}")[row]) for name in ("lowest", "highest"))
+            allowed = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+            apart = "; which of them, no reading tells" if len(own) > 1 else ""
+            text = f"{_sum(own, parts[np.flatnonzero(parts)])} is {word}: {_about(size, error)} {units[row]}"
+            yield Sentence(f"{text}, {allowed} by the file{apart}.", is_alarm=is_sure, state=MISSED * is_sure)
+    if not np.isin(states, ("worn", "tight")).any() and (states != "not told").any():
+        text = "No clearance that is told is another one than the file allows."
+        yield Sentence(text, state=HELD * is_sure)
+    blind = [names[k] for row in np.flatnonzero(states == "not told") for k in np.flatnonzero(result.get("part")[row])]
+    if blind:
+        yield Sentence(f"Nothing is told of {_some(blind)}: a load elsewhere than at the output may tell it.")
+    for kind, words in (("left_out", "left out: they do not fit"), ("alone", "of places that are read under one load")):
+        rows = np.flatnonzero(result.get(kind))
+        if rows.size:
+            lines = [str(result.labels("reading")[k]) for k in rows.tolist()]
+            yield Sentence(f"Rows {words}: {_some(lines)}.", is_alarm=kind == "left_out")

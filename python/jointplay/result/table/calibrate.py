@@ -129,3 +129,34 @@ def of_plan(result: Result) -> list[ResultTable]:
     columns.append(numbers("left", result.unit("position_after"), result.get("position_after")))
     note = "takes away: part of the error that is left by the readings before; left: rms of the position on the path."
     return [ResultTable("What to read next", tuple(columns), (note,))]
+
+
+def of_diagnose(result: Result) -> list[ResultTable]:
+    """The tables of `diagnose`."""
+    parts, names = result.get("part"), result.labels("clearance")
+    own = [[names[k] for k in np.flatnonzero(row).tolist()] for row in parts]
+    found, spread = _with_errors(result.get("group_size"), result.get("group_standard_error"))
+    errors = result.get("group_standard_error").tolist()
+    ends = []
+    for name in ("lowest", "highest"):
+        values = zip(result.get(f"group_{name}").tolist(), errors, strict=True)
+        cells = tuple(fixed(value, _places(error)) for value, error in values)
+        ends.append(Column(f"{name}\nby the file", "", cells))
+    columns = [
+        words("clearances", [" + ".join(group) for group in own], is_key=True),
+        *in_one_unit([Column("found", "", found), spread, *ends], result.labels("group_unit")),
+        words("state", result.get("state").tolist()),
+    ]
+    note = "found: sum of the sizes, as the file measures them; +-: its standard error."
+    return [ResultTable("Clearances of this machine", tuple(columns), (note,)), _columns_read(result)]
+
+
+def _columns_read(result: Result) -> ResultTable:
+    """How far readings are from what places have in common."""
+    units = result.labels("channel_unit")
+    columns = []
+    for name, head in (("residual_before", "rms\nbefore"), ("residual_after", "rms\nafter")):
+        values = _rms(result.get(name))
+        columns.append(Column(head, "", tuple(fixed(value, _places(0.1 * value)) for value in values.tolist())))
+    whole = (words("column", result.labels("channel"), is_key=True), *in_one_unit(columns, units))
+    return ResultTable("Readings", whole)
