@@ -106,13 +106,14 @@ def calibrate(
         `measured`, `residual_before`, `residual_after`, `residual_without` (from what all other readings predict),
         `expected` (standard deviation of noise and play); `left_out` and `held_out`. Over `direction`: `singular_value`
         of the equations scaled by the priors: above one the readings tell more than the tolerances. Over `combination`
-        and `unknown`: `together`, the coefficients of what only acts together, with `alike` (whether this sum is told;
-        if not, it changes no reading), `combination_estimate` and `combination_standard_error`. Over `configuration`
-        and `component`, and `each_output` where there are several: `output_before` and `output_after`, the standard
-        deviation of the output's error that unknowns cause. `position_before`, `position_after`, `position_after_95`,
-        over the path. `frame` and `zero`, with standard errors, where they are unknown. `status` is ``ok``,
-        ``doubtful`` (the readings do not fit), ``many_missed`` (more than a tenth of the rows do not) or
-        ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and `p_value` say how well they fit.
+        and `unknown`, where some only act together: `together`, the coefficients of what only acts together, with
+        `alike` (whether this sum is told; if not, it changes no reading), `combination_estimate` and
+        `combination_standard_error`. Over `configuration` and `component`, and `each_output` where there are several:
+        `output_before` and `output_after`, the standard deviation of the output's error that unknowns cause.
+        `position_before`, `position_after`, `position_after_95`, over the path. `frame` and `zero`, with standard
+        errors, where they are unknown. `status` is ``ok``, ``doubtful`` (the readings do not fit), ``many_missed``
+        (more than a tenth of the rows do not) or ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and
+        `p_value` say how well they fit.
 
     Raises
     ------
@@ -375,6 +376,8 @@ class _Told:
         if sizes.size:
             columns = system.a[:, sizes] / system.scale[sizes]
             found += [_renamed(one, sizes, None) for one in combinations(columns)]
+        if not found:
+            return
         parts = np.zeros((len(found), count))
         for row, one in enumerate(found):
             for k, coefficient in one.parts:
@@ -444,7 +447,7 @@ class _Told:
             chosen = good[np.unique(np.linspace(0, len(good) - 1, min(len(good), CONFIGURATIONS)).astype(int))]
             errors = np.einsum("kcp,sp->skc", slopes[chosen][:, lengths], drawn)
             largest = float(np.quantile(np.linalg.norm(errors, axis=-1), LEVEL)) if len(chosen) else np.nan
-            rms = [float(np.sqrt(np.nanmean((std[:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
+            rms = [float(np.sqrt(np.mean((std[good][:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
             sizes.append((rms[0], rms[1], largest))
         several = bool(base.outputs)
         if several:

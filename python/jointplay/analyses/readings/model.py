@@ -33,7 +33,7 @@ from .channels import OUTPUT, Channel, Poses
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
-SPECIMENS = 1024
+SPECIMENS = 512
 #: step of a difference where the file has no tolerance, in radians and parts of the mechanism's length
 STEP = 1e-5
 #: part of a tolerance that stands for none, where only the play is to scatter

@@ -293,7 +293,7 @@ class _Reader:
     def _sigma(self, found: Readings, sigma: Mapping[str, float] | str | None) -> Floats:
         if isinstance(sigma, str):
             raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
-        given, used = dict(sigma or {}), set()
+        given, used = dict(sigma or {}), {"length", "angle"}
         deviations = np.empty_like(found.values)
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"

@@ -41,14 +41,14 @@ def _told(result: Result) -> Iterator[Sentence]:
         count, all_ = int((told & which).sum()), int(which.sum())
         rest = [name for name, own, known in zip(names, which, told, strict=True) if own and not known]
         said = f"{count} of {plural(all_, kind)}"
-        than = "than by their tolerances" if kind == "deviation" else "than before"
+        than = "than by the tolerances" if kind == "deviation" else "than before"
         left = f"; not {_some(rest)}" if rest else ""
         yield Sentence(f"{said} {'is' if count == 1 else 'are'} told better {than}{left}.")
 
 
 def _together(result: Result) -> Iterator[Sentence]:
     names = result.labels("unknown")
-    for row, parts in enumerate(result.get("together")):
+    for row, parts in enumerate(result.get("together") if "together" in result.data else ()):
         places = np.flatnonzero(parts).tolist()
         own = [names[k] for k in places]
         if not result.get("alike")[row]:
@@ -78,7 +78,7 @@ def _sum(names: list[str], parts: np.ndarray[tuple[int, ...], np.dtype[np.float6
 def _about(value: float, error: float) -> str:
     """A number with its standard error: two digits of it."""
     places = min(12, max(0, 1 - math.floor(math.log10(error)))) if error > 0.0 else 4
-    return f"{value:.{places}f} +- {error:.{places}f}"
+    return f"{round(value, places) + 0.0:.{places}f} +- {error:.{places}f}"
 
 
 def _left(result: Result) -> Iterator[Sentence]:
