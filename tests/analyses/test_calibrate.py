@@ -18,7 +18,7 @@ from helpers.longer import in_turn, some
 from jointplay.analyses.calibrate import compute
 from jointplay.analyses.calibrate.system import combinations
 from jointplay.analyses.nominal import at_drives, nominal
-from jointplay.analyses.readings import Frame, ReadingModel
+from jointplay.analyses.readings import DeviceFrame, ReadingModel
 from jointplay.analyses.readings import readings as as_readings
 from jointplay.basics import poses
 
@@ -64,7 +64,7 @@ def test_pushing_to_and_fro_tells_sums_of_clearances() -> None:
     assert found.get("alike").all()
     assert found.get("combination_estimate") == pytest.approx(told["sums"], rel=1e-4)
     assert found.get("combination_standard_error") == pytest.approx(told["standard_error"], rel=1e-3)
-    assert not found.get("told")[names_of(found, list("ABCDE"))].any()
+    assert not found.get("determined")[names_of(found, list("ABCDE"))].any()
     # The file as built has sizes with these sums, whatever each is.
     built = jp.as_built(m, found)
     sizes = {name: built.value(f"joints.{name}.clearance.radial") for name in "ABCDE"}
@@ -104,7 +104,7 @@ def test_derivatives_are_those_of_the_exact_closure(kind: str) -> None:
     table |= {f"distance:output-{joint}": np.ones(count), "dial:output:1 2" + " 2" * (m.pose_size == 7): np.ones(count)}
     own = as_readings(m, table, {**machine.sigma, "length": 0.001})
     model, turn = ReadingModel(m, own), np.array([0.3, -0.2, 0.5]) * (m.pose_size == 7) + [0, 0, 0.1]
-    frame = Frame(turn, np.array([0.1, 0.2, 0.0]))
+    frame = DeviceFrame(turn, np.array([0.1, 0.2, 0.0]))
     read = model.read(m.centre, frame)
     steps = np.where(m.parameter_factors == m.units.length, 1e-6, 1e-6 / m.length)
     for k in np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")[:9]:
@@ -142,7 +142,7 @@ def test_the_number_of_directions_that_an_arm_tells_is_known(kind: str, rank: in
     assert own == rank
     # Brute force: the rank of all derivatives side by side, those of the frame among them.
     own_table = as_readings(m, table, machine.sigma)
-    read = ReadingModel(m, own_table).read(m.centre, Frame.none())
+    read = ReadingModel(m, own_table).read(m.centre, DeviceFrame.none())
     deviations = np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")
     columns_ = np.concatenate([read.by_parameter[:, :, deviations], read.by_frame], axis=2)
     rows = columns_.reshape(-1, columns_.shape[2])
@@ -265,7 +265,7 @@ def test_distances_and_dials_that_count_from_an_unknown_zero() -> None:
     assert np.abs(_away(machine, found, u)).max() < 4.5
     zero, error = (float(found.get(one)[1]) for one in ("zero", "zero_standard_error"))
     assert abs(zero + dial[0] * 1e3) < 4.5 * error
-    assert found.get("share_told").max() > 0.9
+    assert found.get("share_determined").max() > 0.9
 
 
 def test_readings_of_one_approach_share_their_play() -> None:

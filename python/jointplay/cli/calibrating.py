@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import Contact, File, Frame, Seed, Settings
+from .options import File, FrameAxes, PlayContact, Seed, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -47,8 +47,8 @@ def calibrate(
     ] = None,
     fix: Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Held as the file has it.")] = None,
     frame: Annotated[
-        Frame, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
-    ] = Frame.known,
+        FrameAxes, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
+    ] = FrameAxes.known,
     zeroed: Annotated[
         list[str] | None,
         typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
@@ -57,7 +57,7 @@ def calibrate(
         bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
     ] = False,
     contact: Annotated[
-        Contact | None,
+        PlayContact | None,
         typer.Option(
             "--contact",
             help="Play scatters, or lies where the loads of the file press it. [default: loaded where something loads]",

@@ -167,14 +167,17 @@ class _Writer:
             }
         ways = np.array(source.spec["ways"])[:, 0] if kind == "position" else np.eye(2)
         axes = AXES[: len(self.m.components) // 2 + 1] if kind == "position" else SHIFTS_ACROSS
-        told: dict[str, Any] = {}
+        components: dict[str, Any] = {}
         for axis, row in zip(axes, ways.T, strict=False):
             parts = {k: float(row[labels[self.names[k]]]) for k in own}
             if np.abs(row).max() > SMALL:
                 # As many digits as the numbers that it is made of.
                 deviation = float(f"{float(row @ np.array(known)):.9g}")
-                told[axis] = {"tolerance": self._open(f"{sizing.sources[0]}.{axis}", parts), "deviation": deviation}
-        return {sizing.key: told}
+                components[axis] = {
+                    "tolerance": self._open(f"{sizing.sources[0]}.{axis}", parts),
+                    "deviation": deviation,
+                }
+        return {sizing.key: components}
 
     def _open(self, name: str, parts: Mapping[int, float]) -> dict[str, float]:
         """What is left open of a number, as its tolerance; it hangs together with all others."""

@@ -7,7 +7,7 @@ with its derivatives, and the covariance of the play.
 """
 
 from .channels import Channel
-from .model import Frame, Read, ReadingModel
+from .model import DeviceFrame, Predicted, ReadingModel
 from .table import Readings, readings
 
-__all__ = ["Channel", "Frame", "Read", "ReadingModel", "Readings", "readings"]
+__all__ = ["Channel", "DeviceFrame", "Predicted", "ReadingModel", "Readings", "readings"]

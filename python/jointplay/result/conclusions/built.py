@@ -13,37 +13,37 @@ from jointplay.result.verdict import NOT_SHOWN
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
-#: share of its prior variance from which on an unknown is told better than by its tolerance
+#: share of its prior variance from which on an unknown is determined better than by its tolerance
 TOLD = 0.5
-#: probability of a smaller sum of squares from which on it is told
+#: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
 
 def of_calibrate(result: Result) -> Conclusion:
-    """What is told, the error that is left, how well the readings fit, and which of them do not."""
-    parts = (_told, _left, _fit, _rows, _together, _held_out, _beyond)
+    """What is determined, the error that is left, how well the readings fit, and which of them do not."""
+    parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
     return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
 
 
-def is_told(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Which unknowns are told better than by what was known beforehand."""
-    return np.asarray(result.get("told") & (result.get("share_told") > TOLD))
+def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Which unknowns are determined better than by what was known beforehand."""
+    return np.asarray(result.get("determined") & (result.get("share_determined") > TOLD))
 
 
-def _told(result: Result) -> Iterator[Sentence]:
-    names, told = result.labels("unknown"), is_told(result)
+def _determined(result: Result) -> Iterator[Sentence]:
+    names, determined = result.labels("unknown"), is_determined(result)
     is_size = np.array(["clearance" in key or "backlash" in key for key in result.labels("unknown_key")])
     for kind, which in (("deviation", ~is_size), ("size", is_size)):
         if not which.any():
             continue
-        count, all_ = int((told & which).sum()), int(which.sum())
-        rest = [name for name, own, known in zip(names, which, told, strict=True) if own and not known]
+        count, all_ = int((determined & which).sum()), int(which.sum())
+        rest = [name for name, own, known in zip(names, which, determined, strict=True) if own and not known]
         said = f"{count} of {plural(all_, kind)}"
         than = "than by the tolerances" if kind == "deviation" else "than before"
         left = f"; not {_some(rest)}" if rest else ""
-        yield Sentence(f"{said} {'is' if count == 1 else 'are'} told better {than}{left}.")
+        yield Sentence(f"{said} {'is' if count == 1 else 'are'} determined better {than}{left}.")
 
 
 def _together(result: Result) -> Iterator[Sentence]:
@@ -55,12 +55,14 @@ def _together(result: Result) -> Iterator[Sentence]:
             if len(own) == 1:
                 yield Sentence(f"{own[0]} changes no reading.")
             else:
-                yield Sentence(f"{listed(own)} are not told apart: a step in all of them together changes no reading.")
+                yield Sentence(
+                    f"{listed(own)} are not determined by themselves: a common step of all of them changes no reading."
+                )
             continue
         value, error = (float(result.get(f"combination_{name}")[row]) for name in ("estimate", "standard_error"))
         unit = result.labels("combination_unit")[row]
         found = f", {_about(value, error)} {unit}" if math.isfinite(value) else ""
-        yield Sentence(f"{listed(own)} act alike: only {_sum(own, parts[places])} is told{found}.")
+        yield Sentence(f"{listed(own)} act alike: only {_sum(own, parts[places])} is determined{found}.")
 
 
 def _sum(names: list[str], parts: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
@@ -100,11 +102,11 @@ def _fit(result: Result) -> Iterator[Sentence]:
     kinds: dict[str, list[int]] = {}
     for k, unit in enumerate(result.labels("channel_unit")):
         kinds.setdefault(unit, []).append(k)
-    told = []
+    parts = []
     for unit, own in kinds.items():
         after, expected = (result.get(name)[used][:, own] for name in ("residual_after", "expected"))
-        told.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
-    said = f"Residuals {'; '.join(told)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
+        parts.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
+    said = f"Residuals {'; '.join(parts)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
     status = str(result.get("status"))
     if status == "not_settled":
         yield Sentence("The fit does not settle: its steps stay large.", is_alarm=True, state=NOT_SHOWN)
