@@ -49,7 +49,7 @@ def test_the_reference_case() -> None:
     assert found.attrs["p_value"] > 0.01
 
 
-def test_a_load_elsewhere_tells_more() -> None:
+def test_a_load_elsewhere_determines_more() -> None:
     """A force on the coupler itself presses its two joints in different directions."""
     text = examples.text("four-bar")
     ends = {"push": [{"force": [0, 300]}], "pull": [{"force": [0, -300]}]}
@@ -81,14 +81,14 @@ def test_planted_sizes(name: str) -> None:
     columns = list(base.components[: len(force)])
     built = base.with_(changes)
     found = jp.diagnose(base, pushed(built, columns), sigma={"length": 0.001})
-    told = found.state.values != "not told"
-    assert told.any()
+    known = found.state.values != "not determined"
+    assert known.any()
     factors = 1.3 + 0.1 * np.arange(len(own))
     truth = found.part.values @ (factors * 0.5 * (found.size_lowest + found.size_highest).values)
-    np.testing.assert_allclose(found.group_size.values[told], truth[told], rtol=2e-3)
+    np.testing.assert_allclose(found.group_size.values[known], truth[known], rtol=2e-3)
     # Fits scatter, so that what is larger by a third may still be as the file says.
     assert "tight" not in found.state
-    assert name == "arm-with-gearboxes" or (found.state.values[told] == "worn").all()
+    assert name == "arm-with-gearboxes" or (found.state.values[known] == "worn").all()
 
 
 def test_the_rank_by_brute_force() -> None:
@@ -141,10 +141,15 @@ def test_it_says_what_is_worn(capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["diagnose", str(FILE), "--reversal", str(TABLE), "--sigma", "length=0.002"]
     assert run(asked) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert out.index("A + B is worn: 0.04202 +- 0.00019 mm, 0.04 by the file; which of them, no reading tells.") > 0
+    assert (
+        out.index("A + B is worn: 0.04202 +- 0.00019 mm, 0.04 by the file; these readings do not show which of them.")
+        > 0
+    )
     resized = [f"joints.{joint}.clearance={{ radial = 0.021, tolerance = 0.002 }}" for joint in "ABCDE"]
     assert run([*asked, *(part for one in resized for part in ("--set", one))]) == 0
-    assert "No clearance that is told is another one than the file allows." in " ".join(capsys.readouterr().out.split())
+    assert "Every clearance that is determined is within the file's limits." in " ".join(
+        capsys.readouterr().out.split()
+    )
     # Ten times more exact than they are.
     assert run([*asked[:-1], "length=0.0002"]) == 1
     assert "Not shown: which joints are worn; the readings do not fit" in " ".join(capsys.readouterr().out.split())

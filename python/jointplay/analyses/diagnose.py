@@ -6,7 +6,7 @@
 A clearance lies where its reaction presses it, so that a load that pushes and one that pulls move the output by what
 the play is, times what is known: the ratios f of the sizes to those of the file. What a place has in common, whatever
 acts (deviations, the frame of the device, the zero of a dial), is an unknown of its own for every column, and so drops
-out. Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is told.
+out. Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is determined.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ WRONG, MOST_LEFT_OUT = 0.01, 0.1
 DOUBT = 1e-3
 #: cells times places that are compared at once
 MOST_NUMBERS = 40_000_000
-WORN, TIGHT, SAME, NOT_TOLD = "worn", "tight", "as in the file", "not told"
+WORN, TIGHT, SAME, OPEN = "worn", "tight", "as in the file", "not determined"
 
 
 @typed
@@ -67,14 +67,14 @@ def diagnose(
     Returns
     -------
     xarray.Dataset
-        Over `group`, clearances of which only the sum is told, or single ones: `group_size` (the sum of their sizes, as
+        Over `group`, clearances of which only the sum is determined, or single ones: `group_size` (the sum of their sizes, as
         the file measures them), `group_standard_error`, `group_lowest` and `group_highest` (by the file), `state`:
-        ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file`` or ``not told``.
+        ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file`` or ``not determined``.
         Over `group` and `clearance`, `part`: the coefficients of the sum. Over `clearance`: `size_lowest` and
         `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
         `residual_before` (from what the place has in common, with the sizes of the file) and `residual_after`; `alone`
         (its place is read under one load only) and `left_out`. The attributes `chi_square`, `degrees_of_freedom`,
-        `p_value` and `rank` (how many sums are told), and `status`: ``ok``, or ``doubtful`` where the readings do not
+        `p_value` and `rank` (how many sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do not
         fit.
 
     Raises
@@ -114,7 +114,9 @@ def compute(m: Mechanism, measured: Any, *, sigma: Any = None) -> Result:
     base, sources = sizings(m)
     own = [one for one in sources if is_play(base, one)]
     if not own:
-        raise InputError("no joint has a clearance and no drive backlash that could be told", file=m.file, key="joints")
+        raise InputError(
+            "no joint has a clearance and no drive backlash that could be found", file=m.file, key="joints"
+        )
     fit = _Fit(base, own, readings(base, measured, sigma))
     return _told(m, own, fit, fit.solved())
 
@@ -133,9 +135,9 @@ class _Solved:
     used : ndarray of bool
         Rows that were not left out.
     groups : tuple of tuple
-        Clearances of which only a sum is told, or single ones: index and coefficient of each.
-    told : ndarray of bool
-        Of every group whether the readings tell its sum.
+        Clearances of which only a sum is determined, or single ones: index and coefficient of each.
+    determined : ndarray of bool
+        Of every group whether the readings determine its sum.
     change, error : ndarray
         Of every sum how far it is from that of the sizes in the file, SI, and the standard error.
     before, after : ndarray
@@ -147,7 +149,7 @@ class _Solved:
 
     used: Flags
     groups: tuple[tuple[tuple[int, float], ...], ...]
-    told: Flags
+    determined: Flags
     change: Floats
     error: Floats
     before: Floats
@@ -184,7 +186,7 @@ class _Fit:
         self.slopes = self.slopes / self.sizes[:, 0]
 
     def solved(self) -> _Solved:
-        """The sums that are told; rows that do not fit are left out, that which fits worst first."""
+        """The sums that are determined; rows that do not fit are left out, that which fits worst first."""
         from scipy.special import ndtri
 
         used, rows = self.paired.copy(), int(self.paired.sum())
@@ -217,7 +219,7 @@ class _Fit:
         found = combinations(slopes)
         groups = _groups(found, len(sizes))
         blind = {k for one in found if not one.alike for k, _ in one.parts}
-        told = np.array([not blind & {k for k, _ in parts} for parts in groups])
+        determined = np.array([not blind & {k for k, _ in parts} for parts in groups])
         columns = np.column_stack([slopes[:, parts[0][0]] for parts in groups])
         left, singular, right = np.linalg.svd(columns, full_matrices=False)
         rank = int((singular > EXACT * singular[0]).sum())
@@ -241,7 +243,7 @@ class _Fit:
         fitted = left_by(self.slopes[at][:, [parts[0][0] for parts in groups]] @ change)
         error = np.sqrt(np.sum(inverse**2, axis=1))
         chi, open_ = float(after @ after), len(cells) - len(names) - rank
-        solved = _Solved(used.copy(), groups, told, change, error, before, fitted, chi, open_, rank)
+        solved = _Solved(used.copy(), groups, determined, change, error, before, fitted, chi, open_, rank)
         return solved, np.asarray(studentized)
 
 
@@ -281,10 +283,10 @@ def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Solved) ->
     builder.add("part", ("group", "clearance"), parts, "coefficient of the clearance in the sum")
     low, high = parts @ fit.sizes[:, 1], parts @ fit.sizes[:, 2]
     low, high = np.minimum(low, high), np.maximum(low, high)
-    size = np.where(found.told, parts @ fit.sizes[:, 0] + found.change, np.nan)
-    error = np.where(found.told, found.error, np.nan)
+    size = np.where(found.determined, parts @ fit.sizes[:, 0] + found.change, np.nan)
+    error = np.where(found.determined, found.error, np.nan)
     state = np.select(
-        [~found.told, size - SURE * error > high, size + SURE * error < low], [NOT_TOLD, WORN, TIGHT], SAME
+        [~found.determined, size - SURE * error > high, size + SURE * error < low], [OPEN, WORN, TIGHT], SAME
     )
     for name, values, words in (
         ("group_size", size, "sum of the sizes, as the file measures them"),

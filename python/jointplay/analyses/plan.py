@@ -262,7 +262,7 @@ class _Search:
         count = len(fitter.unknowns) + len(fitter.frame_columns)
         every = np.ones(len(fitter.readings), dtype=bool)
         system = fitter.system(every)
-        fitter.require_told(system)
+        fitter.require_determined(system)
         information = np.zeros((fitter.width, fitter.width))
         if known is not None:
             information[:count, :count] = _information(known, count)

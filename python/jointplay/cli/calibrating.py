@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import Contact, File, Frame, OutputPath, Seed, Settings
+from .options import File, FrameAxes, OutputPath, PlayContact, Seed, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -39,8 +39,8 @@ Free = Annotated[
     ),
 ]
 Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Held as the file has it.")]
-FrameChoice = Annotated[
-    Frame, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
+Axes = Annotated[
+    FrameAxes, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
 ]
 Zeroed = Annotated[
     list[str] | None,
@@ -50,7 +50,7 @@ Sizes = Annotated[
     bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
 ]
 ContactChoice = Annotated[
-    Contact | None,
+    PlayContact | None,
     typer.Option(
         "--contact",
         help="Play scatters, or lies where the loads of the file press it. [default: loaded where something loads]",
@@ -67,7 +67,7 @@ def calibrate(
     sigma: Sigma = None,
     free: Free = None,
     fix: Fix = None,
-    frame: FrameChoice = Frame.known,
+    frame: Axes = FrameAxes.known,
     zeroed: Zeroed = None,
     sizes: Sizes = False,
     contact: ContactChoice = None,
@@ -138,7 +138,7 @@ def plan(
     ] = None,
     free: Free = None,
     fix: Fix = None,
-    frame: FrameChoice = Frame.known,
+    frame: Axes = FrameAxes.known,
     zeroed: Zeroed = None,
     sizes: Sizes = False,
     contact: ContactChoice = None,
@@ -215,10 +215,10 @@ def _options(
     sigma: Sequence[str] | None,
     free: Sequence[str] | None,
     fix: Sequence[str] | None,
-    frame: Frame,
+    frame: FrameAxes,
     zeroed: Sequence[str] | None,
     sizes: bool,
-    contact: Contact | None,
+    contact: PlayContact | None,
 ) -> dict[str, Any]:
     """What both are asked with."""
     found: dict[str, Any] = {"sigma": _sigma(sigma), "free": _free(free), "fix": (*(fix or ()),)}

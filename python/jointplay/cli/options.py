@@ -60,14 +60,14 @@ class Passes(StrEnum):
     one_way = "one-way"
 
 
-class Frame(StrEnum):
+class FrameAxes(StrEnum):
     """Whether the axes of a measuring device are those of the ground."""
 
     known = "known"
     unknown = "unknown"
 
 
-class Contact(StrEnum):
+class PlayContact(StrEnum):
     """Where the play lies while a machine is measured."""
 
     scattered = "scattered"

@@ -34,7 +34,7 @@ Cell = str | float
 
 
 @dataclass(frozen=True)
-class Column:
+class ReadingColumn:
     """A column: the unit that its heading says, empty if none, and a cell for each row."""
 
     unit: str
@@ -42,7 +42,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class ReadingSheet:
     """A table of readings.
 
     Attributes
@@ -56,7 +56,7 @@ class Sheet:
     """
 
     name: str
-    columns: Mapping[str, Column]
+    columns: Mapping[str, ReadingColumn]
     lines: Sequence[int]
 
     def refuse(self, problem: str, column: str = "", row: int | None = None) -> InputError:
@@ -97,7 +97,7 @@ class Sheet:
         return value
 
 
-def sheet(source: str | os.PathLike[str] | Mapping[str, Any]) -> Sheet:
+def sheet(source: str | os.PathLike[str] | Mapping[str, Any]) -> ReadingSheet:
     """A table of readings.
 
     Parameters
@@ -134,17 +134,17 @@ def _plain(value: Any) -> Cell:
     return "" if math.isnan(number) else number
 
 
-def _sheet(name: str, header: Sequence[str], cells: Sequence[Sequence[Cell]], lines: Sequence[int]) -> Sheet:
-    columns: dict[str, Column] = {}
+def _sheet(name: str, header: Sequence[str], cells: Sequence[Sequence[Cell]], lines: Sequence[int]) -> ReadingSheet:
+    columns: dict[str, ReadingColumn] = {}
     for word, own in zip(header, cells, strict=True):
         if word.startswith(LEFT_OUT) or not (word or any(own)):
             continue
         key, unit = split(word)
         if key in columns:
             raise InputError(f"the first row has {shown(key)} more than once", file=name)
-        columns[key] = Column(SPELLINGS.get(unit, unit), own)
+        columns[key] = ReadingColumn(SPELLINGS.get(unit, unit), own)
     if not lines:
         raise InputError("has no readings: names of columns in the first row, a reading in each row below", file=name)
     if len(lines) > MOST_ROWS:
         raise InputError(f"has {len(lines):,} rows; at most {MOST_ROWS:,} are fitted at once", file=name)
-    return Sheet(name, columns, lines)
+    return ReadingSheet(name, columns, lines)

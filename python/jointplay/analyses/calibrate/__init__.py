@@ -27,7 +27,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 from jointplay.result.build import Labels
 
-from .fit import Fit, Fitter
+from .fit import FitOutcome, Fitter
 from .misread import require_own
 from .system import Combination, combinations
 from .unknowns import Unknowns, unknowns_of
@@ -100,19 +100,20 @@ def calibrate(
     -------
     xarray.Dataset
         Over `unknown`, the deviations and sizes: `estimate`, `standard_error`, `fitted` (the same where only sums are
-        told: values that fit), `prior_mean`, `prior_sigma`, `share_told` (part of its prior variance that the readings
-        take away), `told` (whether it is known by itself), `within_tolerance`, and the coordinate `unknown_key`, where
-        the file has it; `covariance` over pairs. Over `reading`, labelled by the row of the table, and `channel`:
-        `measured`, `residual_before`, `residual_after`, `residual_without` (from what all other readings predict),
-        `expected` (standard deviation of noise and play); `left_out` and `held_out`. Over `direction`: `singular_value`
-        of the equations scaled by the priors: above one the readings tell more than the tolerances. Over `combination`
-        and `unknown`: `together`, the coefficients of what only acts together, with `alike` (whether this sum is told;
-        if not, it changes no reading), `combination_estimate` and `combination_standard_error`. Over `configuration`
-        and `component`, and `each_output` where there are several: `output_before` and `output_after`, the standard
-        deviation of the output's error that unknowns cause. `position_before`, `position_after`, `position_after_95`,
-        over the path. `frame` and `zero`, with standard errors, where they are unknown. `status` is ``ok``,
-        ``doubtful`` (the readings do not fit), ``many_missed`` (more than a tenth of the rows do not) or
-        ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and `p_value` say how well they fit.
+        determined: values that fit), `prior_mean`, `prior_sigma`, `share_determined` (part of its prior variance that
+        the readings take away), `determined` (whether it is known by itself), `within_tolerance`, and the coordinate
+        `unknown_key`, where the file has it; `covariance` over pairs. Over `reading`, labelled by the row of the table,
+        and `channel`: `measured`, `residual_before`, `residual_after`, `residual_without` (from what all other readings
+        predict), `expected` (standard deviation of noise and play); `left_out` and `held_out`. Over `direction`:
+        `singular_value` of the equations scaled by the priors: above one the readings tell more than the tolerances.
+        Over `combination` and `unknown`, where some only act together: `together`, the coefficients of what only acts
+        together, with `alike` (whether this sum is determined; if not, it changes no reading), `combination_estimate`
+        and `combination_standard_error`. Over `configuration` and `component`, and `each_output` where there are
+        several: `output_before` and `output_after`, the standard deviation of the output's error that unknowns cause.
+        `position_before`, `position_after`, `position_after_95`, over the path. `frame` and `zero`, with standard
+        errors, where they are unknown. `status` is ``ok``, ``doubtful`` (the readings do not fit), ``many_missed``
+        (more than a tenth of the rows do not) or ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and
+        `p_value` say how well they fit.
 
     Raises
     ------
@@ -191,7 +192,7 @@ def compute(
     require_own(fitter)
     held = _held_out(len(table), hold_out, seed)
     found = fitter.fit(~held)
-    return _Told(m, fitter, found, held).result(frame, contact)
+    return _Report(m, fitter, found, held).result(frame, contact)
 
 
 def fitter_of(
@@ -239,12 +240,12 @@ def _held_out(count: int, share: float, seed: int) -> Flags:
 
 
 @dataclass(frozen=True, eq=False)
-class _Told:
+class _Report:
     """What a fit says."""
 
     m: Mechanism
     fitter: Fitter
-    fit: Fit
+    fit: FitOutcome
     held: Flags
 
     @property
@@ -311,14 +312,14 @@ class _Told:
         every, system = self.unknowns.unknowns, self.fit.system
         count = len(every)
         covariance = system.covariance[:count, :count].copy()
-        told = system.is_told[:count]
-        covariance[~told], covariance[:, ~told] = np.nan, np.nan
+        determined = system.is_determined[:count]
+        covariance[~determined], covariance[:, ~determined] = np.nan, np.nan
         errors = np.sqrt(np.diagonal(covariance))
         sigma = np.array([one.sigma for one in every])
-        estimate = np.where(told, self.fit.state.x, np.nan)
+        estimate = np.where(determined, self.fit.state.x, np.nan)
         for name, values, words in (
             ("estimate", estimate, "deviation or size of this machine"),
-            ("fitted", self.fit.state.x, "one of the values that fit, where it is not told by itself"),
+            ("fitted", self.fit.state.x, "one of the values that fit, where it is not determined by itself"),
             ("standard_error", errors, "standard error of the estimate"),
             ("prior_mean", self.fitter.mean, "middle of what the file allows"),
             ("prior_sigma", sigma, "standard deviation before any reading; infinite where nothing is known"),
@@ -326,10 +327,13 @@ class _Told:
             builder.add(name, "unknown", values, words, "unknown")
         share = np.where(np.isfinite(sigma), 1.0 - (errors / sigma) ** 2, 1.0)
         builder.add(
-            "share_told", "unknown", np.where(told, share, 0.0), "part of its prior variance that readings take"
+            "share_determined",
+            "unknown",
+            np.where(determined, share, 0.0),
+            "part of its prior variance that readings take",
         )
         builder.add("within_tolerance", "unknown", self._within(), "whether it is within the tolerance of the file")
-        builder.add("told", "unknown", told, "whether it is known by itself")
+        builder.add("determined", "unknown", determined, "whether it is known by itself")
         builder.add("covariance", ("unknown", "unknown_other"), covariance, "covariance", ("unknown", "unknown_other"))
         keys = np.array([one.key for one in every], dtype=str)
         builder.coords["unknown_key"] = Variable(("unknown",), keys, "", "where the file has it")
@@ -384,13 +388,15 @@ class _Told:
         if sizes.size:
             columns = system.a[:, sizes] / system.scale[sizes]
             found += [_renamed(one, sizes, None) for one in combinations(columns)]
+        if not found:
+            return
         parts = np.zeros((len(found), count))
         for row, one in enumerate(found):
             for k, coefficient in one.parts:
                 parts[row, k] = coefficient
         builder.add("together", ("combination", "unknown"), parts, "coefficients of what acts together, SI")
         alike = np.array([one.alike for one in found], dtype=bool)
-        builder.add("alike", "combination", alike, "whether this sum is told; if not, it changes no reading")
+        builder.add("alike", "combination", alike, "whether this sum is determined; if not, it changes no reading")
         self._add_sums(builder, parts)
 
     def _add_sums(self, builder: ResultBuilder, parts: Floats) -> None:
@@ -453,7 +459,7 @@ class _Told:
             chosen = good[np.unique(np.linspace(0, len(good) - 1, min(len(good), CONFIGURATIONS)).astype(int))]
             errors = np.einsum("kcp,sp->skc", slopes[chosen][:, lengths], drawn)
             largest = float(np.quantile(np.linalg.norm(errors, axis=-1), LEVEL)) if len(chosen) else np.nan
-            rms = [float(np.sqrt(np.nanmean((std[:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
+            rms = [float(np.sqrt(np.mean((std[good][:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
             sizes.append((rms[0], rms[1], largest))
         several = bool(base.outputs)
         if several:
@@ -493,7 +499,7 @@ def _renamed(found: Combination, places: NDArray[np.int64], scale: Floats | None
     for k, coefficient in found.parts:
         place = int(places[k])
         if scale is not None:
-            # Of a sum that is told the coefficients are those of the columns; of what is not told a step in each.
+            # Of a sum that is determined the coefficients are those of the columns; else they are a step in each.
             coefficient *= 1.0 / scale[place] if found.alike else scale[place]
         parts.append((place, float(coefficient)))
     if found.alike:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.readings import Frame, Read, ReadingModel, Readings
+from jointplay.analyses.readings import DeviceFrame, Predicted, ReadingModel, Readings
 from jointplay.basics import poses
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.errors import InputError, listed
@@ -35,14 +35,14 @@ MOST_NUMBERS = 40_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class FitState:
     """All that is fitted.
 
     Attributes
     ----------
     x : ndarray
         The unknowns of the mechanism, SI.
-    frame : Frame or None
+    frame : DeviceFrame or None
         Of the measuring device; None where it is known.
     zeros : ndarray
         Reading of every column, SI, where the machine says zero.
@@ -51,18 +51,18 @@ class State:
     """
 
     x: Floats
-    frame: Frame | None
+    frame: DeviceFrame | None
     zeros: Floats
     frame_found: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class FitOutcome:
     """What came out.
 
     Attributes
     ----------
-    state : State
+    state : FitState
     system : System
     used : ndarray of bool
         Rows that were not left out.
@@ -70,14 +70,14 @@ class Fit:
         Of all rows, SI, shape (row, channel).
     whitened : ndarray
         Of the cells that were used.
-    read : Read
+    read : Predicted
         What is read at the fit, and its derivatives.
     converged : bool
     many_wrong : bool
         Whether so many rows are missed by the others that none is left out.
     """
 
-    state: State
+    state: FitState
     system: System
     used: Flags
     residual: Floats
@@ -112,7 +112,9 @@ class Fitter:
         self.frame_columns = (PLANAR_FRAME if self.model.axes == 2 else tuple(range(6))) if frame else ()
         near = self._frame() if frame else None
         zeros = np.zeros(len(readings.channels))
-        self.start = State(self.mean.copy(), near or (Frame.none() if frame else None), zeros, near is not None)
+        self.start = FitState(
+            self.mean.copy(), near or (DeviceFrame.none() if frame else None), zeros, near is not None
+        )
         self.first = self.model.read(unknowns.of_parameters(self.mean), self.start.frame)
         self.play = self.model.play(self.first)
         cells = int(readings.given.sum())
@@ -143,8 +145,8 @@ class Fitter:
         own = weights(self.readings, self.play, used)
         return System(own, self._jacobian()[own.rows, own.columns], self.scale, self._correlation())
 
-    def fit(self, used: Flags) -> Fit:
-        """Fit some rows, without those that are wrong."""
+    def fit(self, used: Flags) -> FitOutcome:
+        """FitOutcome some rows, without those that are wrong."""
         found = self._fit(used)
         if not self._wrong(found).size:
             return found
@@ -163,9 +165,9 @@ class Fitter:
             look = self._fit(without)
         return look
 
-    def _fit(self, used: Flags, *, robust: bool = False) -> Fit:
+    def _fit(self, used: Flags, *, robust: bool = False) -> FitOutcome:
         system = self.system(used)
-        self.require_told(system)
+        self.require_determined(system)
         state, converged = self.start, False
         errors = np.sqrt(np.diagonal(system.covariance))
         known = system.known[: len(self.unknowns)]
@@ -178,20 +180,20 @@ class Fitter:
             away = (state.x - self.mean)[known] / sigma
             step = system.step(whitened, away, system.huber(whitened) if robust else None)
             state = self._moved(state, step)
-            told = errors > 0.0
-            if float((np.abs(step[told]) / errors[told]).max(initial=0.0)) <= last:
+            determined = errors > 0.0
+            if float((np.abs(step[determined]) / errors[determined]).max(initial=0.0)) <= last:
                 converged = True
                 break
         residual = self.residual(state)
         whitened = system.weights.whitened(residual[system.weights.rows, system.weights.columns])
-        return Fit(state, system, used.copy(), residual, whitened, converged)
+        return FitOutcome(state, system, used.copy(), residual, whitened, converged)
 
-    def residual(self, state: State) -> Floats:
+    def residual(self, state: FitState) -> Floats:
         """What was measured less what is read, SI, shape (row, channel)."""
         read = self.read(state)
         return self.model.compare(self.readings.values - state.zeros, read)
 
-    def read(self, state: State) -> Read:
+    def read(self, state: FitState) -> Predicted:
         """What is read, without derivatives."""
         self.calls += 1
         model = self.model
@@ -200,7 +202,7 @@ class Fitter:
             model = ReadingModel(m, self.readings, scattered=self.scattered)
         return model.read(self.unknowns.of_parameters(state.x), state.frame, derivatives=False)
 
-    def _moved(self, state: State, step: Floats) -> State:
+    def _moved(self, state: FitState, step: Floats) -> FitState:
         count = len(self.unknowns)
         frame = state.frame
         if frame is not None:
@@ -211,7 +213,7 @@ class Fitter:
         zeros[list(self.zeroed)] += step[count + len(self.frame_columns) :]
         x = state.x + step[:count]
         x[self.sizes] = np.maximum(x[self.sizes], 0.0)
-        return State(x, frame, zeros)
+        return FitState(x, frame, zeros)
 
     def _jacobian(self) -> Floats:
         """Derivatives of all cells by all that is fitted, shape (row, channel, unknown)."""
@@ -238,20 +240,20 @@ class Fitter:
         known = np.isfinite(self.scale[: len(self.unknowns)])
         return np.asarray(self.unknowns.correlation[np.ix_(known, known)])
 
-    def require_told(self, system: System) -> None:
-        """Refuse what has no prior and no reading tells; of sizes combinations are told."""
-        untold = system.flat[1]
-        if not untold.size:
+    def require_determined(self, system: System) -> None:
+        """Refuse what has no prior and no reading tells; of sizes combinations are determined."""
+        undetermined = system.flat[1]
+        if not undetermined.size:
             return
         flat = np.flatnonzero(~system.known)
         others = [k for k, place in enumerate(flat.tolist()) if place not in self.sizes]
-        open_ = [self.names()[flat[k]] for k in others if np.linalg.norm(untold[k]) > 1e-6]
+        open_ = [self.names()[flat[k]] for k in others if np.linalg.norm(undetermined[k]) > 1e-6]
         if open_:
             problem = f"no reading tells {listed(open_)}, or not one of them by itself, and nothing is known beforehand"
             where = "give them a tolerance or a standard deviation, or measure more"
             raise InputError(f"{problem}: {where}", file=self.readings.sheet.name)
 
-    def _wrong(self, fit: Fit) -> NDArray[np.int64]:
+    def _wrong(self, fit: FitOutcome) -> NDArray[np.int64]:
         """Rows that all others miss by more than their errors allow."""
         from scipy.special import chdtrc
 
@@ -259,7 +261,7 @@ class Fitter:
         rare = chdtrc(missed.count, missed.distance) < WRONG / max(int(fit.used.sum()), 1)
         return np.asarray(missed.rows[rare])
 
-    def _right(self, fit: Fit, left_out: Flags) -> NDArray[np.int64]:
+    def _right(self, fit: FitOutcome, left_out: Flags) -> NDArray[np.int64]:
         """Rows that were left out and that the fit predicts well enough."""
         from scipy.special import chdtrc
 
@@ -269,7 +271,7 @@ class Fitter:
         distance, count = self.predicted(fit, left_out)
         return np.asarray(rows[chdtrc(count, distance) >= WRONG / len(self.readings)])
 
-    def predicted(self, fit: Fit, rows: Flags) -> tuple[Floats, NDArray[np.int64]]:
+    def predicted(self, fit: FitOutcome, rows: Flags) -> tuple[Floats, NDArray[np.int64]]:
         """How far rows that were not used are from what the fit says, squared, by their covariance; and their cells."""
         own = weights(self.readings, self.play, rows)
         jacobian = self._jacobian()[own.rows, own.columns]
@@ -285,7 +287,7 @@ class Fitter:
             count.append(len(places))
         return np.array(distance), np.array(count)
 
-    def _frame(self) -> Frame | None:
+    def _frame(self) -> DeviceFrame | None:
         """A frame to start from: that which brings measured places nearest to those of the nominal mechanism."""
         read = self.model.read(self.unknowns.of_parameters(self.mean), None, derivatives=False)
         seen, own = [], []
@@ -305,7 +307,7 @@ class Fitter:
         return _nearest(nominal, measured) if len(measured) > axes else None
 
 
-def _nearest(nominal: Floats, measured: Floats) -> Frame:
+def _nearest(nominal: Floats, measured: Floats) -> DeviceFrame:
     """The frame that brings places nearest to measured ones (Kabsch 1976)."""
     axes = nominal.shape[1]
     middle, seen = nominal.mean(axis=0), measured.mean(axis=0)
@@ -316,4 +318,4 @@ def _nearest(nominal: Floats, measured: Floats) -> Frame:
     turn[:axes, :axes] = (left * signs) @ right
     shift = np.zeros(3)
     shift[:axes] = seen - turn[:axes, :axes] @ middle
-    return Frame(poses.rotation_vector(poses.from_axes(turn)), shift)
+    return DeviceFrame(poses.rotation_vector(poses.from_axes(turn)), shift)

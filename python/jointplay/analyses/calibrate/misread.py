@@ -69,9 +69,18 @@ def require_own(fitter: Fitter) -> None:
             continue
         if now < left:
             best, left = slip.words, now
+    if not best and _fits_in_a_frame(fitter, few, left):
+        best = "the measuring device has axes of its own: frame unknown"
     hint = f"they fit if {best}" if best else "is it this machine, in these units, signs and axes?"
-    frame = "" if best or fitter.frame_columns else " An unknown place of the measuring device is frame = 'unknown'"
-    raise readings.sheet.refuse(f"{far}: {hint}{frame}", channel.name)
+    raise readings.sheet.refuse(f"{far}: {hint}", channel.name)
+
+
+def _fits_in_a_frame(fitter: Fitter, readings: Readings, left: float) -> bool:
+    """Whether readings are those of the mechanism at another place."""
+    if fitter.frame_columns:
+        return False
+    moved = Fitter(fitter.unknowns, readings, frame=True, zeroed=fitter.zeroed, scattered=fitter.scattered)
+    return moved.start.frame_found and float(np.nanmax(_missed(moved, moved.model, readings))) < left
 
 
 def _u(fitter: Fitter) -> Floats:

@@ -151,17 +151,17 @@ class System:
             return np.zeros((0, 0)), np.zeros((0, 0))
         _, singular, right = np.linalg.svd(own, full_matrices=True)
         singular = np.concatenate([singular, np.zeros(right.shape[0] - len(singular))])
-        told = singular > EXACT * max(float(singular.max(initial=0.0)), 1e-300)
-        return right[told].T, right[~told].T
+        determined = singular > EXACT * max(float(singular.max(initial=0.0)), 1e-300)
+        return right[determined].T, right[~determined].T
 
     @cached_property
     def basis(self) -> Floats:
-        """What is solved for: all unknowns with a prior, and the told directions of the others."""
-        told = self.flat[0]
+        """What is solved for: all unknowns with a prior, and the determined directions of the others."""
+        determined = self.flat[0]
         size, count = len(self.scale), int(self.known.sum())
-        basis = np.zeros((size, count + told.shape[1]))
+        basis = np.zeros((size, count + determined.shape[1]))
         basis[np.flatnonzero(self.known), np.arange(count)] = 1.0
-        basis[np.flatnonzero(~self.known), count:] = told
+        basis[np.flatnonzero(~self.known), count:] = determined
         return basis
 
     def step(self, residual: Floats, away: Floats, counts: Floats | None = None) -> Floats:
@@ -194,19 +194,19 @@ class System:
         return np.asarray(half.T @ half)
 
     @cached_property
-    def is_told(self) -> NDArray[np.bool_]:
+    def is_determined(self) -> NDArray[np.bool_]:
         """Whether an unknown has a prior or the readings tell it by itself."""
-        told = self.known.copy()
-        untold = self.flat[1]
-        if untold.size:
-            told[~self.known] = np.linalg.norm(untold, axis=1) <= 1e-6
+        determined = self.known.copy()
+        undetermined = self.flat[1]
+        if undetermined.size:
+            determined[~self.known] = np.linalg.norm(undetermined, axis=1) <= 1e-6
         else:
-            told[:] = True
-        return told
+            determined[:] = True
+        return determined
 
     @property
     def flats(self) -> int:
-        """How many directions have no prior and are told by readings."""
+        """How many directions have no prior and are determined by readings."""
         return int(self.flat[0].shape[1])
 
     def without_flat(self) -> Floats:
@@ -257,9 +257,9 @@ class Combination:
     Attributes
     ----------
     parts : tuple
-        Index of each unknown, with its coefficient in what is told of them; where nothing is told, of what is not.
+        Index of each unknown, with its coefficient in the sum that is determined, or in a step that changes nothing.
     alike : bool
-        Whether they act alike, so that only this combination of them is told.
+        Whether they act alike, so that only this combination of them is determined.
     """
 
     parts: tuple[tuple[int, float], ...]
@@ -267,7 +267,7 @@ class Combination:
 
 
 def combinations(columns: Floats) -> list[Combination]:
-    """What columns of derivatives cannot tell apart, in few unknowns each.
+    """What columns of derivatives do not distinguish, in few unknowns each.
 
     Parameters
     ----------

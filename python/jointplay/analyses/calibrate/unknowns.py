@@ -212,9 +212,9 @@ def places_of(m: Mechanism, sources: Sequence[Sizing]) -> dict[int, tuple[Sizing
             continue
         parameters = np.flatnonzero(m.parameter_source == s).tolist()
         # A cylinder in which an axis shifts and tilts has a known shift only.
-        told = parameters[:2] if len(parameters) > 3 else parameters
-        for place, k in enumerate(told):
-            found[k] = (by_name[name], place, len(told))
+        determined = parameters[:2] if len(parameters) > 3 else parameters
+        for place, k in enumerate(determined):
+            found[k] = (by_name[name], place, len(determined))
     return found
 
 

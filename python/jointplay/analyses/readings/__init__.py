@@ -7,15 +7,15 @@ with its derivatives, and the covariance of the play.
 """
 
 from .channels import Channel, channel, names_of
-from .model import Frame, Read, ReadingModel
+from .model import DeviceFrame, Predicted, ReadingModel
 from .table import APPROACH, LOAD_CASE, Readings, readings
 
 __all__ = [
     "APPROACH",
     "LOAD_CASE",
     "Channel",
-    "Frame",
-    "Read",
+    "DeviceFrame",
+    "Predicted",
     "ReadingModel",
     "Readings",
     "channel",

@@ -33,7 +33,7 @@ from .channels import OUTPUT, Channel, Poses
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
-SPECIMENS = 1024
+SPECIMENS = 512
 #: step of a difference where the file has no tolerance, in radians and parts of the mechanism's length
 STEP = 1e-5
 #: part of a tolerance that stands for none, where only the play is to scatter
@@ -41,26 +41,26 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
-class Frame:
+class DeviceFrame:
     """Where the measuring device has the ground: a rotation, and then a translation, SI."""
 
     turn: Floats
     shift: Floats
 
     @classmethod
-    def none(cls) -> Frame:
+    def none(cls) -> DeviceFrame:
         """That of the ground itself."""
         return cls(np.zeros(3), np.zeros(3))
 
-    def moved(self, by: Floats) -> Frame:
+    def moved(self, by: Floats) -> DeviceFrame:
         """The frame after a small displacement: translation, rotation vector."""
         about = poses.quaternion(by[3:])
         turn = poses.rotation_vector(poses.product(about, poses.quaternion(self.turn)))
-        return Frame(np.asarray(turn), poses.turned_by(by[3:]) @ self.shift + by[:3])
+        return DeviceFrame(np.asarray(turn), poses.turned_by(by[3:]) @ self.shift + by[:3])
 
 
 @dataclass(frozen=True, eq=False)
-class Read:
+class Predicted:
     """What would be read, SI.
 
     Attributes
@@ -124,7 +124,7 @@ class ReadingModel:
         """Whether a load decides where all clearances are."""
         return all(load.acts for load in self.loads)
 
-    def read(self, u: Floats, frame: Frame | None = None, *, derivatives: bool = True) -> Read:
+    def read(self, u: Floats, frame: DeviceFrame | None = None, *, derivatives: bool = True) -> Predicted:
         """What would be read with the parameters u, SI.
 
         Raises
@@ -137,18 +137,18 @@ class ReadingModel:
         width = len(self.readings.channels)
         empty = np.zeros((len(values), width, 0))
         if not derivatives:
-            return Read(values, empty, empty, np.zeros((len(values), width, width)))
+            return Predicted(values, empty, empty, np.zeros((len(values), width, width)))
         by_parameter, by_frame, open_ = self._derivatives(found, frame)
-        return Read(values, by_parameter, by_frame, open_)
+        return Predicted(values, by_parameter, by_frame, open_)
 
-    def by_size(self, sizes: Sequence[Sequence[int]], frame: Frame | None = None) -> Floats:
+    def by_size(self, sizes: Sequence[Sequence[int]], frame: DeviceFrame | None = None) -> Floats:
         """Derivatives by relative changes of clearances that loads press, shape (row, channel, size).
 
         Parameters
         ----------
         sizes : sequence
             Of every size the sources that have it, by index.
-        frame : Frame, optional
+        frame : DeviceFrame, optional
         """
         count = int(self.station.max()) + 1
         moves = {point: np.zeros((count, len(self.m.components), len(sizes))) for point in self.points}
@@ -162,7 +162,7 @@ class ReadingModel:
         at_station = self._by_moves(moves, self._slopes(self._nominal(), frame))
         return np.asarray(at_station[self.station])
 
-    def play(self, read: Read) -> Floats:
+    def play(self, read: Predicted) -> Floats:
         """Covariance of what the play adds to the readings of a row, shape (row, channel, channel)."""
         width = len(self.readings.channels)
         at_station = np.zeros((int(self.station.max()) + 1, width, width))
@@ -183,7 +183,7 @@ class ReadingModel:
         mean, covariance = self.m.core.parameter_moments()
         return mean[self.is_play], covariance[np.ix_(self.is_play, self.is_play)]
 
-    def compare(self, measured: Floats, read: Read) -> Floats:
+    def compare(self, measured: Floats, read: Predicted) -> Floats:
         """Measured less read: angles within half a turn, rotations in space as the rotation from one to the other."""
         apart = measured - read.values
         channels = self.readings.channels
@@ -225,7 +225,7 @@ class ReadingModel:
             raise self.readings.sheet.refuse("the mechanism with the fitted deviations has no pose here", row=row)
         return found
 
-    def _channels(self, at: Poses, frame: Frame | None) -> Floats:
+    def _channels(self, at: Poses, frame: DeviceFrame | None) -> Floats:
         """What is read at poses of the points; distances, and dials on the ground, know of no frame."""
         framed = {point: self._framed(pose, frame) for point, pose in at.items()}
         columns = [
@@ -238,7 +238,7 @@ class ReadingModel:
     def _seen(self, channel: Channel, at: Poses) -> Poses:
         return {point: at[point] for point in channel.points}
 
-    def _framed(self, pose: Floats, frame: Frame | None) -> Floats:
+    def _framed(self, pose: Floats, frame: DeviceFrame | None) -> Floats:
         """Poses in the axes of the measuring device."""
         if frame is None:
             return pose
@@ -252,7 +252,7 @@ class ReadingModel:
             moved[:, 3:] = poses.rotation_vector(both)
         return moved
 
-    def _derivatives(self, at: Poses, frame: Frame | None) -> tuple[Floats, Floats, Floats]:
+    def _derivatives(self, at: Poses, frame: DeviceFrame | None) -> tuple[Floats, Floats, Floats]:
         count, size = int(self.station.max()) + 1, len(self.m.components)
         width = len(self.readings.channels)
         moves = {point: np.zeros((count, size, len(self.m.parameters))) for point in self.points}
@@ -276,7 +276,7 @@ class ReadingModel:
                     by_frame[:, k] = np.einsum("sc,scf->sf", slope, moved)
         return self._by_moves(moves, slopes)[self.station], by_frame[self.station], open_[self.station]
 
-    def _slopes(self, at: Poses, frame: Frame | None) -> dict[str, Floats]:
+    def _slopes(self, at: Poses, frame: DeviceFrame | None) -> dict[str, Floats]:
         """Derivatives of what is read by displacements of each point, shape (station, channel, component)."""
         count, width, size = int(self.station.max()) + 1, len(self.readings.channels), len(self.m.components)
         turned = _turned(frame, size)
@@ -313,7 +313,7 @@ class ReadingModel:
         return found
 
 
-def _turned(frame: Frame | None, size: int) -> Floats:
+def _turned(frame: DeviceFrame | None, size: int) -> Floats:
     """What turns displacements of a pose into the axes of a frame."""
     turned = np.eye(size)
     if frame is not None:

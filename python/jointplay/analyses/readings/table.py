@@ -22,7 +22,7 @@ from jointplay.basics import units
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.file.readings import Sheet, sheet
+from jointplay.file.readings import ReadingSheet, sheet
 from jointplay.model.mechanism import Mechanism
 
 from .channels import Channel, channel, names_of, unknown
@@ -42,7 +42,7 @@ class Readings:
 
     Attributes
     ----------
-    sheet : Sheet
+    sheet : ReadingSheet
         Where it is from.
     channels : tuple of Channel
         The measured columns.
@@ -58,7 +58,7 @@ class Readings:
         Number of the approach of each row: rows that have it in common are of one place.
     """
 
-    sheet: Sheet
+    sheet: ReadingSheet
     channels: tuple[Channel, ...]
     drives: Floats
     values: Floats
@@ -92,7 +92,7 @@ class Readings:
             for name, column in self.sheet.columns.items()
         }
         return Readings(
-            Sheet(self.sheet.name, columns, lines),
+            ReadingSheet(self.sheet.name, columns, lines),
             self.channels,
             self.drives[rows],
             self.values[rows],
@@ -107,7 +107,7 @@ def readings(
     source: str | os.PathLike[str] | Mapping[str, Any],
     sigma: Mapping[str, float] | str | None = None,
 ) -> Readings:
-    """Read a table of a mechanism.
+    """Predicted a table of a mechanism.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def readings(
 class _Reader:
     """Makes numbers of one table."""
 
-    def __init__(self, m: Mechanism, table: Sheet) -> None:
+    def __init__(self, m: Mechanism, table: ReadingSheet) -> None:
         self.m, self.table = m, table
         self.channels: list[Channel] = []
         for name in table.columns:
@@ -175,7 +175,7 @@ class _Reader:
             if len(found) < len(turns):
                 raise self.table.refuse(f"a rotation of '{point}' has {listed(turns)}; here is only {listed(found)}")
 
-    def _in_si(self, name: str, kind: str, table: Sheet | None = None) -> Floats:
+    def _in_si(self, name: str, kind: str, table: ReadingSheet | None = None) -> Floats:
         """A column of the table, or of some of its rows; its unit, or that of the file."""
         table = table or self.table
         known = units.LENGTHS if kind == "length" else units.ANGLES
@@ -298,7 +298,7 @@ class _Reader:
     def _sigma(self, found: Readings, sigma: Mapping[str, float] | str | None) -> Floats:
         if isinstance(sigma, str):
             raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
-        given, used = dict(sigma or {}), set()
+        given, used = dict(sigma or {}), {"length", "angle"}
         deviations = np.empty_like(found.values)
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"

@@ -13,54 +13,56 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
-#: share of its prior variance from which on an unknown is told better than by its tolerance
+#: share of its prior variance from which on an unknown is determined better than by its tolerance
 TOLD = 0.5
-#: probability of a smaller sum of squares from which on it is told
+#: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
 
 def of_calibrate(result: Result) -> Conclusion:
-    """What is told, the error that is left, how well the readings fit, and which of them do not."""
-    parts = (_told, _left, _fit, _rows, _together, _held_out, _beyond)
+    """What is determined, the error that is left, how well the readings fit, and which of them do not."""
+    parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
     return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
 
 
-def is_told(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Which unknowns are told better than by what was known beforehand."""
-    return np.asarray(result.get("told") & (result.get("share_told") > TOLD))
+def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Which unknowns are determined better than by what was known beforehand."""
+    return np.asarray(result.get("determined") & (result.get("share_determined") > TOLD))
 
 
-def _told(result: Result) -> Iterator[Sentence]:
-    names, told = result.labels("unknown"), is_told(result)
+def _determined(result: Result) -> Iterator[Sentence]:
+    names, determined = result.labels("unknown"), is_determined(result)
     is_size = np.array(["clearance" in key or "backlash" in key for key in result.labels("unknown_key")])
     for kind, which in (("deviation", ~is_size), ("size", is_size)):
         if not which.any():
             continue
-        count, all_ = int((told & which).sum()), int(which.sum())
-        rest = [name for name, own, known in zip(names, which, told, strict=True) if own and not known]
+        count, all_ = int((determined & which).sum()), int(which.sum())
+        rest = [name for name, own, known in zip(names, which, determined, strict=True) if own and not known]
         said = f"{count} of {plural(all_, kind)}"
-        than = "than by their tolerances" if kind == "deviation" else "than before"
+        than = "than by the tolerances" if kind == "deviation" else "than before"
         left = f"; not {_some(rest)}" if rest else ""
-        yield Sentence(f"{said} {'is' if count == 1 else 'are'} told better {than}{left}.")
+        yield Sentence(f"{said} {'is' if count == 1 else 'are'} determined better {than}{left}.")
 
 
 def _together(result: Result) -> Iterator[Sentence]:
     names = result.labels("unknown")
-    for row, parts in enumerate(result.get("together")):
+    for row, parts in enumerate(result.get("together") if "together" in result.data else ()):
         places = np.flatnonzero(parts).tolist()
         own = [names[k] for k in places]
         if not result.get("alike")[row]:
             if len(own) == 1:
                 yield Sentence(f"{own[0]} changes no reading.")
             else:
-                yield Sentence(f"{listed(own)} are not told apart: a step in all of them together changes no reading.")
+                yield Sentence(
+                    f"{listed(own)} are not determined by themselves: a common step of all of them changes no reading."
+                )
             continue
         value, error = (float(result.get(f"combination_{name}")[row]) for name in ("estimate", "standard_error"))
         unit = result.labels("combination_unit")[row]
         found = f", {_about(value, error)} {unit}" if math.isfinite(value) else ""
-        yield Sentence(f"{listed(own)} act alike: only {_sum(own, parts[places])} is told{found}.")
+        yield Sentence(f"{listed(own)} act alike: only {_sum(own, parts[places])} is determined{found}.")
 
 
 def _sum(names: list[str], parts: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
@@ -78,7 +80,7 @@ def _sum(names: list[str], parts: np.ndarray[tuple[int, ...], np.dtype[np.float6
 def _about(value: float, error: float) -> str:
     """A number with its standard error: two digits of it."""
     places = min(12, max(0, 1 - math.floor(math.log10(error)))) if error > 0.0 else 4
-    return f"{value:.{places}f} +- {error:.{places}f}"
+    return f"{round(value, places) + 0.0:.{places}f} +- {error:.{places}f}"
 
 
 def _left(result: Result) -> Iterator[Sentence]:
@@ -100,11 +102,11 @@ def _fit(result: Result) -> Iterator[Sentence]:
     kinds: dict[str, list[int]] = {}
     for k, unit in enumerate(result.labels("channel_unit")):
         kinds.setdefault(unit, []).append(k)
-    told = []
+    parts = []
     for unit, own in kinds.items():
         after, expected = (result.get(name)[used][:, own] for name in ("residual_after", "expected"))
-        told.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
-    said = f"Residuals {'; '.join(told)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
+        parts.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
+    said = f"Residuals {'; '.join(parts)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
     status = str(result.get("status"))
     if status == "not_settled":
         yield Sentence("The fit does not settle: its steps stay large.", is_alarm=True, state=NOT_SHOWN)
@@ -196,15 +198,17 @@ def _diagnosed(result: Result) -> Iterator[Sentence]:
             size, error = (float(result.get(f"group_{name}")[row]) for name in ("size", "standard_error"))
             low, high = (float(result.get(f"group_{name}")[row]) for name in ("lowest", "highest"))
             allowed = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-            apart = "; which of them, no reading tells" if len(own) > 1 else ""
+            apart = "; these readings do not show which of them" if len(own) > 1 else ""
             text = f"{_sum(own, parts[np.flatnonzero(parts)])} is {word}: {_about(size, error)} {units[row]}"
             yield Sentence(f"{text}, {allowed} by the file{apart}.", is_alarm=is_sure, state=MISSED * is_sure)
-    if not np.isin(states, ("worn", "tight")).any() and (states != "not told").any():
-        text = "No clearance that is told is another one than the file allows."
+    if not np.isin(states, ("worn", "tight")).any() and (states != "not determined").any():
+        text = "Every clearance that is determined is within the file's limits."
         yield Sentence(text, state=HELD * is_sure)
-    blind = [names[k] for row in np.flatnonzero(states == "not told") for k in np.flatnonzero(result.get("part")[row])]
+    blind = [
+        names[k] for row in np.flatnonzero(states == "not determined") for k in np.flatnonzero(result.get("part")[row])
+    ]
     if blind:
-        yield Sentence(f"Nothing is told of {_some(blind)}: a load elsewhere than at the output may tell it.")
+        yield Sentence(f"Not determined: {_some(blind)}. A load elsewhere than at the output may determine it.")
     for kind, words in (("left_out", "left out: they do not fit"), ("alone", "of places that are read under one load")):
         rows = np.flatnonzero(result.get(kind))
         if rows.size:

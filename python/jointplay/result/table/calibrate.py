@@ -23,7 +23,7 @@ def overview(result: Result) -> list[ResultTable]:
     if pairs := _pairs(result):
         first, second, value = zip(*pairs, strict=True)
         both = (words("unknown", first, is_key=True), words("with", second), Column("correlation", "", value))
-        tables.append(ResultTable("What is told together rather than by itself", both))
+        tables.append(ResultTable("What is determined together rather than by itself", both))
     tables.append(ResultTable("Readings", tuple(_readings(result))))
     if "frame" in result.data:
         axes, units = result.labels("frame_axis"), result.labels("frame_axis_unit")
@@ -43,8 +43,8 @@ def _unknowns(result: Result) -> Iterator[Column]:
     )
     columns = [Column("found", "", found), spread, Column("before\n+-", "", before)]
     yield from in_one_unit(columns, result.labels("unknown_unit"))
-    told = result.get("share_told")
-    yield Column("told", "%", tuple(f"{100.0 * share:.0f}" for share in told.tolist()))
+    determined = result.get("share_determined")
+    yield Column("determined", "%", tuple(f"{100.0 * share:.0f}" for share in determined.tolist()))
     yield Column("key", "", tuple(result.labels("unknown_key")), left=True, spare=4)
 
 
@@ -104,7 +104,7 @@ def _rms(
 
 def _notes(result: Result) -> Iterator[str]:
     yield "found: value of this machine; +-: its standard error; before: standard deviation that the file allows."
-    yield "told: part of that variance which the readings take away."
+    yield "determined: part of that variance which the readings take away."
     contact = str(result.attrs["contact"])
     if contact == "loaded":
         yield "Play lies where the loads press it."
