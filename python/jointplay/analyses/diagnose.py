@@ -6,7 +6,8 @@
 A clearance lies where its reaction presses it, so that a load that pushes and one that pulls move the output by what
 the play is, times what is known: the ratios f of the sizes to those of the file. What a place has in common, whatever
 acts (deviations, the frame of the device, the zero of a dial), is an unknown of its own for every column, and so drops
-out. Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is determined.
+out. Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is
+determined.
 """
 
 from __future__ import annotations
@@ -67,15 +68,15 @@ def diagnose(
     Returns
     -------
     xarray.Dataset
-        Over `group`, clearances of which only the sum is determined, or single ones: `group_size` (the sum of their sizes, as
-        the file measures them), `group_standard_error`, `group_lowest` and `group_highest` (by the file), `state`:
-        ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file`` or ``not determined``.
-        Over `group` and `clearance`, `part`: the coefficients of the sum. Over `clearance`: `size_lowest` and
-        `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
+        Over `group`, clearances of which only the sum is determined, or single ones: `group_size` (the sum of their
+        sizes, as the file measures them), `group_standard_error`, `group_lowest` and `group_highest` (by the file),
+        `state`: ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file`` or ``not
+        determined``. Over `group` and `clearance`, `part`: the coefficients of the sum. Over `clearance`: `size_lowest`
+        and `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
         `residual_before` (from what the place has in common, with the sizes of the file) and `residual_after`; `alone`
         (its place is read under one load only) and `left_out`. The attributes `chi_square`, `degrees_of_freedom`,
-        `p_value` and `rank` (how many sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do not
-        fit.
+        `p_value` and `rank` (how many sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do
+        not fit.
 
     Raises
     ------
