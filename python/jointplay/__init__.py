@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
+    from .analyses.verify import verify
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
@@ -94,6 +95,7 @@ __all__ = [
     "singularities",
     "solve",
     "sweep",
+    "verify",
     "view",
     "worst",
 ]

@@ -193,6 +193,7 @@ QUESTIONS: Mapping[str, Question] = {
         Question("calibrate", conclusion="built.of_calibrate", overview="calibrate.overview", sheet="calibrated"),
         Question("plan", conclusion="built.of_plan", overview="calibrate.of_plan"),
         Question("diagnose", conclusion="built.of_diagnose", overview="calibrate.of_diagnose"),
+        Question("verify", conclusion="built.of_verify", overview="calibrate.of_verify"),
         Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),

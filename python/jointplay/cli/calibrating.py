@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -201,13 +201,40 @@ def diagnose(
     from jointplay.analyses.diagnose import compute, holds
 
     m = answer.mechanism(file, settings)
-    found: list[Result] = []
+    return _judged(m, {"diagnose": lambda m: compute(m, reversal, sigma=_sigma(sigma))}, output, holds)
 
-    def ask(m: Mechanism) -> Result:
-        found.append(compute(m, reversal, sigma=_sigma(sigma)))
+
+@prints()
+def verify(
+    file: File,
+    measured: Annotated[str, typer.Option("--measured", metavar="TABLE", help=MEASURED)],
+    sigma: Sigma = None,
+    risk: Annotated[
+        float, typer.Option("--risk", metavar="SHARE", help="Risk with which limits are accepted, or rejected.")
+    ] = 0.05,
+    settings: Settings = None,
+    output: OutputPath = None,
+) -> int:
+    """Say whether a machine keeps to its limits where it was measured, and how well it repeats.
+
+    Exit code 1: the limits are rejected, or undecided.
+    """
+    from jointplay.analyses.verify import compute, holds
+
+    m = answer.mechanism(file, settings)
+    return _judged(m, {"verify": lambda m: compute(m, measured, sigma=_sigma(sigma), risk=risk)}, output, holds)
+
+
+def _judged(m: Mechanism, asked: dict[str, Any], output: Path | None, holds: Callable[[Result], bool]) -> int:
+    """Ask one question; the exit code says whether its answer is good."""
+    found: list[Result] = []
+    ((name, ask),) = asked.items()
+
+    def keep(m: Mechanism) -> Result:
+        found.append(ask(m))
         return found[0]
 
-    code = answer.answer({"diagnose": ask}, m, output, NO_FIGURE)
+    code = answer.answer({name: keep}, m, output, NO_FIGURE)
     return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
 
 

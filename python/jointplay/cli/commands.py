@@ -23,6 +23,7 @@ HOMES = {
     "calibrate": "calibrating.calibrate",
     "plan": "calibrating.plan",
     "diagnose": "calibrating.diagnose",
+    "verify": "calibrating.verify",
     "map": "mapping.map_",
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",

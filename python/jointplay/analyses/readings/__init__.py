@@ -6,13 +6,14 @@
 with its derivatives, and the covariance of the play.
 """
 
-from .channels import Channel, channel, names_of
+from .channels import OUTPUT, Channel, channel, names_of
 from .model import DeviceFrame, Predicted, ReadingModel
 from .table import APPROACH, LOAD_CASE, Readings, readings
 
 __all__ = [
     "APPROACH",
     "LOAD_CASE",
+    "OUTPUT",
     "Channel",
     "DeviceFrame",
     "Predicted",

@@ -141,6 +141,12 @@ class ReadingModel:
         by_parameter, by_frame, open_ = self._derivatives(found, frame)
         return Predicted(values, by_parameter, by_frame, open_)
 
+    def commanded(self) -> Predicted:
+        """What would be read of the nominal mechanism, without any deviation, load or play; no derivatives."""
+        values = self._channels(self._nominal(), None)
+        empty = np.zeros((*values.shape, 0))
+        return Predicted(values, empty, empty, np.zeros((*values.shape, values.shape[1])))
+
     def by_size(self, sizes: Sequence[Sequence[int]], frame: DeviceFrame | None = None) -> Floats:
         """Derivatives by relative changes of clearances that loads press, shape (row, channel, size).
 

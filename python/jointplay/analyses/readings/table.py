@@ -4,6 +4,7 @@ q1 [deg], ...            drive values; or `configuration`, the number of one of 
 x [mm], jaw.y, ...       what was measured, see `channels`
 load_case                which load case acted; empty: none
 approach                 readings of one number are of one approach, so that they have the play in common
+side                     forward or backward: from which side the drives came; empty: not said
 sigma_x [mm], ...        standard deviation of a single reading
 """
 
@@ -27,7 +28,11 @@ from jointplay.model.mechanism import Mechanism
 
 from .channels import Channel, channel, names_of, unknown
 
-CONFIGURATION, LOAD_CASE, APPROACH, SIGMA = "configuration", "load_case", "approach", "sigma_"
+CONFIGURATION, LOAD_CASE, APPROACH, SIDE, SIGMA = "configuration", "load_case", "approach", "side", "sigma_"
+#: what `side` may say, with its sign
+SIDES = {"forward": 1, "backward": -1, "": 0}
+#: columns that say where and how, not what was read
+SPECIAL = (CONFIGURATION, LOAD_CASE, APPROACH, SIDE)
 #: the noise follows from repeated readings
 AUTO = "auto"
 #: repeated readings beyond the first of each place from which on their scatter says how large the noise is
@@ -56,6 +61,8 @@ class Readings:
         The load case of each row; empty where none of them acted.
     approaches : ndarray of int
         Number of the approach of each row: rows that have it in common are of one place.
+    sides : ndarray of int
+        1 forward, -1 backward, 0 where it is not said.
     """
 
     sheet: ReadingSheet
@@ -65,6 +72,7 @@ class Readings:
     sigma: Floats
     cases: tuple[str, ...]
     approaches: NDArray[np.int64]
+    sides: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.values)
@@ -99,6 +107,7 @@ class Readings:
             self.sigma[rows],
             tuple(self.cases[row] for row in rows),
             self.approaches[rows],
+            self.sides[rows],
         )
 
 
@@ -107,7 +116,7 @@ def readings(
     source: str | os.PathLike[str] | Mapping[str, Any],
     sigma: Mapping[str, float] | str | None = None,
 ) -> Readings:
-    """Predicted a table of a mechanism.
+    """Read a table of a mechanism.
 
     Parameters
     ----------
@@ -134,7 +143,7 @@ class _Reader:
         self.m, self.table = m, table
         self.channels: list[Channel] = []
         for name in table.columns:
-            if name in (*m.drives, CONFIGURATION, LOAD_CASE, APPROACH):
+            if name in (*m.drives, *SPECIAL):
                 continue
             if name.startswith(SIGMA) and name.removeprefix(SIGMA) in table.columns:
                 continue
@@ -143,7 +152,7 @@ class _Reader:
             except InputError as error:
                 raise table.refuse(error.problem, name) from None
             if found is None:
-                special = (CONFIGURATION, LOAD_CASE, APPROACH, *(f"{SIGMA}{one.name}" for one in self.channels))
+                special = (*SPECIAL, *(f"{SIGMA}{one.name}" for one in self.channels))
                 raise table.refuse(unknown(m, name, (*m.drives, *special)), name)
             self.channels.append(found)
         if not self.channels:
@@ -156,7 +165,9 @@ class _Reader:
         values = np.column_stack([self._in_si(one.name, one.kind) for one in self.channels])
         cases = self._cases()
         approaches = self._approaches(drives, cases)
-        found = Readings(table, tuple(self.channels), drives, values, np.ones_like(values), cases, approaches)
+        found = Readings(
+            table, tuple(self.channels), drives, values, np.ones_like(values), cases, approaches, self._sides()
+        )
         found = found.chosen(np.flatnonzero(found.given.any(axis=1)))
         if not len(found):
             raise table.refuse("no cell of a measured column has a value")
@@ -258,6 +269,15 @@ class _Reader:
                 raise self.table.refuse(not_known(case, "a load case of the file", known), LOAD_CASE, row)
         return tuple(cases)
 
+    def _sides(self) -> NDArray[np.int64]:
+        if SIDE not in self.table.columns:
+            return np.zeros(len(self.table.lines), dtype=np.int64)
+        sides = self.table.texts(SIDE)
+        for row, side in enumerate(sides):
+            if side not in SIDES:
+                raise self.table.refuse(not_known(side, "a side", [name for name in SIDES if name]), SIDE, row)
+        return np.array([SIDES[side] for side in sides])
+
     def _approaches(self, drives: Floats, cases: Sequence[str]) -> NDArray[np.int64]:
         """Numbers of approaches from 0; a row without one is an approach of its own."""
         count = len(drives)
@@ -286,7 +306,8 @@ class _Reader:
             return
         seen: dict[tuple[object, ...], int] = {}
         for row in range(len(found)):
-            key = (found.drives[row].tobytes(), found.values[row].tobytes(), found.cases[row])
+            where = (found.drives[row].tobytes(), found.cases[row], found.sides[row])
+            key = (*where, found.values[row].tobytes())
             if key in seen:
                 problem = (
                     f"is the same as row {found.lines[seen[key]]}; take it away, or number repeated readings in a"

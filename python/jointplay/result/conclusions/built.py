@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.errors import listed
 from jointplay.result import Result
-from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN
+from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, percent
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
@@ -17,6 +17,14 @@ from .words import FEW, Conclusion, Sentence, plural, say
 TOLD = 0.5
 #: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
+#: what ISO 230-2 calls the figures of readings from both sides
+BOTH_SIDES = {
+    "B": "reversal",
+    "R": "bidirectional_repeatability",
+    "E": "systematic_deviation",
+    "M": "mean_deviation",
+    "A": "bidirectional_accuracy",
+}
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
@@ -214,3 +222,56 @@ def _diagnosed(result: Result) -> Iterator[Sentence]:
         if rows.size:
             lines = [str(result.labels("reading")[k]) for k in rows.tolist()]
             yield Sentence(f"Rows {words}: {_some(lines)}.", is_alarm=kind == "left_out")
+
+
+def of_verify(result: Result) -> Conclusion:
+    """Whether the limits are accepted, with which risk, and how well the machine repeats."""
+    return Conclusion((*_accepted(result), *_repeats(result)))
+
+
+def _accepted(result: Result) -> Iterator[Sentence]:
+    status, allowed = str(result.get("status")), float(result.attrs["risk"])
+    if status == "no_limit":
+        yield Sentence("No limit is set, so that nothing is accepted or rejected.")
+        return
+    total, used = float(result.get("total_risk")), result.get("used")
+    visit, which = np.unravel_index(int(np.nanargmax(used)), used.shape)
+    row, name = result.labels("visit")[visit], result.labels("limited")[which]
+    most = f"{name} uses {100.0 * float(used[visit, which]):.4g} % of its limit in row {row}"
+    where = plural(len(used), "reading")
+    match status:
+        case "accepted":
+            text = (
+                f"Accepted: the limits hold in all {where}, with a risk of at most {percent(total)} that one is missed"
+            )
+            yield Sentence(f"{text} ({percent(allowed)} is allowed); {most}.", state=HELD)
+        case "rejected":
+            yield Sentence(f"Rejected: {most}.", is_alarm=True, state=MISSED)
+        case _:
+            text = (
+                f"Undecided: the risk that a limit is missed is up to {percent(total)}, {percent(allowed)} is allowed"
+            )
+            yield Sentence(f"{text}; {most}. More readings there decide.", is_alarm=True, state=NOT_SHOWN)
+    if "not_read" in result.attrs:
+        yield Sentence(f"Not judged, because it is not read: {result.attrs['not_read']}.", is_alarm=True)
+    yield Sentence("It holds for the poses that were read.")
+
+
+def _repeats(result: Result) -> Iterator[Sentence]:
+    visits = result.get("visits")
+    if "accuracy" in result.data:
+        of = "" if int(visits.max()) > 1 else "; nothing is read twice, so that repeatability is not known"
+        for k, point in enumerate(result.labels("point")):
+            values = [result.get(name)[:, k] for name in ("accuracy", "repeatability")]
+            told = [
+                f"{name} {say(float(np.nanmax(own)), result.unit('accuracy'))}"
+                for name, own in zip(("AP", "RP"), values, strict=True)
+                if np.isfinite(own).any()
+            ]
+            whose = "" if point == "output" else f"{point}: "
+            times = f", {int(visits.min())} to {int(visits.max())} visits" if not of else ""
+            yield Sentence(f"{whose}{', '.join(told)} at most (ISO 9283{times}){of}.")
+    if "reversal" in result.data:
+        for k, (name, unit) in enumerate(zip(result.labels("channel"), result.labels("channel_unit"), strict=True)):
+            told = [f"{letter} {say(float(result.get(what)[k]), unit)}" for letter, what in BOTH_SIDES.items()]
+            yield Sentence(f"{name} from both sides: {', '.join(told)} (ISO 230-2).")

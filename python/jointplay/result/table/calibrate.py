@@ -9,6 +9,7 @@ import numpy as np
 
 from jointplay.result import Result
 
+from .fit import chosen_rows
 from .layout import NOTHING, Column, ResultTable, fixed, in_one_unit, numbers, words
 
 #: size of a correlation from which on it is shown, and how many are
@@ -160,3 +161,17 @@ def _columns_read(result: Result) -> ResultTable:
         columns.append(Column(head, "", tuple(fixed(value, _places(0.1 * value)) for value in values.tolist())))
     whole = (words("column", result.labels("channel"), is_key=True), *in_one_unit(columns, units))
     return ResultTable("Readings", whole)
+
+
+def of_verify(result: Result) -> list[ResultTable]:
+    """The table of `verify`."""
+    places = words("row", [str(row) for row in result.labels("place")], is_key=True)
+    columns = [places, Column("visits", "", tuple(map(str, result.get("visits").tolist())))]
+    if "accuracy" in result.data:
+        for k, point in enumerate(result.labels("point")):
+            of = "" if point == "output" else f"{point}\n"
+            for name in ("accuracy", "repeatability"):
+                columns.append(numbers(f"{of}{name}", result.unit(name), result.get(name)[:, k]))
+    figures = [*result.get("accuracy").T] if "accuracy" in result.data else []
+    rows = chosen_rows(len(result.get("visits")), figures)
+    return [ResultTable("Places, by their first row", tuple(columns), rows=rows)]
