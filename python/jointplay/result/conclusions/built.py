@@ -17,6 +17,8 @@ from .words import FEW, Conclusion, Sentence, plural, say
 TOLD = 0.5
 #: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
+#: a risk below which the digits say nothing
+NO_RISK = 1e-9
 #: what ISO 230-2 calls the figures of readings from both sides
 BOTH_SIDES = {
     "B": "reversal",
@@ -241,9 +243,8 @@ def _accepted(result: Result) -> Iterator[Sentence]:
     where = plural(len(used), "reading")
     match status:
         case "accepted":
-            text = (
-                f"Accepted: the limits hold in all {where}, with a risk of at most {percent(total)} that one is missed"
-            )
+            most_risk = f"at most {percent(total)}" if total > NO_RISK else f"less than {percent(NO_RISK)}"
+            text = f"Accepted: the limits hold in all {where}, with a risk of {most_risk} that one is missed"
             yield Sentence(f"{text} ({percent(allowed)} is allowed); {most}.", state=HELD)
         case "rejected":
             yield Sentence(f"Rejected: {most}.", is_alarm=True, state=MISSED)

@@ -170,8 +170,8 @@ def of_verify(result: Result) -> list[ResultTable]:
     if "accuracy" in result.data:
         for k, point in enumerate(result.labels("point")):
             of = "" if point == "output" else f"{point}\n"
-            for name in ("accuracy", "repeatability"):
-                columns.append(numbers(f"{of}{name}", result.unit(name), result.get(name)[:, k]))
+            names = ("accuracy", "repeatability")
+            columns += [numbers(f"{of}{name}", result.unit(name), result.get(name)[:, k]) for name in names]
     figures = [*result.get("accuracy").T] if "accuracy" in result.data else []
     rows = chosen_rows(len(result.get("visits")), figures)
     return [ResultTable("Places, by their first row", tuple(columns), rows=rows)]
