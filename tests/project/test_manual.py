@@ -139,7 +139,12 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "assemble random": lambda m: jp.assemble(m, "random", samples=20),
 }
 #: what is explained on a page of its own, or on two
-ELSEWHERE = {"assemble": ("assembly.md",), "life": ("questions.md", "running.md"), "map": ("questions.md", "map.md")}
+ELSEWHERE = {
+    "assemble": ("assembly.md",),
+    "calibrate": ("questions.md", "calibration.md"),
+    "life": ("questions.md", "running.md"),
+    "map": ("questions.md", "map.md"),
+}
 ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
 

@@ -35,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("COLUMNS", "80")
     for name in jp.examples.names():
         Path(f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
-    for name in ("robots/arm.urdf", "drawings/coupler.dxf"):
+    for name in ("robots/arm.urdf", "drawings/coupler.dxf", "readings/readings.csv"):
         shutil.copy(Path(__file__).resolve().parents[2] / "docs" / name, Path(name).name)
     return tmp_path
 
