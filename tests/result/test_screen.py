@@ -390,7 +390,7 @@ def test_shells_are_told_how_to_complete(shell: str) -> None:
 def test_a_question_that_is_asked_of_a_file_says_what_to_do(question: str) -> None:
     """A text, a path, and the content of a file."""
     ask = getattr(jp, question)
-    more = {"compare": [example("p3r")], "sweep": ["title", ["a", "b"]]}.get(question, [])
+    more = {"compare": [example("p3r")], "sweep": ["title", ["a", "b"]], "calibrate": [{}]}.get(question, [])
     for file in ("arm.toml", Path("arm.toml")):
         with pytest.raises(TypeError, match=r"is a Mechanism, .*; read the file first: jointplay\.load\('arm\.toml'\)"):
             ask(file, *more)
