@@ -308,6 +308,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
     "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],
+    "calibrate": lambda: [_calibrated(frame="unknown"), _calibrated(zeroed=("x",)), _calibrated(first=1)],
     "allocate": lambda: [
         jp.allocate(_press(), curve=[1.0]),
         jp.allocate(_press(), "random", probability=0.9, samples=512),
@@ -323,6 +324,15 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
 
 def _path() -> jp.Mechanism:
     return jp.loads(jp.examples.text("five-bar", {"limits.joints": "{ A = [0, 180] }"}))
+
+
+def _calibrated(first: int = 9, **options: Any) -> Any:
+    """Of the first readings of a five-bar; a single one determines sums only."""
+    m = jp.loads(jp.examples.text("five-bar"))
+    there = jp.solve(m).isel(configuration=slice(first))
+    table = {name: there[name].values for name in m.drives}
+    table |= {name: there.nominal.sel(component=name).values for name in ("x", "y")}
+    return jp.calibrate(m, table, sigma={"length": 0.1}, **options)
 
 
 def _running() -> jp.Mechanism:

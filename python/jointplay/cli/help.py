@@ -34,8 +34,8 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay life press-running.toml --cycles 0:1e6:5": "at these ages",
     },
     "calibrate": {
-        "jointplay calibrate five-bar.toml --measured readings.csv": "as exact as its columns sigma_x say",
-        "jointplay calibrate five-bar.toml --measured readings.csv --sigma length=0.002 -o built.toml": "",
+        "jointplay calibrate five-bar.toml --measured readings.csv": "",
+        "jointplay calibrate five-bar.toml --measured readings.csv -o built.toml": "",
     },
     "plan": {
         "jointplay plan five-bar.toml -n 8 --columns x,y --sigma length=0.002": "",

@@ -291,7 +291,7 @@ class _Report:
 
         system, fit = self.fit.system, self.fit
         away = self._away[system.known[: len(self.unknowns)]]
-        prior = system.prior[:, system.known] @ away
+        prior = system.inverse @ away
         chi = float(fit.whitened @ fit.whitened + prior @ prior)
         free = len(fit.whitened) - system.flats
         attrs: dict[str, str | int | float] = {

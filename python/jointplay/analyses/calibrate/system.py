@@ -1,9 +1,9 @@
 """The linear algebra of a fit: weights of readings that have errors in common, least squares with priors.
 
-    minimise |W (y - h(x))|^2 + |P (x - m) / s|^2,   W' W = (noise + play)^-1,   P' P = (correlation of priors)^-1
+    minimise |W (y - h(x))|^2 + |w|^2,   x = m + s R w,   W' W = (noise + play)^-1,   R R' = correlation of the priors
 
 What is left of a reading when all others predict it follows without another fit: with the residuals r of the fit,
-A = W dh/dx and Q = W' (I - A (A' A + P' P)^-1 A') W, the rows S of a reading are missed by (Q_SS)^-1 (W' W r)_S, which
+A = W dh/dw and Q = W' (I - A (A' A + I)^-1 A') W, the rows S of a reading are missed by (Q_SS)^-1 (W' W r)_S, which
 has the covariance (Q_SS)^-1.
 """
 
@@ -21,6 +21,8 @@ from jointplay.basics.arrays import Floats
 
 #: part of the largest singular value below which a direction changes no reading
 EXACT = 1e-9
+#: part of the largest eigenvalue of correlations that is rounding
+ROUNDING = 1e-7
 #: residuals, as parts of their standard deviations, from which on a reading counts less at the start
 HUBER = 1.345
 
@@ -140,8 +142,11 @@ class System:
         self.known = known
         self.scale = np.where(known, scale, 1.0 / np.where(sizes > 0.0, sizes, 1.0))
         self.a = whitened * self.scale
-        self.prior = np.zeros((int(known.sum()), len(scale)))
-        self.prior[:, known] = np.linalg.inv(np.linalg.cholesky(correlation))
+        # Of sources that scatter as one, fewer numbers are independent than there are sources.
+        values, vectors = np.linalg.eigh(correlation)
+        kept = values > ROUNDING * max(float(values.max(initial=0.0)), 1e-300)
+        self.root = vectors[:, kept] * np.sqrt(values[kept])
+        self.inverse = (vectors[:, kept] / np.sqrt(values[kept])).T
 
     @cached_property
     def flat(self) -> tuple[Floats, Floats]:
@@ -157,12 +162,17 @@ class System:
     @cached_property
     def basis(self) -> Floats:
         """What is solved for: all unknowns with a prior, and the determined directions of the others."""
-        determined = self.flat[0]
-        size, count = len(self.scale), int(self.known.sum())
-        basis = np.zeros((size, count + determined.shape[1]))
-        basis[np.flatnonzero(self.known), np.arange(count)] = 1.0
-        basis[np.flatnonzero(~self.known), count:] = determined
+        determined, count = self.flat[0], self.root.shape[1]
+        basis = np.zeros((len(self.scale), count + determined.shape[1]))
+        basis[self.known, :count] = self.root
+        basis[~self.known, count:] = determined
         return basis
+
+    @cached_property
+    def prior(self) -> Floats:
+        """Equations of the priors: the independent numbers that make the unknowns are of size one."""
+        count = self.root.shape[1]
+        return np.eye(count, self.basis.shape[1])
 
     def step(self, residual: Floats, away: Floats, counts: Floats | None = None) -> Floats:
         """The change of all unknowns, SI.
@@ -177,15 +187,15 @@ class System:
             Of every cell how much it counts.
         """
         root = np.ones(len(residual)) if counts is None else np.sqrt(counts)
-        left = np.concatenate([root[:, None] * (self.a @ self.basis), self.prior @ self.basis])
-        right = np.concatenate([root * residual, -self.prior[:, self.known] @ away])
+        left = np.concatenate([root[:, None] * (self.a @ self.basis), self.prior])
+        right = np.concatenate([root * residual, -self.inverse @ away])
         found = np.linalg.lstsq(left, right, rcond=None)[0]
         return np.asarray(self.scale * (self.basis @ found))
 
     @cached_property
     def _root(self) -> Floats:
         """R of the stacked equations, so that the covariance is (R' R)^-1."""
-        return np.asarray(np.linalg.qr(np.concatenate([self.a @ self.basis, self.prior @ self.basis]), mode="r"))
+        return np.asarray(np.linalg.qr(np.concatenate([self.a @ self.basis, self.prior]), mode="r"))
 
     @cached_property
     def covariance(self) -> Floats:

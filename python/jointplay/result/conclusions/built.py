@@ -45,15 +45,28 @@ def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.boo
 def _determined(result: Result) -> Iterator[Sentence]:
     names, determined = result.labels("unknown"), is_determined(result)
     is_size = np.array(["clearance" in key or "backlash" in key for key in result.labels("unknown_key")])
+    sums = [row for row in _sums(result) if not determined[np.flatnonzero(row)].all()]
     for kind, which in (("deviation", ~is_size), ("size", is_size)):
         if not which.any():
             continue
-        count, all_ = int((determined & which).sum()), int(which.sum())
-        rest = [name for name, own, known in zip(names, which, determined, strict=True) if own and not known]
-        said = f"{count} of {plural(all_, kind)}"
-        than = "than by the tolerances" if kind == "deviation" else "than before"
-        left = f"; not {_some(rest)}" if rest else ""
-        yield Sentence(f"{said} {'is' if count == 1 else 'are'} determined better {than}{left}.")
+        count, every = int((determined & which).sum()), int(which.sum())
+        own = [row for row in sums if which[np.flatnonzero(row)].all()]
+        summed = np.any(own, axis=0) if own else np.zeros(len(names), dtype=bool)
+        rest = [name for name, here in zip(names, which & ~determined & ~summed, strict=True) if here]
+        than = "by the tolerances" if kind == "deviation" else "before"
+        text = f"{count} of {plural(every, kind)} {'is' if count == 1 else 'are'} determined better than {than}"
+        text += f"; not {_some(rest)}" if rest else ""
+        if own:
+            said = [_sum([names[k] for k in np.flatnonzero(row)], row[row != 0.0]) for row in own]
+            text += f"; only together: {_some(said)}"
+        yield Sentence(f"{text}.")
+
+
+def _sums(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Coefficients of the sums of which only the sum is determined."""
+    if "alike" not in result.data:
+        return np.zeros((0, len(result.labels("unknown"))))
+    return np.asarray(result.get("together")[result.get("alike")])
 
 
 def _together(result: Result) -> Iterator[Sentence]:
@@ -61,6 +74,9 @@ def _together(result: Result) -> Iterator[Sentence]:
     for row, parts in enumerate(result.get("together") if "together" in result.data else ()):
         places = np.flatnonzero(parts).tolist()
         own = [names[k] for k in places]
+        if is_determined(result)[places].all():
+            # Their tolerances hang together, which says the rest.
+            continue
         if not result.get("alike")[row]:
             if len(own) == 1:
                 yield Sentence(f"{own[0]} changes no reading.")
