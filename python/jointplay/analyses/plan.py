@@ -2,11 +2,11 @@
 
     minimise  tr Q C,   C = (P' P + sum G_i' G_i)^-1,   Q = mean over the path of (J S)' (J S)
 
-over the readings i, with G_i = W_i H_i S: H their derivatives by all unknowns, W what whitens noise and play, S and P
-the standard deviations and correlations of the priors, and J the derivatives of the output's position. tr Q C is the
-mean square of the position error that is left along the path (I-optimality: it depends on no choice of units, and
-priors make it regular from the first reading on). Readings are added one by one, each time that which takes most away;
-then each is exchanged for another one as long as that helps. With a reading of m cells more
+over the readings i, with G_i = W_i H_i S: H their derivatives by all unknowns, W what whitens noise and play, S the
+root of the covariance of the priors, P = 1 where there is a prior, and J the derivatives of the output's position.
+tr Q C is the mean square of the position error that is left along the path (I-optimality: it depends on no choice of
+units, and priors make it regular from the first reading on). Readings are added one by one, each time that which takes
+most away; then each is exchanged for another one as long as that helps. With a reading of m cells more
 
     tr Q C  falls by  tr (I + G C G')^-1 G C Q C G'
 """
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 #: readings that are planned at most, and rows that they are chosen from
 MOST, MOST_ROWS = 1000, 5000
-#: variance of what has no prior, where one is what all rows together leave: known to nothing
+#: variance of what has no prior, where one is what all rows leave that determine it
 OPEN = 1e10
 #: a choice that is better by less than this part of what is left is rounding
 SAME = 1e-9
@@ -266,19 +266,17 @@ class _Search:
         information = np.zeros((fitter.width, fitter.width))
         if known is not None:
             information[:count, :count] = _information(known, count)
-        #: standard deviations of the priors; where there is none, what all rows together leave
-        whole = information + _squared(system.a / system.scale)
-        open_ = 1.0 / np.sqrt(np.maximum(np.diagonal(whole), np.finfo(float).tiny))
-        self.scale = np.where(system.known, system.scale, open_)
-        prior = _squared(system.prior)
-        prior[~system.known, ~system.known] = 1.0 / OPEN
-        self.prior = prior + information * np.outer(self.scale, self.scale)
+        # Of independent numbers those of the priors are of size one, and of the others nothing is known.
+        unknowns = system.scale[:, None] * system.basis
+        independent = system.root.shape[1]
+        self.prior = np.diag(np.where(np.arange(unknowns.shape[1]) < independent, 1.0, 1.0 / OPEN))
+        self.prior += unknowns.T @ information @ unknowns
         #: of every row what it adds
-        self.rows = [system.a[block] * (self.scale / system.scale) for block in system.weights.blocks]
+        self.rows = [system.a[block] @ system.basis for block in system.weights.blocks]
         self.order = [int(system.weights.rows[block.start]) for block in system.weights.blocks]
         equations = np.zeros((len(wanted), fitter.width))
         equations[:, : wanted.shape[1]] = wanted
-        self.q = _squared(equations * self.scale)
+        self.q = _squared(equations @ unknowns)
 
     def covariance(self, chosen: Iterable[int]) -> Floats:
         """Covariance of the scaled unknowns with some rows."""
@@ -367,7 +365,7 @@ def _told(
     words = "rms of the position over the path that is left with this reading and those before it"
     builder.add("position_after", "choice", left, words, "length")
     builder.data["gain"] = Variable(("choice",), gain, "", "part of it that the reading takes away")
-    evenly = np.unique(np.linspace(0, len(search.rows) - 1, len(chosen)).round().astype(int))
+    evenly = np.linspace(0, len(search.rows) - 1, len(chosen)).round().astype(int)
     for name, value, words in (
         ("position_before", before, "the same without any of them"),
         ("position_evenly", np.sqrt(search.left(evenly)), "the same with as many that are spread evenly"),

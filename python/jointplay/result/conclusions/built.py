@@ -286,7 +286,8 @@ def _repeats(result: Result) -> Iterator[Sentence]:
                 if np.isfinite(own).any()
             ]
             whose = "" if point == "output" else f"{point}: "
-            times = f", {int(visits.min())} to {int(visits.max())} visits" if not of else ""
+            least, most = int(visits.min()), int(visits.max())
+            times = f", {least if least == most else f'{least} to {most}'} visits each" if not of else ""
             yield Sentence(f"{whose}{', '.join(told)} at most (ISO 9283{times}){of}.")
     if "reversal" in result.data:
         for k, (name, unit) in enumerate(zip(result.labels("channel"), result.labels("channel_unit"), strict=True)):
