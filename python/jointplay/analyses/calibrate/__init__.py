@@ -333,7 +333,7 @@ class _Report:
         """Which deviations are within the limits of the file; what has none is within them."""
         m, within = self.unknowns.m, np.ones(len(self.unknowns), dtype=bool)
         for k, one in enumerate(self.unknowns.unknowns):
-            if not one.is_size and np.isfinite(one.sigma):
+            if not one.of_file and np.isfinite(one.sigma):
                 source = m.compiled_sources[int(m.parameter_source[one.parameter])]
                 if source.shape == "interval" and source.size["high"] > source.size["low"]:
                     away = self.fit.state.x[k] - m.centre[one.parameter]
@@ -428,7 +428,7 @@ class _Report:
     def _add_output(self, builder: ResultBuilder) -> None:
         """Standard deviation of the error of every output that the deviations cause, along the path."""
         base = self.unknowns.m.without_load_cases()
-        places = [k for k, one in enumerate(self.unknowns.unknowns) if not one.is_size]
+        places = [k for k, one in enumerate(self.unknowns.unknowns) if not one.of_file]
         columns = [self.unknowns.unknowns[k].parameter for k in places]
         after = self.fit.system.covariance[np.ix_(places, places)]
         known = np.isfinite(self.fitter.scale[places])
