@@ -356,3 +356,42 @@ def test_a_machine_of_other_lengths_is_refused() -> None:
     table["x"] = 1.1 * table["x"] + np.arange(24)
     with pytest.raises(jp.InputError, match="is it this machine"):
         compute(machine.m, table, sigma=machine.sigma)
+
+
+def test_stiffnesses_are_found_where_loads_tell_them() -> None:
+    """An arm of two drives that wind up, measured without a load and with two; planted numbers are found."""
+    raw: dict[str, Any] = {
+        "format": 1,
+        "units": {"length": "mm", "angle": "deg", "force": "N"},
+        "joints": {
+            "A": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}},
+            "B": {"type": "revolute", "on": {"arm": [200, 0], "tip": [0, 0]}},
+        },
+        "drives": {
+            "q": {"joint": "A", "values": [0, 20, 40, 60, 80], "stiffness": 1000.0, "error": 0.1},
+            "p": {"joint": "B", "values": [0], "stiffness": 900.0, "error": 0.1},
+        },
+        "output": {"body": "tip", "at": [100, 0]},
+        "load_cases": {
+            "down": [{"body": "tip", "at": [100, 0], "force": [0, -100]}],
+            "side": [{"body": "tip", "at": [100, 0], "force": [100, 0]}],
+        },
+    }
+    m = jp.Mechanism(raw)
+    planted = {"drives.q.stiffness": 1100.0, "drives.p.stiffness": 1000.0}
+    zeros = {"drives.q.deviation": 0.03, "drives.p.deviation": -0.05}
+    built = m.with_({**planted, **zeros})
+    noise, table = np.random.default_rng(0), {name: [] for name in ("q", "p", "x", "y", "load_case")}
+    for case in ("", "down", "side"):
+        part = built.only(load_case=case) if case else built.without_load_cases()
+        there = jp.loaded(part) if case else jp.given(part)
+        places = (there.nominal + there.error).values[:, :2] + 0.002 * noise.standard_normal((5, 2))
+        for q, (x, y) in zip((0, 20, 40, 60, 80), places.tolist(), strict=True):
+            for name, value in zip(table, (q, 0.0, x, y, case), strict=True):
+                table[name].append(value)
+    free = {"drives.q.stiffness": None, "drives.p.stiffness": 200.0}
+    found = compute(m, table, sigma={"length": 0.002}, free=free)
+    truth = [0.03, -0.05, 1100.0, 1000.0]
+    assert np.abs((found.get("estimate") - truth) / found.get("standard_error")).max() < 4.5
+    assert found.get("standard_error")[2:].max() < 2.0
+    assert jp.as_built(m, found).value("drives.q.stiffness") == pytest.approx(1100.0, abs=2.0)

@@ -131,7 +131,7 @@ def test_the_table_to_fill_in_is_read_again(tmp_path: Path, capsys: pytest.Captu
         (["--columns", "x", "--sigma", "angle=1"], "sigma: how exact the readings of 'x' are is not said"),
         (["--sigma", "length=1,angle=1", "--zeroed", "q"], "zeroed: 'q' is not a measured column"),
         (["--sigma", "length=1,angle=1", "--free", "nothing"], "nothing"),
-        (["--sigma", "length=1,angle=1", "--sizes"], "sizes of clearances follow from readings under loads"),
+        (["--sigma", "length=1,angle=1", "--sizes"], "sizes follow from readings under loads"),
         (["-n", "5000"], "count"),
     ],
 )

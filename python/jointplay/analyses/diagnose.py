@@ -1,4 +1,4 @@
-"""`diagnose`: which joints of a machine are worn, from readings at the same places under different loads.
+"""`diagnose`: which joints of a machine are worn, from readings at the same places under different loads or sides.
 
     reading = place + sum_j D_j (f_j - 1) + noise,   D_j = what a relative change of clearance j does where the load
                                                      presses it
@@ -53,15 +53,15 @@ def diagnose(
     *,
     sigma: str | Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Find which joints of a machine are worn, from readings at the same places under different loads.
+    """Find which joints of a machine are worn, from readings at the same places under different loads or sides.
 
     Parameters
     ----------
     m : Mechanism
         With load cases.
     measured : path or mapping
-        A table, or columns by name, as for `calibrate`, with a `load_case` in each row: places are read under a load
-        that pushes and under one that pulls.
+        A table, or columns by name, as for `calibrate`. Places are read under a `load_case` that pushes and one that
+        pulls; or with the drives coming from either `side`, which takes up the backlash of all of them.
     sigma : mapping or "auto", optional
         Standard deviations of single readings, as for `calibrate`.
 
@@ -166,17 +166,16 @@ class _Fit:
     def __init__(self, m: Mechanism, sources: Sequence[Sizing], table: Readings) -> None:
         self.table = table
         model = ReadingModel(m, table)
-        if not any(load.acts for load in model.loads):
-            problem = "nothing loads the mechanism in any row; name the load cases that act in a column 'load_case'"
-            raise table.sheet.refuse(problem)
+        if not any(load.moves_play for load in model.loads):
+            problem = "nothing moves the joints through their play: a column 'load_case' says which load cases act, or"
+            raise table.sheet.refuse(f"{problem} 'side' from which side the drives came")
         places: dict[bytes, int] = {}
         self.place = np.array([places.setdefault(row.tobytes(), len(places)) for row in table.drives])
-        loads = [
-            {case for case, own in zip(table.cases, self.place, strict=True) if own == k} for k in range(len(places))
-        ]
-        self.paired = np.array([len(loads[place]) > 1 for place in self.place])
+        each = list(zip(self.place.tolist(), table.cases, table.sides.tolist(), strict=True))
+        several = np.bincount([place for place, *_ in set(each)])
+        self.paired = several[self.place] > 1
         if not self.paired.any():
-            problem = "no place is read under two loads: the same drive values in two rows, with two load cases"
+            problem = "no place is read twice: the same drive values in two rows, with two load cases or sides"
             raise table.sheet.refuse(problem)
         read = model.read(m.centre)
         self.residual = model.compare(table.values, read)

@@ -229,7 +229,7 @@ def _table(m: Mechanism, drives: Floats, rows: Sequence[tuple[int, str]], names:
 def _wanted(unknowns: Unknowns, places: _Places) -> Floats:
     """Derivatives of the positions of all outputs along the path by the unknowns, shape (equation, unknown)."""
     base = unknowns.m.without_load_cases()
-    own = [k for k, one in enumerate(unknowns.unknowns) if not one.is_size]
+    own = [k for k, one in enumerate(unknowns.unknowns) if not one.of_file]
     columns = [unknowns.unknowns[k].parameter for k in own]
     found = []
     for name in base.outputs or (None,):

@@ -227,8 +227,8 @@ def _require_load(fitter: Fitter, contact: str | None, *, sizes: bool) -> None:
     any_acts = any(load.acts for load in fitter.model.loads)
     if contact == LOADED and not any_acts:
         raise InputError("nothing loads the mechanism in any row", file=m.file, key="contact")
-    if sizes and not any_acts:
-        problem = "sizes of clearances follow from readings under loads: a column 'load_case', or loads of the file"
+    if sizes and not any(load.moves_play for load in fitter.model.loads):
+        problem = "sizes follow from readings under loads, or from both sides: a column 'load_case' or 'side'"
         raise InputError(problem, file=m.file, key="sizes")
 
 
@@ -342,7 +342,7 @@ class _Report:
         """Which deviations are within the limits of the file; what has none is within them."""
         m, within = self.unknowns.m, np.ones(len(self.unknowns), dtype=bool)
         for k, one in enumerate(self.unknowns.unknowns):
-            if not one.is_size and np.isfinite(one.sigma):
+            if not one.of_file and np.isfinite(one.sigma):
                 source = m.compiled_sources[int(m.parameter_source[one.parameter])]
                 if source.shape == "interval" and source.size["high"] > source.size["low"]:
                     away = self.fit.state.x[k] - m.centre[one.parameter]
@@ -437,7 +437,7 @@ class _Report:
     def _add_output(self, builder: ResultBuilder) -> None:
         """Standard deviation of the error of every output that the deviations cause, along the path."""
         base = self.unknowns.m.without_load_cases()
-        places = [k for k, one in enumerate(self.unknowns.unknowns) if not one.is_size]
+        places = [k for k, one in enumerate(self.unknowns.unknowns) if not one.of_file]
         columns = [self.unknowns.unknowns[k].parameter for k in places]
         after = self.fit.system.covariance[np.ix_(places, places)]
         known = np.isfinite(self.fitter.scale[places])

@@ -7,6 +7,7 @@ less comes first, because a wrong row draws the usual one towards itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ WRONG = 0.01
 MOST_LEFT_OUT = 0.1
 #: how often rows are looked for that are wrong
 LOOKS = 5
+#: part of what is known of a number of the file by which derivatives by it are found, and the least part of it
+STEP, SMALLEST = 0.02, 1e-3
 #: columns of a frame in the plane
 PLANAR_FRAME = (0, 1, 5)
 #: cells times unknowns that are fitted at once
@@ -107,7 +110,8 @@ class Fitter:
         self.unknowns, self.readings, self.zeroed, self.scattered = unknowns, readings, zeroed, scattered
         self.model = ReadingModel(unknowns.m, readings, scattered=scattered)
         self.calls = 0
-        self.sizes = [k for k, one in enumerate(unknowns.unknowns) if one.is_size]
+        self.sizes = [k for k, one in enumerate(unknowns.unknowns) if one.sizing is not None]
+        self.numbers = [k for k, one in enumerate(unknowns.unknowns) if one.of_file and one.sizing is None]
         self.mean = np.array([one.mean for one in unknowns.unknowns])
         self.frame_columns = (PLANAR_FRAME if self.model.axes == 2 else tuple(range(6))) if frame else ()
         near = self._frame() if frame else None
@@ -143,7 +147,7 @@ class Fitter:
     def system(self, used: Flags) -> System:
         """The equations of some rows."""
         own = weights(self.readings, self.play, used)
-        return System(own, self._jacobian()[own.rows, own.columns], self.scale, self._correlation())
+        return System(own, self._jacobian[own.rows, own.columns], self.scale, self._correlation())
 
     def fit(self, used: Flags) -> FitOutcome:
         """FitOutcome some rows, without those that are wrong."""
@@ -196,11 +200,14 @@ class Fitter:
     def read(self, state: FitState) -> Predicted:
         """What is read, without derivatives."""
         self.calls += 1
+        return self._read(state.x, state.frame)
+
+    def _read(self, x: Floats, frame: DeviceFrame | None) -> Predicted:
         model = self.model
-        if self.sizes:
-            m = self.unknowns.m.with_(self.unknowns.resized(state.x))
+        if self.sizes or self.numbers:
+            m = self.unknowns.m.with_(self.unknowns.changes(x))
             model = ReadingModel(m, self.readings, scattered=self.scattered)
-        return model.read(self.unknowns.of_parameters(state.x), state.frame, derivatives=False)
+        return model.read(self.unknowns.of_parameters(x), frame, derivatives=False)
 
     def _moved(self, state: FitState, step: Floats) -> FitState:
         count = len(self.unknowns)
@@ -213,23 +220,31 @@ class Fitter:
         zeros[list(self.zeroed)] += step[count + len(self.frame_columns) :]
         x = state.x + step[:count]
         x[self.sizes] = np.maximum(x[self.sizes], 0.0)
+        # A stiffness, or a mass, keeps its sign.
+        smallest = SMALLEST * self.mean[self.numbers]
+        x[self.numbers] = np.where(x[self.numbers] * smallest < smallest**2, smallest, x[self.numbers])
         return FitState(x, frame, zeros)
 
+    @cached_property
     def _jacobian(self) -> Floats:
         """Derivatives of all cells by all that is fitted, shape (row, channel, unknown)."""
-        every = self.unknowns.unknowns
+        every, frame = self.unknowns.unknowns, self.start.frame
         shape = (len(self.readings), len(self.readings.channels))
         parts = np.zeros((*shape, self.width))
         for k, one in enumerate(every):
-            if not one.is_size:
+            if not one.of_file:
                 parts[:, :, k] = self.first.by_parameter[:, :, one.parameter]
         if self.sizes:
             m = self.unknowns.m
             sources = [
                 [m.sources.index(name) for name in one.sizing.sources] for one in every if one.sizing is not None
             ]
-            relative = self.model.by_size(sources, self.start.frame)
+            relative = self.model.by_size(sources, frame)
             parts[:, :, self.sizes] = relative / self.mean[self.sizes]
+        for k in self.numbers:
+            step = STEP * (every[k].sigma if np.isfinite(every[k].sigma) else abs(self.mean[k]) or 1.0)
+            ways = [self._read(self.mean + sign * step * (np.arange(len(every)) == k), frame) for sign in (1.0, -1.0)]
+            parts[:, :, k] = self.model.compare(ways[0].values, ways[1]) / (2.0 * step)
         count = len(every)
         parts[:, :, count : count + len(self.frame_columns)] = self.first.by_frame[:, :, list(self.frame_columns)]
         for k, channel in enumerate(self.zeroed):
@@ -274,7 +289,7 @@ class Fitter:
     def predicted(self, fit: FitOutcome, rows: Flags) -> tuple[Floats, NDArray[np.int64]]:
         """How far rows that were not used are from what the fit says, squared, by their covariance; and their cells."""
         own = weights(self.readings, self.play, rows)
-        jacobian = self._jacobian()[own.rows, own.columns]
+        jacobian = self._jacobian[own.rows, own.columns]
         residual = fit.residual[own.rows, own.columns]
         distance: list[float] = []
         count: list[int] = []

@@ -95,7 +95,7 @@ def _missed(fitter: Fitter, model: ReadingModel, readings: Readings) -> Floats:
         residual[:, k] -= np.nanmedian(residual[:, k])
     variance = readings.sigma**2 + np.diagonal(model.play(read), axis1=1, axis2=2)
     for one in fitter.unknowns.unknowns:
-        if not one.is_size and np.isfinite(one.sigma):
+        if not one.of_file and np.isfinite(one.sigma):
             variance = variance + (read.by_parameter[:, :, one.parameter] * one.sigma) ** 2
     free = any(not np.isfinite(one.sigma) for one in fitter.unknowns.unknowns)
     known = np.isfinite(residual).any(axis=0)

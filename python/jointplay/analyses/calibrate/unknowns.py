@@ -42,7 +42,7 @@ class Unknown:
     factor : float
         SI per unit of the file.
     parameter : int
-        Index of a deviation among the parameters; -1 for a size.
+        Index of a deviation among the parameters; -1 for a number of the file.
     mean, sigma : float
         Of the prior, SI; infinite where there is none.
     sizing : Sizing or None
@@ -59,9 +59,9 @@ class Unknown:
     sizing: Sizing | None = field(default=None, repr=False)
 
     @property
-    def is_size(self) -> bool:
-        """Whether it is the size of a clearance."""
-        return self.sizing is not None
+    def of_file(self) -> bool:
+        """Whether it is a number of the file and no deviation: a size, or any other that was freed by its key."""
+        return self.parameter < 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +91,18 @@ class Unknowns:
         """All parameters with the unknown ones as found, SI."""
         u = self.m.centre.copy()
         for unknown, value in zip(self.unknowns, x, strict=True):
-            if not unknown.is_size:
+            if not unknown.of_file:
                 u[unknown.parameter] = value
         return u
 
-    def resized(self, x: Floats) -> dict[str, object]:
-        """Changes of the file that give clearances the sizes as found."""
+    def changes(self, x: Floats) -> dict[str, object]:
+        """Changes of the file that give it the sizes and other numbers as found."""
         changes: dict[str, object] = {}
         for unknown, value in zip(self.unknowns, x, strict=True):
             if unknown.sizing is not None:
                 changes |= unknown.sizing.resized(max(float(value) / unknown.factor, 0.0))
+            elif unknown.of_file:
+                changes[unknown.key] = float(value)
         return changes
 
 
@@ -129,7 +131,11 @@ def unknowns_of(
     places = places_of(base, sources)
     names = _Names(base, places)
     freed: dict[int, float | None] = {}
+    numbers: list[Unknown] = []
     for word, sigma in free.items():
+        if not names.known(word) and (value := _number(base, word)) is not None:
+            numbers.append(Unknown(word, word, "", 1.0, -1, value, np.inf if sigma is None else sigma))
+            continue
         for parameter in names.meant(word, "free"):
             freed[parameter] = sigma
     held = {parameter for word in fixed for parameter in names.meant(word, "fix")}
@@ -148,9 +154,10 @@ def unknowns_of(
         factor = float(base.parameter_factors[k])
         found.append(Unknown(names.of(k), deviation_key(sizing), kinds[k], factor, k, about, float(spread)))
     correlation = _correlation(found, covariance, freed)
+    found += numbers
     if sizes:
         found += [_size(base, sizing) for sizing in sources if is_play(base, sizing)]
-        correlation = _grown(correlation, len(found))
+    correlation = _grown(correlation, len(found))
     if not found:
         problem = "nothing is unknown: no dimension, link, drive or other deviation has a tolerance; --free names some"
         raise InputError(problem, file=m.file)
@@ -183,17 +190,22 @@ class _Names:
         alone = int((self.m.parameter_source == source).sum()) == 1
         return self.m.sources[source] if alone else self.m.parameters[parameter]
 
+    def known(self, word: str) -> list[int]:
+        """The parameters of a name, if any."""
+        return [k for k in self.places if any(fnmatch.fnmatchcase(name, word) for name in self._called(k))]
+
     def meant(self, word: str, option: str) -> list[int]:
-        """The parameters of a name.
+        """The same of a name that has some.
 
         Raises
         ------
         InputError
             When there is none.
         """
-        found = [k for k in self.places if any(fnmatch.fnmatchcase(name, word) for name in self._called(k))]
+        found = self.known(word)
         if not found:
-            raise InputError(not_known(word, "a deviation of this file", [self.of(k) for k in self.places]), key=option)
+            what = "a deviation of this file" + (", or the key of a number" if option == "free" else "")
+            raise InputError(not_known(word, what, [self.of(k) for k in self.places]), key=option)
         return found
 
     def _called(self, parameter: int) -> list[str]:
@@ -247,6 +259,15 @@ def _correlation(found: Sequence[Unknown], covariance: Floats, freed: Mapping[in
                 size = np.sqrt(covariance[both[0], both[0]] * covariance[both[1], both[1]])
                 correlation[i, j] = correlation[j, i] = covariance[both] / size
     return correlation
+
+
+def _number(m: Mechanism, key: str) -> float | None:
+    """The number at a key of the file, if there is one."""
+    try:
+        value = m.value(key)
+    except InputError:
+        return None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _grown(correlation: Floats, count: int) -> Floats:

@@ -106,9 +106,11 @@ class _Writer:
                 changes |= self._number(deviating[key], key, own[0])
             elif key in sizes:
                 changes |= sizes[key].resized(max(self._rounded(own[0]), 0.0))
-            elif key.startswith("drives."):
+            elif key.startswith("drives.") and key.endswith(".deviation"):
                 # A drive that had no error in the file.
                 changes |= self._drive(key.removesuffix(".deviation"), own[0])
+            elif self._value(key) is not None:
+                changes[key] = self._rounded(own[0])
             else:
                 raise InputError(f"the mechanism has no {key}; the result is of another one", key="result")
         return changes | (self._correlations() if self.posterior else {})

@@ -104,15 +104,18 @@ class ReadingModel:
         self.points = tuple(dict.fromkeys(point for channel in readings.channels for point in channel.points))
         self.is_play = np.array([m.source_kinds[int(s)] in LOOSE for s in m.parameter_source], dtype=bool)
         # Rows of one place and load are asked once.
-        keys = [(readings.cases[row], readings.drives[row].tobytes()) for row in range(len(readings))]
-        places: dict[tuple[str, bytes], int] = {}
+        loads = [*zip(readings.cases, readings.sides.tolist(), strict=True)]
+        keys = [(load, drives.tobytes()) for load, drives in zip(loads, readings.drives, strict=True)]
+        places: dict[tuple[tuple[str, int], bytes], int] = {}
         for key in keys:
             places.setdefault(key, len(places))
         self.station = np.array([places[key] for key in keys])
         first = np.array([int(np.flatnonzero(self.station == k)[0]) for k in range(len(places))])
-        cases = np.array([readings.cases[row] for row in first])
         drives = readings.drives[first]
-        self.loads = [_Load(m, case, np.flatnonzero(cases == case), scattered) for case in dict.fromkeys(cases)]
+        stations: dict[tuple[str, int], list[int]] = {}
+        for k, row in enumerate(first.tolist()):
+            stations.setdefault(loads[row], []).append(k)
+        self.loads = [_Load(m, *load, np.array(own), scattered) for load, own in stations.items()]
         for load in self.loads:
             load.stand(drives[load.stations], self.points)
             for k in np.flatnonzero(load.at.status != 0)[:1].tolist():
@@ -159,8 +162,6 @@ class ReadingModel:
         count = int(self.station.max()) + 1
         moves = {point: np.zeros((count, len(self.m.components), len(sizes))) for point in self.points}
         for load in self.loads:
-            if not load.acts:
-                continue
             for point in self.points:
                 parts = load.contributions(point)
                 for k, sources in enumerate(sizes):
@@ -178,15 +179,14 @@ class ReadingModel:
                 continue
             if not load.fits_together:
                 slopes: Floats = read.by_parameter[first[load.stations]][:, :, self.is_play]
-                at_station[load.stations] = np.einsum("scp,pq,sdq->scd", slopes, self._scatter[1], slopes)
+                at_station[load.stations] = np.einsum("scp,pq,sdq->scd", slopes, self._scatter(load)[1], slopes)
             else:
                 at_station[load.stations] = self._of_specimens(load)
         return np.asarray(at_station[self.station] + read.indeterminacy)
 
-    @cached_property
-    def _scatter(self) -> tuple[Floats, Floats]:
+    def _scatter(self, load: _Load) -> tuple[Floats, Floats]:
         """Mean and covariance of the offsets of all clearances."""
-        mean, covariance = self.m.core.parameter_moments()
+        mean, covariance = load.part.core.parameter_moments()
         return mean[self.is_play], covariance[np.ix_(self.is_play, self.is_play)]
 
     def compare(self, measured: Floats, read: Predicted) -> Floats:
@@ -222,7 +222,7 @@ class ReadingModel:
         for load in self.loads:
             given = u.copy()
             if not load.acts and not load.fits_together:
-                given[self.is_play] = u[self.is_play] + self._scatter[0]
+                given[self.is_play] = u[self.is_play] + self._scatter(load)[0] + load.held[self.is_play]
             for point in self.points:
                 found[point][load.stations] = load.poses(point, given)
         lost = np.flatnonzero([not np.isfinite(found[point][k]).all() for k in range(count) for point in self.points])
@@ -356,9 +356,11 @@ class _Load:
     nominal: dict[str, Floats]
     undetermined: dict[str, Floats]
 
-    def __init__(self, m: Mechanism, case: str, stations: NDArray[np.int64], scattered: bool) -> None:
+    def __init__(self, m: Mechanism, case: str, side: int, stations: NDArray[np.int64], scattered: bool) -> None:
         whole = m.only(load_case=case) if case else m.without_load_cases()
-        self.parts = {name: whole.only(output=name) for name in whole.outputs} or {OUTPUT: whole.first}
+        parts = {name: whole.only(output=name) for name in whole.outputs} or {OUTPUT: whole.first}
+        ends = _ends(whole, side)
+        self.parts = {name: part.held(ends) if ends else part for name, part in parts.items()}
         self.part = next(iter(self.parts.values()))
         self.acts = self.part.has_loads and not scattered
         #: whether offsets scatter that have to be compatible, so that what is read is their mean
@@ -368,7 +370,17 @@ class _Load:
             problem = "loads that change along the path belong to configurations of the file; give load cases"
             raise InputError(problem, file=m.file, key="loads")
         self.stations = stations
+        #: of every parameter where the side holds it
+        self.held = np.zeros(len(whole.parameters))
+        for source, end in ends.items():
+            self.held[whole.parameter_source == source] = end
+        self._ends = ends
         self._cores: dict[str, _core.Mechanism] = {}
+
+    @property
+    def moves_play(self) -> bool:
+        """Whether it is known where some of the play is taken up."""
+        return self.acts or bool(self._ends)
 
     def stand(self, drives: Floats, points: tuple[str, ...]) -> None:
         """Solve the nominal mechanism at drive values, one row for each station."""
@@ -439,9 +451,16 @@ class _Load:
         return found
 
     def contributions(self, point: str) -> Floats:
-        """What every source does where the load presses it, shape (station, source, component)."""
-        found = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
-        return np.nan_to_num(found["contribution"])
+        """What every source does where the load presses it, or the side holds it; (station, source, component)."""
+        found = np.zeros((len(self.stations), len(self.part.sources), len(self.part.components)))
+        if self.acts:
+            pressed = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
+            found = np.nan_to_num(pressed["contribution"])
+        if self._ends:
+            slopes = self.slopes(point)
+            for source, end in self._ends.items():
+                found[:, source] = slopes[:, :, self.part.parameter_source == source].sum(axis=2) * end
+        return found
 
     def specimens(self, point: str) -> Floats:
         """Errors of specimens of which only the play scatters, shape (station, specimen, component)."""
@@ -483,6 +502,15 @@ class _Load:
             else {**source.as_spec, "centre": u[owner.parameter_source == k].tolist()}
             for k, source in enumerate(owner.compiled_sources)
         ]
+
+
+def _ends(m: Mechanism, side: int) -> dict[int, float]:
+    """Where drives that came from one side have their backlash, by its source: behind where they were going."""
+    found = {}
+    for k, source in enumerate(m.compiled_sources):
+        if side and source.kind == "backlash":
+            found[k] = float(source.size["low" if side > 0 else "high"])
+    return found
 
 
 def _without_tolerance(source: SourceSpec) -> SourceSpec:

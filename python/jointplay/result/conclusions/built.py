@@ -44,11 +44,10 @@ def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.boo
 
 def _determined(result: Result) -> Iterator[Sentence]:
     names, determined = result.labels("unknown"), is_determined(result)
-    is_size = np.array(["clearance" in key or "backlash" in key for key in result.labels("unknown_key")])
+    kinds = np.array([_kind(key) for key in result.labels("unknown_key")])
     sums = [row for row in _sums(result) if not determined[np.flatnonzero(row)].all()]
-    for kind, which in (("deviation", ~is_size), ("size", is_size)):
-        if not which.any():
-            continue
+    for kind in dict.fromkeys(kinds.tolist()):
+        which = kinds == kind
         count, every = int((determined & which).sum()), int(which.sum())
         own = [row for row in sums if which[np.flatnonzero(row)].all()]
         summed = np.any(own, axis=0) if own else np.zeros(len(names), dtype=bool)
@@ -60,6 +59,13 @@ def _determined(result: Result) -> Iterator[Sentence]:
             said = [_sum([names[k] for k in np.flatnonzero(row)], row[row != 0.0]) for row in own]
             text += f"; only together: {_some(said)}"
         yield Sentence(f"{text}.")
+
+
+def _kind(key: str) -> str:
+    """What an unknown is, by its key."""
+    if key.endswith(".deviation"):
+        return "deviation"
+    return "size" if ".clearance" in key or ".backlash" in key else "number"
 
 
 def _sums(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
