@@ -128,7 +128,7 @@ def holds(result: Result) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _Solved:
+class _Diagnosis:
     """What the readings tell.
 
     Attributes
@@ -185,7 +185,7 @@ class _Fit:
         self.slopes = model.by_size([[m.sources.index(name) for name in one.sources] for one in sources])
         self.slopes = self.slopes / self.sizes[:, 0]
 
-    def solved(self) -> _Solved:
+    def solved(self) -> _Diagnosis:
         """The sums that are determined; rows that do not fit are left out, that which fits worst first."""
         from scipy.special import ndtri
 
@@ -199,7 +199,7 @@ class _Fit:
                 return found
             used[weights(self.table, self.play, used).rows[worst]] = False
 
-    def _solve(self, used: Flags) -> tuple[_Solved, Floats]:
+    def _solve(self, used: Flags) -> tuple[_Diagnosis, Floats]:
         """The fit of some rows, and how far every cell is from it, in its standard deviations."""
         cells = weights(self.table, self.play, used)
         at = (cells.rows, cells.columns)
@@ -243,7 +243,7 @@ class _Fit:
         fitted = left_by(self.slopes[at][:, [parts[0][0] for parts in groups]] @ change)
         error = np.sqrt(np.sum(inverse**2, axis=1))
         chi, open_ = float(after @ after), len(cells) - len(names) - rank
-        solved = _Solved(used.copy(), groups, determined, change, error, before, fitted, chi, open_, rank)
+        solved = _Diagnosis(used.copy(), groups, determined, change, error, before, fitted, chi, open_, rank)
         return solved, np.asarray(studentized)
 
 
@@ -264,7 +264,7 @@ def _sizes(m: Mechanism, one: Sizing) -> tuple[float, float, float]:
     return largest * 0.5 * (least + most) / most, largest * least / most, largest
 
 
-def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Solved) -> Result:
+def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Diagnosis) -> Result:
     from scipy.special import chdtrc
 
     builder = ResultBuilder(m, "diagnose", measured=fit.table.sheet.name, rank=found.rank)

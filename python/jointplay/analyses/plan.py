@@ -21,8 +21,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.calibrate import fitter_of, freed
 from jointplay.analyses.calibrate.fit import Fitter
 from jointplay.analyses.calibrate.unknowns import Unknowns, unknowns_of
+from jointplay.analyses.map import compute as map_nodes
 from jointplay.analyses.nominal import at_drives, nominal
 from jointplay.analyses.readings import APPROACH, LOAD_CASE, Channel, channel, names_of, readings
 from jointplay.analyses.recorded import recorded
@@ -108,8 +110,6 @@ def plan(
     >>> bool(found.position_after[-1] < found.position_evenly)
     True
     """
-    from jointplay.analyses.calibrate import freed
-
     names = (columns,) if isinstance(columns, str) else None if columns is None else tuple(columns)
     return to_dataset(
         compute(
@@ -144,8 +144,6 @@ def compute(
     contact: str | None = None,
 ) -> Result:
     """The light form of `plan`."""
-    from jointplay.analyses.calibrate import fitter_of
-
     in_range(count, "count", "a number of readings", 1, MOST)
     unknowns = unknowns_of(m, free or {}, fix, sizes=sizes)
     places = _places(unknowns.m)
@@ -197,9 +195,7 @@ def _places(m: Mechanism) -> _Places:
 
 def _nodes(m: Mechanism) -> Floats:
     """Drive values at the nodes of the grid."""
-    from jointplay.analyses.map import compute as map_
-
-    found = map_(m, "solve")
+    found = map_nodes(m, "solve")
     assert found is not None
     status = found.data["status"]
     columns = []

@@ -46,8 +46,8 @@ Zeroed = Annotated[
     list[str] | None,
     typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
 ]
-Sizes = Annotated[
-    bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
+ClearanceSizes = Annotated[
+    bool, typer.Option("--sizes", help="ClearanceSizes of clearances and backlash, too, from readings under loads.")
 ]
 ContactChoice = Annotated[
     PlayContact | None,
@@ -69,7 +69,7 @@ def calibrate(
     fix: Fix = None,
     frame: Axes = FrameAxes.known,
     zeroed: Zeroed = None,
-    sizes: Sizes = False,
+    sizes: ClearanceSizes = False,
     contact: ContactChoice = None,
     hold_out: Annotated[
         float, typer.Option("--hold-out", metavar="SHARE", help="Share of the rows that is predicted and not fitted.")
@@ -140,7 +140,7 @@ def plan(
     fix: Fix = None,
     frame: Axes = FrameAxes.known,
     zeroed: Zeroed = None,
-    sizes: Sizes = False,
+    sizes: ClearanceSizes = False,
     contact: ContactChoice = None,
     settings: Settings = None,
     output: Annotated[
