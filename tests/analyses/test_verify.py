@@ -61,12 +61,13 @@ def test_readings_of_one_approach_are_averaged() -> None:
 def test_corrected_drives_are_judged_by_what_was_commanded() -> None:
     """Readings at drive values that were corrected are compared with the pose of the configuration."""
     m = machine(position=0.1)
-    built = m.with_({"dimensions.left.deviation": 0.05}) if "left" in m.data.dimensions else m
+    built = m.with_({"dimensions.left_rod.deviation": 0.2})
     fixed = jp.compensate(built, "given", deviations={})
-    reached = fixed.residual.sel(component=["x", "y"]).values
-    found = jp.verify(m, table(m, list(range(len(reached))), reached.tolist()), sigma={"length": 0.001})
-    assert np.abs(found.error).max().item() == pytest.approx(np.abs(reached).max(), abs=1e-9)
-    assert found.status.item() == "accepted"
+    for drives, status in (("error", "rejected"), ("residual", "accepted")):
+        reached = fixed[drives].sel(component=["x", "y"]).values
+        found = jp.verify(m, table(m, list(range(len(reached))), reached.tolist()), sigma={"length": 0.001})
+        assert np.abs(found.error).max().item() == pytest.approx(np.abs(reached).max(), abs=1e-9)
+        assert found.status.item() == status
 
 
 def test_figures_of_iso_9283() -> None:
