@@ -56,6 +56,8 @@ class Readings:
         The load case of each row; empty where none of them acted.
     approaches : ndarray of int
         Number of the approach of each row: rows that have it in common are of one place.
+    drive_sigma : ndarray
+        Standard deviation of every drive from approach to approach, SI, shape (row, drive).
     """
 
     sheet: ReadingSheet
@@ -65,6 +67,7 @@ class Readings:
     sigma: Floats
     cases: tuple[str, ...]
     approaches: NDArray[np.int64]
+    drive_sigma: Floats
 
     def __len__(self) -> int:
         return len(self.values)
@@ -94,6 +97,7 @@ class Readings:
             self.sigma[rows],
             tuple(self.cases[row] for row in rows),
             self.approaches[rows],
+            self.drive_sigma[rows],
         )
 
 
@@ -111,7 +115,8 @@ def readings(
         A file, or columns by name.
     sigma : mapping or "auto", optional
         Standard deviations in units of the file, by the name of a column, of a component, or ``length`` and ``angle``;
-        ``auto``: those of repeated readings. Columns ``sigma_NAME`` of the table come first.
+        of a drive how it scatters from approach to approach. Or ``auto``: those of repeated readings. Columns
+        ``sigma_NAME`` of the table come first.
 
     Raises
     ------
@@ -131,7 +136,7 @@ class _Reader:
         for name in table.columns:
             if name in (*m.drives, CONFIGURATION, LOAD_CASE, APPROACH):
                 continue
-            if name.startswith(SIGMA) and name.removeprefix(SIGMA) in table.columns:
+            if name.startswith(SIGMA) and name.removeprefix(SIGMA) in (*table.columns, *m.drives):
                 continue
             try:
                 found = channel(m, name)
@@ -151,13 +156,18 @@ class _Reader:
         values = np.column_stack([self._in_si(one.name, one.kind) for one in self.channels])
         cases = self._cases()
         approaches = self._approaches(drives, cases)
-        found = Readings(table, tuple(self.channels), drives, values, np.ones_like(values), cases, approaches)
+        steady = np.zeros_like(drives)
+        found = Readings(table, tuple(self.channels), drives, values, np.ones_like(values), cases, approaches, steady)
         found = found.chosen(np.flatnonzero(found.given.any(axis=1)))
         if not len(found):
             raise table.refuse("no cell of a measured column has a value")
         self._refuse_copies(found)
-        deviations = self._auto(found) if sigma == AUTO else self._sigma(found, sigma)
-        return replace(found, sigma=deviations)
+        if sigma == AUTO:
+            return replace(found, sigma=self._auto(found), drive_sigma=self._of_drives(found, {}))
+        if isinstance(sigma, str):
+            raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
+        given = dict(sigma or {})
+        return replace(found, drive_sigma=self._of_drives(found, given), sigma=self._sigma(found, given))
 
     def _require_rotations(self) -> None:
         """A rotation vector is no vector of three numbers that are read by themselves."""
@@ -290,10 +300,23 @@ class _Reader:
                 raise found.sheet.refuse(problem, row=row)
             seen[key] = row
 
-    def _sigma(self, found: Readings, sigma: Mapping[str, float] | str | None) -> Floats:
-        if isinstance(sigma, str):
-            raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
-        given, used = dict(sigma or {}), {"length", "angle"}
+    def _of_drives(self, found: Readings, given: dict[str, float]) -> Floats:
+        """Standard deviations of drives, which are taken out of those that are given; none if nothing is said."""
+        m = self.m
+        deviations = np.zeros_like(found.drives)
+        for k, name in enumerate(m.drives):
+            column, value = f"{SIGMA}{name}", given.pop(name, 0.0)
+            if column in found.sheet.columns:
+                kind = m.coordinate_kind(m.drive_joints[k])
+                deviations[:, k] = np.nan_to_num(self._in_si(column, kind, found.sheet))
+            else:
+                deviations[:, k] = value * m.drive_factors[k]
+            if (deviations[:, k] < 0.0).any():
+                raise found.sheet.refuse("a standard deviation is not below zero", column)
+        return deviations
+
+    def _sigma(self, found: Readings, given: dict[str, float]) -> Floats:
+        used = {"length", "angle"}
         deviations = np.empty_like(found.values)
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"
