@@ -320,6 +320,29 @@ def test_the_file_as_built_is_this_machine(kind: str) -> None:
         )
 
 
+@pytest.mark.parametrize("posterior", [False, True])
+def test_copies_of_a_pattern_have_deviations_of_their_own(posterior: bool) -> None:
+    """The pattern stays, with a table of values, and is the machine that was found."""
+    machine = MACHINES["3-rrr"]()
+    m = machine.m
+    found = compute(m, readings(machine, specimen(m, 2), 2), sigma=machine.sigma)
+    built = jp.as_built(m, found, posterior=posterior)
+    text = built.text("built.toml")
+    assert "[patterns.leg]" in text
+    assert 'deviation = "Lu_deviation"' in text
+    known = dict(zip(found.labels("unknown"), found.get("estimate").tolist(), strict=True))
+    assert built.value("patterns.leg.values.Lu_deviation") == pytest.approx(
+        [known[f"Lu_{k}"] for k in (1, 2, 3)], abs=1e-4
+    )
+    deviations = dict(zip(built.parameters, built.centre / built.parameter_factors, strict=True))
+    for k in (1, 2, 3):
+        assert deviations[f"q_{k}.value"] == pytest.approx(known[f"q_{k}"], abs=1e-4)
+    if posterior:
+        scatter = jp.random(built.with_({"patterns.leg.joints.*.clearance": None}), samples=64)
+        left = scatter.error_std_first_order.values
+        assert left == pytest.approx(found.get("output_after"), rel=0.05)
+
+
 def test_what_is_freed_has_no_prior_and_what_is_fixed_stays() -> None:
     machine = MACHINES["four-bar"]()
     m = machine.m.with_({"drives.theta.error": None, "dimensions.crank.tolerance": None})
@@ -395,3 +418,24 @@ def test_stiffnesses_are_found_where_loads_tell_them() -> None:
     assert np.abs((found.get("estimate") - truth) / found.get("standard_error")).max() < 4.5
     assert found.get("standard_error")[2:].max() < 2.0
     assert jp.as_built(m, found).value("drives.q.stiffness") == pytest.approx(1100.0, abs=2.0)
+
+
+def test_drives_that_do_not_come_back_to_the_same_place() -> None:
+    """`error` of a drive is that of its zero; how it scatters from approach to approach is a standard deviation."""
+    machine = MACHINES["four-bar"]()
+    m = machine.m.with_({"joints.*.clearance": None})
+    away, unsaid = [], []
+    for seed in range(6):
+        u = specimen(m, seed)
+        rng = np.random.default_rng([5, seed])
+        off = machine.drives + np.radians(0.05) * rng.standard_normal(machine.drives.shape)
+        places = actual(m, off, u, seed)[:, :2] + 1e-6 * rng.standard_normal((24, 2))
+        table: dict[str, Any] = {"theta": np.degrees(machine.drives[:, 0])}
+        table |= {name: places[:, k] * 1e3 for k, name in enumerate("xy")}
+        found = compute(m, table, sigma={"length": 0.001, "theta": 0.05})
+        away.append(_away(Machine(m, machine.drives, ("x", "y"), {}), found, u))
+        unsaid.append(compute(m, table, sigma={"length": 0.001}).get("status"))
+    assert np.abs(away).max() < 4.5
+    # 24 numbers of size one.
+    assert 0.5 < np.sqrt(np.mean(np.square(away))) < 1.5
+    assert {"doubtful", "many_missed"} >= {*map(str, unsaid)}

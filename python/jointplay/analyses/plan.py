@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.calibrate import fitter_of, freed
+from jointplay.analyses.calibrate import fitter_of, freed, several
 from jointplay.analyses.calibrate.fit import Fitter
 from jointplay.analyses.calibrate.unknowns import Unknowns, unknowns_of
 from jointplay.analyses.map import compute as map_nodes
@@ -53,13 +53,13 @@ def plan(
     m: Mechanism,
     count: int,
     *,
-    columns: str | Iterable[str] | None = None,
+    columns: Sequence[str] | None = None,
     sigma: Mapping[str, float] | None = None,
     measured: str | os.PathLike[str] | Mapping[str, Any] | Any = None,
-    free: Mapping[str, Any] | Iterable[str] | None = None,
-    fix: Iterable[str] | None = None,
+    free: Mapping[str, Any] | Sequence[str] | None = None,
+    fix: Sequence[str] | None = None,
     frame: str = "known",
-    zeroed: Iterable[str] | None = None,
+    zeroed: Sequence[str] | None = None,
     sizes: bool = False,
     contact: str | None = None,
 ) -> xr.Dataset:
@@ -72,7 +72,7 @@ def plan(
         every load case.
     count : int
         How many readings are wanted.
-    columns : str or iterable of str, optional
+    columns : sequence of str, optional
         What is read each time, as columns of the table are called: ``x``, ``jaw.y``, ``distance:A-B``, ``dial:tip:z``;
         all components of all outputs if left out.
     sigma : mapping
@@ -110,7 +110,7 @@ def plan(
     >>> bool(found.position_after[-1] < found.position_evenly)
     True
     """
-    names = (columns,) if isinstance(columns, str) else None if columns is None else tuple(columns)
+    names = None if columns is None else several(columns)
     return to_dataset(
         compute(
             m,
@@ -119,9 +119,9 @@ def plan(
             sigma=sigma,
             measured=measured,
             free=freed(free),
-            fix=(*(fix or ()),),
+            fix=several(fix),
             frame=frame,
-            zeroed=(*(zeroed or ()),),
+            zeroed=several(zeroed),
             sizes=sizes,
             contact=contact,
         )

@@ -97,7 +97,7 @@ class ReadingSheet:
         return value
 
 
-def sheet(source: str | os.PathLike[str] | Mapping[str, Any]) -> ReadingSheet:
+def sheet(source: Any) -> ReadingSheet:
     """A table of readings.
 
     Parameters
@@ -116,11 +116,19 @@ def sheet(source: str | os.PathLike[str] | Mapping[str, Any]) -> ReadingSheet:
         rows = [[*row, *[""] * (len(found.header) - len(row))] for _, row in found.rows]
         cells = [[from_cell(row[k].strip()) for row in rows] for k in range(len(found.header))]
         return _sheet(found.name, found.header, cells, lines)
-    columns: list[list[Cell]] = [[_plain(value) for value in source[word]] for word in source]
+    if not (isinstance(source, Mapping) or hasattr(source, "columns")):
+        raise InputError(f"{shown(source)} is neither a file nor columns by name", key="measured")
+    columns = [_cells(str(word), source[word]) for word in source]
     lengths = {len(column) for column in columns}
     if len(lengths) > 1:
         raise InputError(f"columns have equal lengths, not {shown(sorted(lengths))}", key="measured")
     return _sheet("measured", [str(word) for word in source], columns, range(1, max(lengths, default=0) + 1))
+
+
+def _cells(name: str, values: Any) -> list[Cell]:
+    if isinstance(values, str | bytes) or not hasattr(values, "__iter__") or getattr(values, "ndim", 1) != 1:
+        raise InputError(f"column {shown(name)} is a list of values, not {shown(values)}", key="measured")
+    return [_plain(value) for value in values]
 
 
 def _plain(value: Any) -> Cell:

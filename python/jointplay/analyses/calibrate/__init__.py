@@ -9,7 +9,7 @@ presses it. See `system` for the equations, `fit` for the steps, `unknowns` for 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 from jointplay.result.build import Labels
@@ -56,10 +56,10 @@ def calibrate(
     measured: str | os.PathLike[str] | Mapping[str, Any] | Any,
     *,
     sigma: str | Mapping[str, float] | None = None,
-    free: Mapping[str, Any] | Iterable[str] | None = None,
-    fix: Iterable[str] | None = None,
+    free: Mapping[str, Any] | Sequence[str] | None = None,
+    fix: Sequence[str] | None = None,
     frame: str = KNOWN,
-    zeroed: Iterable[str] | None = None,
+    zeroed: Sequence[str] | None = None,
     sizes: bool = False,
     contact: str | None = None,
     hold_out: float = 0.0,
@@ -77,14 +77,14 @@ def calibrate(
     sigma : mapping or "auto", optional
         Standard deviations of single readings in units of the file, by column, component, ``length`` or ``angle``; or
         those of readings that are repeated within an approach. Not needed where the table has them.
-    free : mapping or iterable of str, optional
+    free : mapping or sequence of str, optional
         What is unknown although it has no tolerance, or whatever its tolerance is: a standard deviation in units of the
         file by name, key or pattern with ``*``, None for no prior.
-    fix : iterable of str, optional
+    fix : sequence of str, optional
         What is held as the file has it.
     frame : {"known", "unknown"}
         Whether the measuring device has the ground axes of the file, or axes of its own that are found as well.
-    zeroed : iterable of str, optional
+    zeroed : sequence of str, optional
         Columns that count from an unknown zero, such as a dial that was set to zero at the first reading.
     sizes : bool
         Whether the sizes of clearances and backlash are found as well, from readings under loads.
@@ -139,15 +139,20 @@ def calibrate(
             measured,
             sigma=sigma,
             free=freed(free),
-            fix=(*(fix or ()),),
+            fix=several(fix),
             frame=frame,
-            zeroed=(*(zeroed or ()),),
+            zeroed=several(zeroed),
             sizes=sizes,
             contact=contact,
             hold_out=hold_out,
             seed=seed,
         )
     )
+
+
+def several(names: Sequence[str] | None) -> tuple[str, ...]:
+    """Names, of which there may be a single one."""
+    return (names,) if isinstance(names, str) else tuple(names or ())
 
 
 def freed(free: Any) -> dict[str, float | None]:
@@ -182,6 +187,7 @@ def compute(
     seed: int = 0,
 ) -> Result:
     """The light form of `calibrate`."""
+    in_range(seed, "seed", "a seed", 0, 2**64 - 1)
     if not 0.0 <= hold_out <= MOST_HELD_OUT:
         raise InputError(f"{hold_out:g} is not a share of the readings from 0 to {MOST_HELD_OUT:g}", key="hold_out")
     if m.chosen != (None, None):

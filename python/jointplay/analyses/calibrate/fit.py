@@ -120,7 +120,7 @@ class Fitter:
             self.mean.copy(), near or (DeviceFrame.none() if frame else None), zeros, near is not None
         )
         self.first = self.model.read(unknowns.of_parameters(self.mean), self.start.frame)
-        self.play = self.model.play(self.first)
+        self.play = self.model.play(self.first, self.start.frame)
         cells = int(readings.given.sum())
         if cells * self.width > MOST_NUMBERS:
             problem = f"{cells:,} readings of {self.width} unknowns are too many to be fitted at once"

@@ -25,6 +25,7 @@ from jointplay.model.sizing import Sizing, sizings
 from jointplay.result import Result
 from jointplay.result.dataset import from_dataset
 
+from .patterned import in_patterns
 from .unknowns import deviation_key, places_of
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ def as_built(m: Mechanism, result: Result | xr.Dataset, *, posterior: bool = Fal
     Returns
     -------
     Mechanism
-        With its patterns written out, because copies have deviations of their own.
+        Copies of a pattern have deviations of their own in its table of values. Where they cannot, such as components
+        along axes that do not turn with the copies, patterns are written out.
 
     Raises
     ------
@@ -68,7 +70,9 @@ def as_built(m: Mechanism, result: Result | xr.Dataset, *, posterior: bool = Fal
         raise InputError("is not a result of calibrate", key="result")
     base, sources = sizings(m)
     writer = _Writer(base, {name: sizing for sizing in sources for name in sizing.sources}, found, posterior)
-    return base.with_(writer.changes())
+    changes = writer.changes()
+    built = base.with_(changes)
+    return in_patterns(m, changes, built) or built if base is not m else built
 
 
 @dataclass(frozen=True)
@@ -134,13 +138,13 @@ class _Writer:
         if sizing.key.endswith(".error"):
             return self._drive(sizing.key.removesuffix(".error"), k)
         entry = self._value(sizing.key)
-        if not self.posterior and isinstance(entry, Mapping):
-            return {key: self._rounded(k)}
-        table = dict(entry) if isinstance(entry, Mapping) else {sizing.measure: entry}
-        if self.posterior:
-            table = {name: value for name, value in table.items() if name != "law"}
-            table["tolerance"] = self._open(sizing.sources[0], {k: 1.0})
-        return {sizing.key: {**table, "deviation": self._rounded(k)}}
+        left = {"tolerance": self._open(sizing.sources[0], {k: 1.0})} if self.posterior else {}
+        if not isinstance(entry, Mapping):
+            return {sizing.key: {sizing.measure: entry, **left, "deviation": self._rounded(k)}}
+        changes: dict[str, object] = {f"{sizing.key}.{word}": value for word, value in left.items()}
+        if left and "law" in entry:
+            changes[f"{sizing.key}.law"] = None
+        return {**changes, key: self._rounded(k)}
 
     def _zone(self, sizing: Sizing, own: list[int]) -> dict[str, object]:
         """The changes of a zone; what is left open of it hangs together with others, so that it becomes components."""

@@ -169,8 +169,8 @@ class ReadingModel:
         at_station = self._by_moves(moves, self._slopes(self._nominal(), frame))
         return np.asarray(at_station[self.station])
 
-    def play(self, read: Predicted) -> Floats:
-        """Covariance of what the play adds to the readings of a row, shape (row, channel, channel)."""
+    def play(self, read: Predicted, frame: DeviceFrame | None = None) -> Floats:
+        """Covariance of what play and drives add to the readings of a row, shape (row, channel, channel)."""
         width = len(self.readings.channels)
         at_station = np.zeros((int(self.station.max()) + 1, width, width))
         first = np.array([int(np.flatnonzero(self.station == k)[0]) for k in range(len(at_station))])
@@ -182,7 +182,21 @@ class ReadingModel:
                 at_station[load.stations] = np.einsum("scp,pq,sdq->scd", slopes, self._scatter(load)[1], slopes)
             else:
                 at_station[load.stations] = self._of_specimens(load)
-        return np.asarray(at_station[self.station] + read.indeterminacy)
+        found = at_station[self.station] + read.indeterminacy
+        sigma = self.readings.drive_sigma
+        if sigma.any():
+            slopes = self._by_drives(frame)[self.station] * sigma[:, None, :]
+            found = found + np.einsum("rcd,red->rce", slopes, slopes)
+        return np.asarray(found)
+
+    def _by_drives(self, frame: DeviceFrame | None) -> Floats:
+        """Derivatives of what is read by the drives, shape (station, channel, drive)."""
+        size = (int(self.station.max()) + 1, len(self.m.components), len(self.m.drives))
+        moves = {point: np.zeros(size) for point in self.points}
+        for load in self.loads:
+            for point in self.points:
+                moves[point][load.stations] = load.by_drives(point)
+        return self._by_moves(moves, self._slopes(self._nominal(), frame))
 
     def _scatter(self, load: _Load) -> tuple[Floats, Floats]:
         """Mean and covariance of the offsets of all clearances."""
@@ -449,6 +463,13 @@ class _Load:
                 sides.append(self._specimens(point, u)["mean"])
             found[:, :, k] = np.nan_to_num((sides[0] - sides[1]) / (2.0 * step))
         return found
+
+    def by_drives(self, point: str) -> Floats:
+        """Derivatives of the pose of a point by the drives, shape (station, component, drive)."""
+        core = self._core(point)
+        if self.acts and not core.isostatic:
+            return np.nan_to_num(core.jacobians(self.at.drives, self._placed(point))["drive"])
+        return core.sensitivity(self.at.drives, self._placed(point))["drive"]
 
     def contributions(self, point: str) -> Floats:
         """What every source does where the load presses it, or the side holds it; (station, source, component)."""

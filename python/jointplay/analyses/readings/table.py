@@ -63,6 +63,8 @@ class Readings:
         Number of the approach of each row: rows that have it in common are of one place.
     sides : ndarray of int
         1 forward, -1 backward, 0 where it is not said.
+    drive_sigma : ndarray
+        Standard deviation of every drive from approach to approach, SI, shape (row, drive).
     """
 
     sheet: ReadingSheet
@@ -73,6 +75,7 @@ class Readings:
     cases: tuple[str, ...]
     approaches: NDArray[np.int64]
     sides: NDArray[np.int64]
+    drive_sigma: Floats
 
     def __len__(self) -> int:
         return len(self.values)
@@ -108,6 +111,7 @@ class Readings:
             tuple(self.cases[row] for row in rows),
             self.approaches[rows],
             self.sides[rows],
+            self.drive_sigma[rows],
         )
 
 
@@ -125,7 +129,8 @@ def readings(
         A file, or columns by name.
     sigma : mapping or "auto", optional
         Standard deviations in units of the file, by the name of a column, of a component, or ``length`` and ``angle``;
-        ``auto``: those of repeated readings. Columns ``sigma_NAME`` of the table come first.
+        of a drive how it scatters from approach to approach. Or ``auto``: those of repeated readings. Columns
+        ``sigma_NAME`` of the table come first.
 
     Raises
     ------
@@ -145,7 +150,7 @@ class _Reader:
         for name in table.columns:
             if name in (*m.drives, *SPECIAL):
                 continue
-            if name.startswith(SIGMA) and name.removeprefix(SIGMA) in table.columns:
+            if name.startswith(SIGMA) and name.removeprefix(SIGMA) in (*table.columns, *m.drives):
                 continue
             try:
                 found = channel(m, name)
@@ -166,14 +171,26 @@ class _Reader:
         cases = self._cases()
         approaches = self._approaches(drives, cases)
         found = Readings(
-            table, tuple(self.channels), drives, values, np.ones_like(values), cases, approaches, self._sides()
+            table,
+            tuple(self.channels),
+            drives,
+            values,
+            np.ones_like(values),
+            cases,
+            approaches,
+            self._sides(),
+            np.zeros_like(drives),
         )
         found = found.chosen(np.flatnonzero(found.given.any(axis=1)))
         if not len(found):
             raise table.refuse("no cell of a measured column has a value")
         self._refuse_copies(found)
-        deviations = self._auto(found) if sigma == AUTO else self._sigma(found, sigma)
-        return replace(found, sigma=deviations)
+        if sigma == AUTO:
+            return replace(found, sigma=self._auto(found), drive_sigma=self._of_drives(found, {}))
+        if isinstance(sigma, str):
+            raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
+        given = dict(sigma or {})
+        return replace(found, drive_sigma=self._of_drives(found, given), sigma=self._sigma(found, given))
 
     def _require_rotations(self) -> None:
         """A rotation vector is no vector of three numbers that are read by themselves."""
@@ -316,10 +333,23 @@ class _Reader:
                 raise found.sheet.refuse(problem, row=row)
             seen[key] = row
 
-    def _sigma(self, found: Readings, sigma: Mapping[str, float] | str | None) -> Floats:
-        if isinstance(sigma, str):
-            raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
-        given, used = dict(sigma or {}), {"length", "angle"}
+    def _of_drives(self, found: Readings, given: dict[str, float]) -> Floats:
+        """Standard deviations of drives, which are taken out of those that are given; none if nothing is said."""
+        m = self.m
+        deviations = np.zeros_like(found.drives)
+        for k, name in enumerate(m.drives):
+            column, value = f"{SIGMA}{name}", given.pop(name, 0.0)
+            if column in found.sheet.columns:
+                kind = m.coordinate_kind(m.drive_joints[k])
+                deviations[:, k] = np.nan_to_num(self._in_si(column, kind, found.sheet))
+            else:
+                deviations[:, k] = value * m.drive_factors[k]
+            if (deviations[:, k] < 0.0).any():
+                raise found.sheet.refuse("a standard deviation is not below zero", column)
+        return deviations
+
+    def _sigma(self, found: Readings, given: dict[str, float]) -> Floats:
+        used = {"length", "angle"}
         deviations = np.empty_like(found.values)
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"
