@@ -439,3 +439,22 @@ def test_drives_that_do_not_come_back_to_the_same_place() -> None:
     # 24 numbers of size one.
     assert 0.5 < np.sqrt(np.mean(np.square(away))) < 1.5
     assert {"doubtful", "many_missed"} >= {*map(str, unsaid)}
+
+
+def test_a_play_of_nothing_is_not_less_than_nothing() -> None:
+    """Readings with noise of pins without play: sizes stay at zero, and the fit settles there."""
+    m = jp.load(DATA / "five-bar-reversal.toml")
+    tight = m.with_({"joints.*.clearance.radial": 1e-9})
+    noise, table = np.random.default_rng(4), {name: [] for name in ("left", "right", "load_case", "x", "y")}
+    for case in m.load_cases:
+        there = jp.loaded(tight.only(load_case=case), details=False)
+        places = (there.nominal + there.error).values[:, :2] + 0.002 * noise.standard_normal((25, 2))
+        for row in zip(there.left.values, there.right.values, [case] * 25, *places.T, strict=True):
+            for name, value in zip(table, row, strict=True):
+                table[name].append(value)
+    found = compute(m, table, sigma={"length": 0.002}, sizes=True)
+    sizes = found.get("fitted")[names_of(found, list("ABCDE"))]
+    assert sizes.min() >= 0.0
+    # A sum is zero, or as far above as its standard error lets it be.
+    assert sizes[:2].sum() < 4.5 * found.get("combination_standard_error")[0]
+    assert found.get("status") == "ok"

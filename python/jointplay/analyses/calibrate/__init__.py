@@ -398,28 +398,31 @@ class _Report:
             return
         parts = np.zeros((len(found), count))
         for row, one in enumerate(found):
+            head = every[one.parts[0][0]].factor
             for k, coefficient in one.parts:
-                parts[row, k] = coefficient
-        builder.add("together", ("combination", "unknown"), parts, "coefficients of what acts together, SI")
+                parts[row, k] = (
+                    coefficient * every[k].factor / head if one.alike else coefficient * head / every[k].factor
+                )
+        builder.add("together", ("combination", "unknown"), parts, "coefficients of what acts together")
         alike = np.array([one.alike for one in found], dtype=bool)
         builder.add("alike", "combination", alike, "whether this sum is determined; if not, it changes no reading")
         self._add_sums(builder, parts)
 
     def _add_sums(self, builder: ResultBuilder, parts: Floats) -> None:
+        """Sums in the unit of their first unknown."""
         every = self.unknowns.unknowns
-        covariance = self.fit.system.covariance[: len(every), : len(every)]
-        kinds = [{one.kind for one, part in zip(every, row, strict=True) if part} for row in parts]
-        factors = np.array([builder.factor(next(iter(own))) if len(own) == 1 else np.nan for own in kinds])
-        values = parts @ self.fit.state.x
-        errors = np.sqrt(np.einsum("ck,kl,cl->c", parts, covariance, parts))
-        names = [builder.name(next(iter(own))) if len(own) == 1 else "" for own in kinds]
+        factors = np.array([one.factor for one in every])
+        covariance = self.fit.system.covariance[: len(every), : len(every)] / np.outer(factors, factors)
+        values = parts @ (self.fit.state.x / factors)
+        errors = np.sqrt(np.maximum(np.einsum("ck,kl,cl->c", parts, covariance, parts), 0.0))
+        names = [builder.name(every[int(np.flatnonzero(row)[0])].kind) for row in parts]
         builder.labels("combination", np.arange(len(parts)), "number of what acts together, from 0")
         builder.coords["combination_unit"] = Variable(("combination",), np.array(names, dtype=str), "", "unit")
         for name, own, words in (
             ("combination_estimate", values, "sum of what acts together"),
             ("combination_standard_error", errors, "standard error of this sum"),
         ):
-            builder.data[name] = Variable(("combination",), own / factors, "see combination_unit", words)
+            builder.data[name] = Variable(("combination",), own, "see combination_unit", words)
 
     def _add_frame(self, builder: ResultBuilder) -> None:
         fitter, state = self.fitter, self.fit.state

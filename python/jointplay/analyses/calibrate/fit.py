@@ -31,6 +31,8 @@ MOST_LEFT_OUT = 0.1
 LOOKS = 5
 #: part of what is known of a number of the file by which derivatives by it are found, and the least part of it
 STEP, SMALLEST = 0.02, 1e-3
+#: part of the longest extent of measured places below which they are on a line
+LINE = 1e-6
 #: columns of a frame in the plane
 PLANAR_FRAME = (0, 1, 5)
 #: cells times unknowns that are fitted at once
@@ -182,7 +184,8 @@ class Fitter:
             residual = self.residual(state)
             whitened = system.weights.whitened(residual[system.weights.rows, system.weights.columns])
             away = (state.x - self.mean)[known] / sigma
-            step = system.step(whitened, away, system.huber(whitened) if robust else None)
+            lowest = {k: -float(state.x[k]) for k in self.sizes}
+            step = system.step(whitened, away, system.huber(whitened) if robust else None, lowest)
             state = self._moved(state, step)
             determined = errors > 0.0
             if float((np.abs(step[determined]) / errors[determined]).max(initial=0.0)) <= last:
@@ -205,7 +208,12 @@ class Fitter:
     def _read(self, x: Floats, frame: DeviceFrame | None) -> Predicted:
         model = self.model
         if self.sizes or self.numbers:
-            m = self.unknowns.m.with_(self.unknowns.changes(x))
+            try:
+                m = self.unknowns.m.with_(self.unknowns.changes(x))
+            except InputError as error:
+                names = listed(self.unknowns.unknowns[k].name for k in (*self.sizes, *self.numbers))
+                problem = f"the readings hardly determine {names}, which leave what is possible ({error.problem})"
+                raise InputError(f"{problem}: fix some, or measure under other loads", file=error.file) from None
             model = ReadingModel(m, self.readings, scattered=self.scattered)
         return model.read(self.unknowns.of_parameters(x), frame, derivatives=False)
 
@@ -326,7 +334,10 @@ def _nearest(nominal: Floats, measured: Floats) -> DeviceFrame:
     """The frame that brings places nearest to measured ones (Kabsch 1976)."""
     axes = nominal.shape[1]
     middle, seen = nominal.mean(axis=0), measured.mean(axis=0)
-    left, _, right = np.linalg.svd((measured - seen).T @ (nominal - middle))
+    left, sizes, right = np.linalg.svd((measured - seen).T @ (nominal - middle))
+    if sizes[axes - 2] <= LINE * sizes[0]:
+        # About a line of places, or at a single one, any turn is as good.
+        left, right = np.eye(axes), np.eye(axes)
     signs = np.ones(axes)
     signs[-1] = np.sign(np.linalg.det(left @ right))
     turn = np.eye(3)

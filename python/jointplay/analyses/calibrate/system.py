@@ -9,7 +9,7 @@ has the covariance (Q_SS)^-1.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +23,8 @@ from jointplay.basics.arrays import Floats
 EXACT = 1e-9
 #: part of the largest eigenvalue of correlations that is rounding
 ROUNDING = 1e-7
+#: weight of an equation that holds an unknown at its bound
+STIFF = 1e6
 #: residuals, as parts of their standard deviations, from which on a reading counts less at the start
 HUBER = 1.345
 
@@ -174,7 +176,9 @@ class System:
         count = self.root.shape[1]
         return np.eye(count, self.basis.shape[1])
 
-    def step(self, residual: Floats, away: Floats, counts: Floats | None = None) -> Floats:
+    def step(
+        self, residual: Floats, away: Floats, counts: Floats | None = None, lowest: Mapping[int, float] | None = None
+    ) -> Floats:
         """The change of all unknowns, SI.
 
         Parameters
@@ -185,12 +189,24 @@ class System:
             How far unknowns are from the middle of their priors, as parts of their standard deviations.
         counts : ndarray, optional
             Of every cell how much it counts.
+        lowest : mapping, optional
+            By the number of an unknown how far down it may go, SI: to zero where it is a size.
         """
         root = np.ones(len(residual)) if counts is None else np.sqrt(counts)
         left = np.concatenate([root[:, None] * (self.a @ self.basis), self.prior])
         right = np.concatenate([root * residual, -self.inverse @ away])
-        found = np.linalg.lstsq(left, right, rcond=None)[0]
-        return np.asarray(self.scale * (self.basis @ found))
+        held: dict[int, float] = {}
+        while True:
+            # What is at its bound is held there by equations that outweigh all others.
+            rows = self.basis[np.array([*held], dtype=int)] * STIFF
+            ends = np.array([end * STIFF / self.scale[k] for k, end in held.items()])
+            both = np.concatenate([left, rows]), np.concatenate([right, ends])
+            found = np.linalg.lstsq(*both, rcond=None)[0]
+            step = np.asarray(self.scale * (self.basis @ found))
+            below = {k: end for k, end in (lowest or {}).items() if k not in held and step[k] < end}
+            if not below:
+                return step
+            held |= below
 
     @cached_property
     def _root(self) -> Floats:

@@ -431,7 +431,7 @@ class _Load:
             found = self._core(point).given(drives, placed, rows)
             error, status = found["error"], found["status"]
         else:
-            pressed = self._varied(point, {"sources": self._at(u)})
+            pressed = self._varied(point, {"sources": self._at(point, u)})
             loaded = pressed.loaded(drives, placed, True, False, False)
             error, status = loaded["error"], loaded["status"]
             self.undetermined[point] = np.nan_to_num(loaded["undetermined"])
@@ -490,7 +490,7 @@ class _Load:
 
     def _specimens(self, point: str, u: Floats) -> Random:
         """What specimens do whose deviations are those of u, so that only their play scatters."""
-        sources = [source if source["kind"] in LOOSE else _without_tolerance(source) for source in self._at(u)]
+        sources = [source if source["kind"] in LOOSE else _without_tolerance(source) for source in self._at(point, u)]
         core = self._varied(point, {"sources": sources, "correlations": []})
         return core.random(self.at.drives, self._placed(point), SPECIMENS, 0, np.array([0.5]), keep=True)
 
@@ -514,9 +514,9 @@ class _Load:
         owner = self._owner(point)
         return self.at.poses if owner is self.part else carried(self.at, self.part, owner).poses
 
-    def _at(self, u: Floats) -> list[SourceSpec]:
+    def _at(self, point: str, u: Floats) -> list[SourceSpec]:
         """All sources with their known deviations as u has them; where clearances are, the load decides."""
-        owner = self.part
+        owner = self._owner(point)
         return [
             source.as_spec
             if source.kind in LOOSE

@@ -27,6 +27,8 @@ BOTH_SIDES = {
     "M": "mean_deviation",
     "A": "bidirectional_accuracy",
 }
+#: standard errors that are not exceeded to one side, 95 %
+ONE_SIDED = 1.645
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
@@ -53,7 +55,8 @@ def _determined(result: Result) -> Iterator[Sentence]:
         summed = np.any(own, axis=0) if own else np.zeros(len(names), dtype=bool)
         rest = [name for name, here in zip(names, which & ~determined & ~summed, strict=True) if here]
         than = "by the tolerances" if kind == "deviation" else "before"
-        text = f"{count} of {plural(every, kind)} {'is' if count == 1 else 'are'} determined better than {than}"
+        verb = "is" if 1 in (count, every) else "are"
+        text = f"{count} of {plural(every, kind)} {verb} determined better than {than}"
         text += f"; not {_some(rest)}" if rest else ""
         if own:
             said = [_sum([names[k] for k in np.flatnonzero(row)], row[row != 0.0]) for row in own]
@@ -181,6 +184,10 @@ def _held_out(result: Result) -> Iterator[Sentence]:
 
 def _beyond(result: Result) -> Iterator[Sentence]:
     names = result.labels("unknown")
+    for k, key in enumerate(result.labels("unknown_key")):
+        if _kind(key) == "size" and result.get("determined")[k] and result.get("estimate")[k] <= 0.0:
+            most = say(ONE_SIDED * float(result.get("standard_error")[k]), result.labels("unknown_unit")[k])
+            yield Sentence(f"{names[k]} is below {most} (95 %).")
     beyond = [name for name, within in zip(names, result.get("within_tolerance"), strict=True) if not within]
     if beyond:
         yield Sentence(f"Beyond the tolerance: {_some(beyond)}.")
