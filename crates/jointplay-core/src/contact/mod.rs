@@ -89,7 +89,7 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
-        Some(self.settle_from(self.at(from)?, unforced))
+        self.settle_unless(self.at(from)?, unforced, &|_| false)
     }
 
     /// The forces at a state.
@@ -120,11 +120,17 @@ impl Solver<'_> {
         for source in released {
             elsewhere[source.range()].fill(f64::NAN);
         }
-        Some((self.settle_from(first, held), elsewhere))
+        Some((self.settle_unless(first, held, &|_| false)?, elsewhere))
     }
 
-    /// Brings contact and reactions to agree, from a contact on.
-    fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Contact {
+    /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps lead to offsets that are
+    /// `known`.
+    fn settle_unless(
+        &self,
+        from: Contact,
+        unforced: &[Unforced],
+        known: &dyn Fn(&Inputs<f64>) -> bool,
+    ) -> Option<Contact> {
         let m = self.mechanism;
         let mut at = Contact { settled: false, blocked: false, ..from };
         let mut newton = Newton::new(self, unforced);
@@ -132,9 +138,12 @@ impl Solver<'_> {
         for step in 0..WHOLE_STEPS {
             let pressed = m.support_update_loaded(&at.gradient, &at.state.inputs, unforced);
             let change = m.change(&at.state.inputs, &pressed);
+            if known(&pressed) {
+                return None;
+            }
             if change <= m.still() {
                 at.settled = true;
-                return at;
+                return Some(at);
             }
             let before = std::mem::replace(&mut changes[step % 4], change);
             if step >= FIRST && !at.blocked && change > SHRUNK * before {
@@ -144,7 +153,7 @@ impl Solver<'_> {
             newton.learn(&at, &next);
             at = next;
         }
-        newton.settle(at)
+        Some(newton.settle(at))
     }
 
     /// The contact after a step, or as much of it as can be assembled.
