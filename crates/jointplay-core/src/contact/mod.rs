@@ -32,6 +32,8 @@ const WHOLE_STEPS: usize = 25;
 const WALLS: i32 = 6;
 /// Steps in which contacts find their sides.
 const FIRST: usize = 5;
+/// Steps converge that shrink to this part of the one before.
+const SHRINKS: f64 = 0.3;
 /// Four steps that leave more than this part of the change will not settle soon.
 const SHRUNK: f64 = 0.05;
 
@@ -123,7 +125,7 @@ impl Solver<'_> {
         Some((self.settle_unless(first, held, &|_| false)?, elsewhere))
     }
 
-    /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps lead to offsets that are
+    /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps converge to offsets that are
     /// `known`.
     fn settle_unless(
         &self,
@@ -134,17 +136,19 @@ impl Solver<'_> {
         let m = self.mechanism;
         let mut at = Contact { settled: false, blocked: false, ..from };
         let mut newton = Newton::new(self, unforced);
-        let mut changes = [f64::INFINITY; 4];
+        let (mut changes, mut last) = ([f64::INFINITY; 4], 0.0);
         for step in 0..WHOLE_STEPS {
             let pressed = m.support_update_loaded(&at.gradient, &at.state.inputs, unforced);
             let change = m.change(&at.state.inputs, &pressed);
-            if known(&pressed) {
-                return None;
-            }
             if change <= m.still() {
                 at.settled = true;
                 return Some(at);
             }
+            // Near a place that repels, steps grow.
+            if change <= SHRINKS * last && known(&at.state.inputs) && known(&pressed) {
+                return None;
+            }
+            last = change;
             let before = std::mem::replace(&mut changes[step % 4], change);
             if step >= FIRST && !at.blocked && change > SHRUNK * before {
                 break;
