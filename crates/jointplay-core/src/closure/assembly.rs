@@ -25,7 +25,9 @@ const SMALL_GAIN: f64 = 0.01;
 const FAR_FROM_ASSEMBLED: f64 = 1e3 * ASSEMBLED;
 /// Unknowns beyond which dense matrices are avoided.
 const LARGE: usize = 240;
-/// An inverse iteration that changes it by less than this part has it.
+/// Unknowns up to which all singular values of the dense matrix take no longer than the smallest alone.
+const DENSE: usize = 60;
+/// An inverse iteration that leaves less than this part of it has it.
 const CONVERGED: f64 = 1e-10;
 
 /// When a search for an assembled pose is given up.
@@ -241,14 +243,16 @@ impl Mechanism {
 
     /// Smallest singular value of the length-scaled closure Jacobian, and its motion (length-scaled).
     ///
-    /// A large mechanism's is found by inverse iteration on the sparse factors.
+    /// That of more than a few bodies is found by inverse iteration on the sparse factors.
     pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
         interrupt::check();
-        if self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
+        if self.n_unknowns() > DENSE && self.n_rows() == self.n_unknowns() {
             let solver = Solver::new(self, &state.coordinates);
             let linearised = solver.linearise(state);
             let found = linearised.map(|linearised| self.inverse_iteration(&linearised.factors, CONVERGED));
-            return found.unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
+            if found.is_some() || self.n_unknowns() > LARGE {
+                return found.unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
+            }
         }
         let matrix = self.scaled(&state.coordinates, &state.inputs.drives);
         let Some(svd) = singular_values(matrix, false, true) else { return (0.0, vec![0.0; self.n_unknowns()]) };

@@ -1,15 +1,19 @@
 //! Newton's method on the loop closure and continuation along a change of the inputs.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
 use crate::closure::train::Train;
 use crate::interrupt;
+use crate::math::decomposition::largest_eigenpair;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factored};
-use crate::math::vector::norm;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Row};
 
@@ -41,8 +45,10 @@ const DIVISIONS: [f64; 3] = [0.38, 0.63, 0.45];
 /// A singular state that is crossed in a move of this size (length-scaled; radians) has been enclosed: what is missing
 /// there to be assembled is the square of it at most, which is rounding.
 const ENCLOSED: f64 = 1e-5;
-/// Inverse iterations for the smallest singular value of a large mechanism.
-const INVERSE_ITERATIONS: usize = 300;
+/// Inverse iterations for the smallest singular value, at most, ...
+const INVERSE_ITERATIONS: usize = 100;
+/// ... and after how many it is seen whether they have converged.
+const CHECKED: usize = 4;
 /// Continuation gives up after this many steps, or after this many for every turn of a drive, ...
 const MOST_STEPS: usize = 600;
 /// ... up to this many turns. ...
@@ -203,6 +209,39 @@ impl<'m> Solver<'m> {
     fn factor(&self, derivatives: &[f64]) -> Option<Factored<'_>> {
         let entries = self.picks.iter().map(|&p| derivatives[p]);
         Factored::new(self.plan.as_ref(), self.mechanism.n_unknowns(), &self.pattern, entries)
+    }
+
+    /// Whether the planned elimination suits the numbers at some coordinates.
+    fn suits(&self, coordinates: &[f64]) -> bool {
+        let m = self.mechanism;
+        let (_, derivatives) = self.evaluate(&m.poses(coordinates), &Inputs::nominal(m, &vec![0.0; m.n_drives()]));
+        let entries = self.picks.iter().map(|&p| derivatives[p]);
+        self.plan.as_ref().is_some_and(|plan| plan.factor(entries).is_some())
+    }
+
+    /// This solver or, at coordinates that its elimination does not suit, one that is planned there, where it can be: after a
+    /// quarter of a turn a pivot may vanish, and without a plan of its own every step would be planned anew.
+    pub(crate) fn suiting(&self, coordinates: &[f64]) -> Cow<'_, Self> {
+        if coordinates.iter().any(|c| !c.is_finite()) || self.suits(coordinates) {
+            return Cow::Borrowed(self);
+        }
+        let own = Self::new(self.mechanism, coordinates);
+        if own.plan.is_some() { Cow::Owned(own) } else { Cow::Borrowed(self) }
+    }
+
+    /// Solvers that suit the cases, this one first, each with the numbers of its cases.
+    pub(crate) fn suiting_each(&self, cases: &[Case<'_>]) -> Vec<(Cow<'_, Self>, Vec<usize>)> {
+        let mut all = vec![(Cow::Borrowed(self), Vec::new())];
+        for (number, case) in cases.iter().enumerate() {
+            let later = all[1..].iter().position(|(solver, _)| solver.suits(case.coordinates));
+            let suiting = self.suiting(case.coordinates);
+            match (suiting, later) {
+                (Cow::Borrowed(_), _) => all[0].1.push(number),
+                (_, Some(place)) => all[place + 1].1.push(number),
+                (own, None) => all.push((own, vec![number])),
+            }
+        }
+        all
     }
 
     /// The factored Jacobian at a state; `None` where it is singular to working precision.
@@ -494,30 +533,47 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
-    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
-    /// iteration until it changes by no more than a part of it; never too small.
+    /// Smallest singular value of the length-scaled Jacobian S with its motion (length-scaled), by Lanczos' iteration on
+    /// `(S^T S)^-1` until what is left of an eigenvector is no more than a part of it; never too small.
     pub(crate) fn inverse_iteration(&self, factors: &Factored<'_>, still: f64) -> (f64, Vec<f64>) {
         let n = self.n_unknowns();
         let row_unit = |k: usize| self.unit(self.rows[k].component);
         let column_unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
-        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
-        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
-        for _ in 0..INVERSE_ITERATIONS {
-            let size = norm(&motion);
+        let mut x = vec![0.0; n];
+        let mut applied = |motion: &DVector<f64>| {
             // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
-            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
+            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
             factors.solve_transposed(&mut right, &mut x);
             let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
             factors.solve(&mut right, &mut x);
-            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
-            let next = 1.0 / norm(&motion).sqrt();
-            let is_still = (value - next).abs() <= still * next;
-            value = next;
-            if is_still {
-                break;
+            DVector::from_iterator(n, x.iter().enumerate().map(|(j, v)| v / column_unit(j)))
+        };
+        let most = n.min(INVERSE_ITERATIONS);
+        let mut basis = vec![DVector::from_fn(n, |j, _| (j as f64 * 0.618_034).fract() - 0.5).normalize()];
+        let mut projected = DMatrix::zeros(most, most);
+        for k in 0..most {
+            let mut next = applied(&basis[k]);
+            projected[(k, k)] = next.dot(&basis[k]);
+            // Twice, so that rounding leaves nothing of the others.
+            for known in basis.iter().chain(&basis) {
+                next.axpy(-known.dot(&next), known, 1.0);
             }
+            let left = next.norm();
+            let is_last = k + 1 == most || left == 0.0;
+            if is_last || k % CHECKED == CHECKED - 1 {
+                let Some((value, part)) = largest_eigenpair(projected.view((0, 0), (k + 1, k + 1)).into_owned()) else {
+                    break;
+                };
+                if is_last || left * part[k].abs() <= still * value {
+                    let motion =
+                        basis.iter().zip(part.iter()).fold(DVector::zeros(n), |sum, (v, part)| sum + v * *part);
+                    return (1.0 / value.sqrt(), motion.as_slice().to_vec());
+                }
+            }
+            (projected[(k + 1, k)], projected[(k, k + 1)]) = (left, left);
+            basis.push(next / left);
         }
-        (value, motion)
+        (0.0, vec![0.0; n])
     }
 
     /// An estimate of the smallest singular value of the length-scaled Jacobian J, never too small: with x the motion `J^-1 b`

@@ -9,6 +9,7 @@
 use crate::clearance::offset::inner;
 use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::{UNDECIDED, Unforced};
+use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State, between};
 use crate::contact::state::Contact;
 use crate::interrupt;
@@ -92,9 +93,10 @@ impl Solver<'_> {
                 if m.change(&best.state.inputs, &pressed) <= LEFT {
                     continue;
                 }
-                let next = self.settle_from(there, unforced);
-                let known = |other| m.change(other, &next.state.inputs) <= SAME;
-                if !next.settled || next.blocked || seen.iter().any(known) || !accepted(&next.state) {
+                let is_known = |inputs: &Inputs<f64>| seen.iter().any(|other| m.change(other, inputs) <= SAME);
+                // Most ends lead back, and nothing is new there.
+                let Some(next) = self.settle_unless(there, unforced, &is_known) else { continue };
+                if !next.settled || next.blocked || is_known(&next.state.inputs) || !accepted(&next.state) {
                     continue;
                 }
                 seen.push(next.state.inputs.clone());

@@ -32,6 +32,8 @@ const WHOLE_STEPS: usize = 25;
 const WALLS: i32 = 6;
 /// Steps in which contacts find their sides.
 const FIRST: usize = 5;
+/// Steps converge that shrink to this part of the one before.
+const SHRINKS: f64 = 0.3;
 /// Four steps that leave more than this part of the change will not settle soon.
 const SHRUNK: f64 = 0.05;
 
@@ -89,7 +91,7 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
-        Some(self.settle_from(self.at(from)?, unforced))
+        self.settle_unless(self.at(from)?, unforced, &|_| false)
     }
 
     /// The forces at a state.
@@ -120,22 +122,33 @@ impl Solver<'_> {
         for source in released {
             elsewhere[source.range()].fill(f64::NAN);
         }
-        Some((self.settle_from(first, held), elsewhere))
+        Some((self.settle_unless(first, held, &|_| false)?, elsewhere))
     }
 
-    /// Brings contact and reactions to agree, from a contact on.
-    fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Contact {
+    /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps converge to offsets that are
+    /// `known`.
+    fn settle_unless(
+        &self,
+        from: Contact,
+        unforced: &[Unforced],
+        known: &dyn Fn(&Inputs<f64>) -> bool,
+    ) -> Option<Contact> {
         let m = self.mechanism;
         let mut at = Contact { settled: false, blocked: false, ..from };
         let mut newton = Newton::new(self, unforced);
-        let mut changes = [f64::INFINITY; 4];
+        let (mut changes, mut last) = ([f64::INFINITY; 4], 0.0);
         for step in 0..WHOLE_STEPS {
             let pressed = m.support_update_loaded(&at.gradient, &at.state.inputs, unforced);
             let change = m.change(&at.state.inputs, &pressed);
             if change <= m.still() {
                 at.settled = true;
-                return at;
+                return Some(at);
             }
+            // Near a place that repels, steps grow.
+            if change <= SHRINKS * last && known(&at.state.inputs) && known(&pressed) {
+                return None;
+            }
+            last = change;
             let before = std::mem::replace(&mut changes[step % 4], change);
             if step >= FIRST && !at.blocked && change > SHRUNK * before {
                 break;
@@ -144,7 +157,7 @@ impl Solver<'_> {
             newton.learn(&at, &next);
             at = next;
         }
-        newton.settle(at)
+        Some(newton.settle(at))
     }
 
     /// The contact after a step, or as much of it as can be assembled.

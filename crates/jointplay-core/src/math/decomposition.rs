@@ -3,7 +3,7 @@
 //! The iterations of [`nalgebra`] have no end where a number is not finite, as a ratio of forces is not where there
 //! are none.
 
-use nalgebra::{DMatrix, Dyn, SVD, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, Dyn, SVD, SymmetricEigen};
 
 /// Iterations at most for every row or column; a singular value takes a few.
 const ITERATIONS: usize = 100;
@@ -38,9 +38,17 @@ pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, smallest: f64) -> Option<DMa
 
 /// The largest eigenvalue of a symmetric matrix that is not empty; `None` where a number is not finite.
 pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
+    largest_eigenpair(matrix).map(|(value, _)| value)
+}
+
+/// The same with its vector.
+pub(crate) fn largest_eigenpair(matrix: DMatrix<f64>) -> Option<(f64, DVector<f64>)> {
     let most = iterations(&matrix);
     let decomposed = is_finite(&matrix).then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, most))?;
-    decomposed.map(|d| d.eigenvalues.max())
+    decomposed.map(|d| {
+        let (index, value) = d.eigenvalues.argmax();
+        (value, d.eigenvectors.column(index).into_owned())
+    })
 }
 
 /// The determinant of a square matrix given row by row, which is overwritten: for many small ones, each of which would be

@@ -138,9 +138,12 @@ impl Drop for Recording {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
+    use crate::math::lanes::block::LANES;
     use crate::math::real::Real;
     use crate::program::symbol::{Recorder, Symbol};
     use crate::program::tape::Program;
@@ -207,5 +210,25 @@ mod tests {
             }
         }
         assert!(shared > made / 2, "{shared} of {made} along others");
+    }
+
+    /// At half a turn the tangent of its half has no end, and angles nearby were no better than a hundredth of that.
+    #[test]
+    fn whole_angles_are_known_up_to_half_a_turn() {
+        let recorder = Recorder::new(0.1, &"whole angles");
+        let angle = Symbol::whole_angle(recorder.varying(0), recorder.varying(1));
+        let program = Program::new(&recorder, 2, &[angle], 0..0);
+        let mut registers = program.registers(&[]);
+        let near = |lane: usize| 10.0_f64.powi(-(lane as i32 / 4));
+        let angles: [f64; LANES] = std::array::from_fn(|lane| {
+            let turned = if lane & 1 == 0 { PI - near(lane) } else { near(lane) };
+            if lane & 2 == 0 { turned } else { -turned }
+        });
+        registers[0].0 = angles.map(|angle| 1.000_1 * angle.sin());
+        registers[1].0 = angles.map(|angle| 1.000_1 * angle.cos());
+        program.interpret(&mut registers);
+        for (found, angle) in program.output(&registers, 0).0.iter().zip(angles) {
+            assert!((found - angle).abs() < 4.0 * f64::EPSILON * PI, "{angle}: {}", found - angle);
+        }
     }
 }

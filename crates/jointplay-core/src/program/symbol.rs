@@ -305,12 +305,16 @@ impl Real for Symbol<'_> {
         sine * (c + Self::Constant(4.0) * s) / (cosine * (c + Self::Constant(9.0) * s))
     }
 
-    /// By the tangent of its half, `s / (r + c)`, which is halved until the power series serves.
+    /// Half of the angle has the direction `(r + c, s)`, which vanishes at half a turn, and `(|s|, r - c)` with the sign of s,
+    /// which vanishes at none; their sum nowhere. The tangent of half of it is halved until the power series serves.
     fn whole_angle(sine: Self, cosine: Self) -> Self {
         let one = Self::Constant(1.0);
-        let tangent = sine / ((sine * sine + cosine * cosine).root_from(1.0, ROOT_STEPS) + cosine);
-        let half = |t: Self| t / (one + (one + t * t).root_from(1.0, FAR_ROOT_STEPS));
-        let part = half(half(half(tangent)));
+        let size = (sine * sine + cosine * cosine).root_from(1.0, ROOT_STEPS);
+        let (side, _) = (sine * Self::Constant(f64::MAX)).within_one();
+        let (x, y) = (size + cosine + sine.abs(), sine + (size - cosine) * side);
+        let tangent = y / ((x * x + y * y).root_from(2.0, ROOT_STEPS) + x);
+        let half = |t: Self| t / (one + (one + t * t).root_from(1.0, ROOT_STEPS));
+        let part = half(half(tangent));
         Self::Constant(8.0) * part * Self::double_arc(part * part)
     }
 

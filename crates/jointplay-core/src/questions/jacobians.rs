@@ -42,13 +42,26 @@ impl Mechanism {
     /// The derivatives for every case, at its nominal coordinates as the loads deform them.
     #[must_use]
     pub fn output_jacobians(&self, cases: &[Case<'_>]) -> Answer {
-        let missing = |status| Jacobians { status, ..Jacobians::unknown(&Wanted::all(self)) };
-        let found = self.each_on_basis(
+        let held = self.with_flanks_held();
+        let m = held.as_ref().unwrap_or(self);
+        let missing = |status| Jacobians { status, ..Jacobians::unknown(&Wanted::all(m)) };
+        let found = m.each_on_basis(
             cases,
-            |system, solver, _, _, nominal| self.jacobians_at(system, solver, &nominal).unwrap_or_else(missing),
+            |system, solver, _, _, nominal| m.jacobians_at(system, solver, &nominal).unwrap_or_else(missing),
             missing,
         );
-        Answer::of_rows(found.iter(), &Wanted::all(self))
+        Answer::of_rows(found.iter(), &Wanted::all(m))
+    }
+
+    /// The same mechanism without play between flanks, where any of it deforms: the deformation of teeth that are held in the
+    /// middle of their play would be taken for a part of that, which grows with the distance of the centres.
+    fn with_flanks_held(&self) -> Option<Self> {
+        if self.elastic.is_empty() || self.plays().next().is_none() {
+            return None;
+        }
+        let mut held = self.clone();
+        held.rows.iter_mut().for_each(|row| row.play = None);
+        Some(held)
     }
 
     fn jacobians_at(&self, system: &System<'_>, solver: &Solver<'_>, nominal: &State) -> Result<Jacobians, Status> {

@@ -1,5 +1,7 @@
 //! Cases on bases that are regular there, in chunks that one task analyses.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::closure::newton::{CLEAR, Solver, State};
@@ -70,13 +72,14 @@ impl Mechanism {
                     Some((other.solver(&nominal.coordinates), System::new(self, other)))
                 })
                 .collect();
+            let own: Vec<Cow<'_, Solver<'_>>> = chunk.iter().map(|case| common.suiting(case.coordinates)).collect();
             let place = |k: usize| {
                 let (case, number) = (&chunk[k], number * size + k);
                 let suited = suited[k].as_ref().map_err(|status| *status)?;
                 match &others[k] {
                     None => {
                         let (nominal, regular) = (suited.nominal.clone(), suited.regular);
-                        Ok(Placed { system: &system, solver: common, number, case, nominal, regular })
+                        Ok(Placed { system: &system, solver: &own[k], number, case, nominal, regular })
                     }
                     Some((solver, system)) => {
                         let nominal = system.basis.kept.restore(solver, case.coordinates, case.drives);

@@ -127,7 +127,8 @@ impl<'r> Kernel for Run<'r, '_> {
 }
 
 impl Mechanism {
-    /// Runs an analysis on every case that is assembled, on all cores, with the solver of these cases; the others get `missing`.
+    /// Runs an analysis on every case that is assembled, on all cores, with the solver of these cases or one that suits the
+    /// case; the others get `missing`.
     pub(crate) fn each<T: Send>(
         &self,
         solver: Option<&Solver<'_>>,
@@ -139,8 +140,10 @@ impl Mechanism {
             .par_iter()
             .enumerate()
             .map(|(number, case)| {
-                let state = solver.and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
-                let found = || state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state));
+                let solver = solver.map(|solver| solver.suiting(case.coordinates));
+                let state =
+                    solver.and_then(|s| self.restore(&s, case.coordinates, case.drives).map(|state| (s, state)));
+                let found = || state.map_or_else(&missing, |(s, state)| analysis(&s, number, case, state));
                 interrupt::until_stopped(found).map(|found| [found])
             })
             .collect();
@@ -208,9 +211,10 @@ impl Mechanism {
     }
 
     fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {
-        self.restore(solver, case.coordinates, case.drives).map_or_else(
+        let solver = solver.suiting(case.coordinates);
+        self.restore(&solver, case.coordinates, case.drives).map_or_else(
             || self.no_load_result(Status::NotAssembled),
-            |nominal| self.loaded_at(solver, case, &nominal, exact),
+            |nominal| self.loaded_at(&solver, case, &nominal, exact),
         )
     }
 

@@ -81,11 +81,12 @@ impl Mechanism {
     /// The scatter of every case with the samples that are kept.
     fn random_determinate(&self, cases: &[Case<'_>], request: &Request) -> Vec<(Scatter, Vec<Sample>)> {
         let solver = self.solver(cases);
-        let newton = solver.as_ref().and_then(Newton::record);
+        // Once for all cases that it suits.
+        let _ = solver.as_ref().map(Newton::record);
         self.each(
             solver.as_ref(),
             cases,
-            |solver, _, case, nominal| self.scatter(solver, newton.as_deref(), case, &nominal, request),
+            |solver, _, case, nominal| self.scatter(solver, Newton::record(solver).as_deref(), case, &nominal, request),
             || (self.no_scatter(request, Status::NotAssembled), Vec::new()),
         )
     }

@@ -15,6 +15,8 @@ mod search;
 mod starts;
 mod worker;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
@@ -120,11 +122,24 @@ impl Mechanism {
         let Some(solver) = self.solver(cases) else {
             return cases.iter().map(|_| Err(Status::NotAssembled)).collect();
         };
-        let climb = if lanes && starts > 0 { Climb::record(&solver) } else { None };
+        let mut suiting = solver.suiting_each(cases);
+        suiting.retain(|(_, numbers)| !numbers.is_empty());
+        let climbs: Vec<Option<Climb<'_>>> =
+            suiting.iter().map(|(solver, _)| if lanes && starts > 0 { Climb::record(solver) } else { None }).collect();
         // Long enough to fill the lanes, short enough to keep all cores busy.
         let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
-        let climbed = |part| interrupt::until_stopped(|| self.climbed(&solver, climb.as_ref(), part, measures, starts));
-        interrupt::before_the_stop(cases.par_chunks(run).map(climbed).collect())
+        let climbed = |part: Range<usize>| {
+            let mut found = Vec::with_capacity(part.len());
+            for ((solver, numbers), climb) in suiting.iter().zip(&climbs) {
+                let numbers: Vec<usize> = numbers.iter().copied().filter(|number| part.contains(number)).collect();
+                let own: Vec<Case<'_>> = numbers.iter().map(|&number| cases[number]).collect();
+                found.extend(numbers.into_iter().zip(self.climbed(solver, climb.as_ref(), &own, measures, starts)));
+            }
+            found.sort_unstable_by_key(|(number, _)| *number);
+            found.into_iter().map(|(_, found)| found).collect::<Vec<_>>()
+        };
+        let parts = (0..cases.len().div_ceil(run)).into_par_iter().map(|k| k * run..cases.len().min((k + 1) * run));
+        interrupt::before_the_stop(parts.map(|part| interrupt::until_stopped(|| climbed(part))).collect())
     }
 
     /// What `worst` asks for: position, both ends of every component and, where bodies turn freely, rotation.
