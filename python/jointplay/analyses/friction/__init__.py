@@ -12,16 +12,13 @@ from jointplay.analyses.nominal import Nominal
 from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Loaded
 from jointplay.core.compile import DriveMotion
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
-from .states import SIDES, Sliding, sliding
+from .states import SIDES, Sliding, directions, sliding
 
-__all__ = ["add", "both", "require", "sliding", "told"]
-
-#: kinds of joints whose rows depend on more than their two bodies
-COUPLED = ("gear", "rack", "belt", "crossed_gear", "follower", "screw")
+__all__ = ["add", "both", "directions", "require", "sliding", "told"]
 
 
 def told(m: Mechanism, approach: str | None) -> dict[str, str]:
@@ -31,7 +28,7 @@ def told(m: Mechanism, approach: str | None) -> dict[str, str]:
 
 def _rubs(m: Mechanism) -> bool:
     """Whether the file has friction."""
-    return any(joint.rubs is not None for joint in m.data.joints.values())
+    return any(joint.loses for joint in m.data.joints.values())
 
 
 def require(m: Mechanism, approach: str, *, exact: bool) -> None:
@@ -47,17 +44,13 @@ def require(m: Mechanism, approach: str, *, exact: bool) -> None:
     if not exact:
         raise InputError("friction is found on the exact closure, not to first order", key="approach")
     if not _rubs(m):
-        problem = "no joint has `friction`, so that it makes no difference from which side one comes"
+        problem = "no joint has `friction` or `efficiency`, so that it makes no difference from which side one comes"
         raise InputError(problem, file=m.file, key="joints")
     if not m.core.isostatic:
         problem = (
             "friction is computed where statics alone decides the reactions; here joints are elastic or"
             " over-constrained, and the friction of each depends on how the loads came to act"
         )
-        raise InputError(problem, file=m.file, key="joints")
-    coupled = [name for name, kind in zip(m.joints, m.joint_kinds, strict=True) if kind in COUPLED]
-    if coupled:
-        problem = f"friction is not computed where couplings or followers share the motion, as {listed(coupled)} here"
         raise InputError(problem, file=m.file, key="joints")
 
 
@@ -98,5 +91,5 @@ def add(builder: ResultBuilder, sides: dict[str, Sliding], approach: str, *, det
         words = "moment or force of the drive coming from the other side"
         builder.add("drive_torque_other", ("configuration", "drive"), other.found["drive_force"], words, "work:drive")
     builder.add("jam_joint", "configuration", own.jams, "joint that takes most where it jams; empty: it does not jam")
-    words = "coefficient of that joint from which it jams, those of all others in proportion"
+    words = "coefficient of that joint (loss of a coupling) from which it jams, those of all others in proportion"
     builder.add("jam_coefficient", "configuration", own.jam, words)

@@ -28,6 +28,7 @@ from jointplay.model.inertia import components
 from jointplay.model.mechanism import Mechanism
 
 from .laws import ContactForces, ContactPart, HeldOffsets, JointContact
+from .places import origin
 
 #: steps of Newton's method, and parts of one that are tried
 STEPS, HALVINGS = 30, 8
@@ -223,7 +224,7 @@ def _on_bodies(
     axes = geometry["axes"][:, contact.joint]
 
     def turned(vector: Floats) -> Floats:
-        if contact.is_ball:
+        if contact.in_ground_axes:
             return vector[each]
         return np.asarray(np.einsum("nk,nki->ni", vector[each], axes))
 
@@ -235,13 +236,6 @@ def _on_bodies(
             found[:, body, :3] += sign * force
             found[:, body, 3:] += turned(moment) + np.cross(where - origin(m, placed, body), sign * force)
     return components(m, found).reshape(len(placed), -1)
-
-
-def origin(m: Mechanism, placed: Floats, body: int) -> Floats:
-    """Where the core has the origin of a body."""
-    if body < 0:
-        return np.zeros((len(placed), 3))
-    return poses.place(placed[:, body], m.core.origins[body])
 
 
 def _row_units(of: SlidingTask) -> Floats:

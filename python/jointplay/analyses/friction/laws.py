@@ -16,6 +16,7 @@ socket, of radius r, on the second body:
     slider in a guide     contacts at both ends, in space on two pairs of faces; force -s mu sum |N| along the axis, and
                           the moments that it has since it acts at the faces
     block in a slot       force -s mu |N| along the slot
+    couplings             see `couplings`
 
 A force or moment of its own acts against the motion as well. In the plane, and of balls, forces act on each body at its
 own centre, so that the moment on the first body has the radius of the pin or ball. A slider in space does not roll
@@ -32,9 +33,11 @@ from numpy.typing import NDArray
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import SHIFTS_ACROSS, TILTS
 from jointplay.errors import InputError
-from jointplay.file.schema import Friction
+from jointplay.file.schema import Coupling, Friction
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
+
+from .couplings import NEGATIVE, OWN, POSITIVE, loss
 
 #: directions in which joints hold that may rub
 HELD_BY = {
@@ -51,6 +54,8 @@ HELD_IN_SPACE = {
 #: what rubs how, by kind of joint in the plane and in space
 LAWS = {"revolute": "pin", "prismatic": "guide", "pin_in_slot": "slot"}
 LAWS_IN_SPACE = {"revolute": "journal", "prismatic": "rail", "spherical": "ball"}
+#: that of couplings
+FLANK = "flank"
 #: sets of offsets that are known here
 KNOWN = ("disc", "interval", "diamond", "journal", "sleeve", "guide", "ball")
 #: a ball that bores is taken to slide by this part of its turning
@@ -76,7 +81,7 @@ class ContactForces:
         Of these rows, by which the loads push.
     force : ndarray
         Of friction, on the second body at its point, shape (configuration, 3); the opposite acts on the first body at
-        the same place. In the joint's axes on the first body, as the moments are; of balls in ground axes.
+        the same place. In the joint's axes on the first body, as the moments are; of `in_ground_axes` in these.
     second, first : ndarray
         Moments of friction on both bodies about that point.
     """
@@ -96,7 +101,7 @@ class JointContact:
     ----------
     joint : int
     kind : str
-        One of `LAWS` or `LAWS_IN_SPACE`; empty where nothing rubs.
+        One of `LAWS` or `LAWS_IN_SPACE`, or `FLANK`; empty where nothing rubs.
     rows : ndarray of int
         Rows of the closure.
     parameters : ndarray of int
@@ -107,6 +112,7 @@ class JointContact:
         Of every contact the first unknown and the one behind its last, and lowest and highest offset: the highest is
         the radius of a round one.
     coefficient : float
+        Of a coupling with an efficiency the part of the power that it loses at most.
     own : float
         Force or moment of its own, SI.
     radius : float
@@ -152,9 +158,9 @@ class JointContact:
         return v
 
     @property
-    def is_ball(self) -> bool:
-        """Whether its motion is a direction in space, and its moments are in ground axes."""
-        return self.kind == "ball"
+    def in_ground_axes(self) -> bool:
+        """Whether its friction is given in ground axes."""
+        return self.kind in ("ball", FLANK)
 
     def at(
         self, y: Floats, motion: Floats, part: Floats, unit: float, scale: Floats, held: HeldOffsets
@@ -166,7 +172,8 @@ class JointContact:
         y : ndarray
             Its unknowns, shape (configuration, unknown).
         motion : ndarray
-            Direction of its motion, shape (configuration,); of a ball relative angular velocity, (configuration, 3).
+            Direction of its motion, shape (configuration,); of a ball relative angular velocity, (configuration, 3); of
+            a coupling what `couplings` has for it, (configuration, 3, 6).
         part : ndarray
             Part of the coefficient and of its own force that counts.
         unit : float
@@ -186,7 +193,12 @@ class JointContact:
         mu, own = part * self.coefficient, part * self.own
         cosine = 1.0 / np.sqrt(1.0 + mu * mu)
         sine = mu * cosine
-        if self.is_ball:
+        if self.kind == FLANK:
+            pressed = normal[:, :1]
+            rubs = mu[:, None] * np.abs(pressed) * np.where(pressed > 0.0, motion[:, POSITIVE], motion[:, NEGATIVE])
+            force, second = np.split(rubs + own[:, None] * motion[:, OWN], 2, axis=1)
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, -second)
+        if self.kind == "ball":
             v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, cosine, sine)
             size = np.linalg.norm(normal, axis=1)
             speed = np.linalg.norm(motion, axis=1, keepdims=True)
@@ -287,7 +299,8 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
         entry = m.data.joints.get(name) or m.data.joints.get(name.rsplit("/", 1)[0])
         friction = entry.rubs if entry is not None else None
         k = played.get(joint, -1)
-        if k < 0 and friction is None:
+        coupling = entry if isinstance(entry, Coupling) and entry.loses else None
+        if k < 0 and friction is None and coupling is None:
             continue
         shape, size = clearance_of(m, k, u) if k >= 0 else ("", {})
         if k >= 0 and shape not in KNOWN:
@@ -295,8 +308,12 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
             raise InputError(problem, file=m.file, key=f"joints.{name}.clearance")
         parameters = np.flatnonzero(m.parameter_source == k) if k >= 0 else np.array([], dtype=np.intp)
         held = HELD_BY if m.pose_size == PLANAR else HELD_IN_SPACE
-        names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
-        own = np.array([from_rows.index((joint, component)) for component in names])
+        if k < 0 and coupling is not None:
+            # Its own row is the first.
+            own = np.array([next(row for row, (of, _) in enumerate(from_rows) if of == joint)])
+        else:
+            names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
+            own = np.array([from_rows.index((joint, component)) for component in names])
         found.append(_contact(m, joint, entry, friction, own, parameters, shape, size, k))
     return found
 
@@ -341,7 +358,8 @@ def _contact(
             value = friction.size(play, key)
             sizes[key] = 0.0 if value is None else value * units.length
     laws = LAWS if m.pose_size == PLANAR else LAWS_IN_SPACE
-    kind = laws.get(m.joint_kinds[joint], "")
+    coupling = entry if isinstance(entry, Coupling) and entry.loses else None
+    kind = laws.get(m.joint_kinds[joint], "") if coupling is None else FLANK
     # A joint with nothing but a force of its own has no size: where it is held does not matter.
     half = size.get("half_length", sizes.get("length", 0.0) / 2.0) or m.length
     gap, radius = size.get("gap", 0.0), size.get("radius", 0.0)
@@ -367,7 +385,7 @@ def _contact(
     else:
         transform, parts = np.eye(1), ((0, 1, size.get("low", 0.0), size.get("high", 0.0)),)
     own = 0.0
-    if friction is not None:
+    if friction is not None and friction.own:
         given = getattr(friction, friction.own)
         own = (given or 0.0) * (units.moment if friction.own == "torque" else units.force)
     return JointContact(
@@ -377,7 +395,7 @@ def _contact(
         parameters,
         transform,
         parts,
-        coefficient=friction.coefficient if friction is not None else 0.0,
+        coefficient=loss(coupling) if coupling is not None else friction.coefficient if friction is not None else 0.0,
         own=own,
         radius=sizes.get("diameter", 0.0) / 2.0,
         height=sizes.get("height", 0.0),

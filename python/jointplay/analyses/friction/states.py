@@ -21,13 +21,16 @@ from jointplay.basics.arrays import Floats, Texts
 from jointplay.core.answers import EquilibriumTerms, Loaded
 from jointplay.core.compile import TURNS, DriveMotion
 from jointplay.errors import InputError
+from jointplay.file.schema import Coupling
 from jointplay.model.gaps import centre
 from jointplay.model.inertia import acting, kinematics
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
-from .balance import JAMMED, NONE, Equilibrium, EquilibriumAt, SlidingTask, equilibrium, origin
-from .laws import JointContact, contacts
+from .balance import JAMMED, NONE, Equilibrium, EquilibriumAt, SlidingTask, equilibrium
+from .couplings import wrenches
+from .laws import FLANK, JointContact, contacts
+from .places import ends, motions, origin
 
 #: from which side a configuration is approached, with the sign of the motion
 SIDES = {"forward": 1.0, "backward": -1.0}
@@ -159,13 +162,13 @@ def _slide(
     nominal = m.core.balance(at.drives, at.poses, built, loads)
     velocity = kinematics(m, at.drives, at.poses, np.stack([speeds, 0.0 * speeds])).velocity
     velocity = _with_spins(m, at.poses, velocity)
-    rates = _rates(m, every, nominal, velocity)
+    rates = _rates(m, every, nominal, at.poses, velocity)
     displaced = np.array(m.core.given(at.drives, at.poses, offset)["poses"])
     balance = m.core.balance(at.drives, displaced, offset, loads)
     transposed = np.swapaxes(balance["jacobian"], 1, 2)
     multipliers = np.asarray(np.linalg.solve(transposed, balance["loads"][..., None])[..., 0], dtype=np.float64)
     scale = np.abs(multipliers / np.array([m.length if c in TURNS else 1.0 for _, c in m.core.rows])).max(axis=1)
-    own = [contact.own / (m.length if contact.kind in ("pin", "journal", "ball") else 1.0) for contact in every]
+    own = [contact.own / (m.length if contact.kind in ("pin", "journal", "ball", FLANK) else 1.0) for contact in every]
     scale = np.maximum(scale, max(own, default=0.0))
     scale[scale == 0.0] = 1.0
     plays = [abs(end) for contact in every for *_, low, high in contact.parts for end in (low, high)]
@@ -176,7 +179,7 @@ def _slide(
         at.poses,
         loads,
         built,
-        _motions(m, every, rates, velocity),
+        _motions(m, every, nominal, at.poses, rates, velocity),
         scale,
         max([*plays, UNMOVED * m.length]),
     )
@@ -207,19 +210,21 @@ def _slide(
     state.jams[places[jammed]] = np.array(m.joints)[most[jammed]]
 
 
-def _rates(m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, velocity: Floats) -> list[Floats]:
-    """Speed of every contact: along or about its axis, of balls the relative angular velocity."""
+def _rates(
+    m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, placed: Floats, velocity: Floats
+) -> list[Floats]:
+    """Speed of every contact: along or about its axis, of balls the relative angular velocity.
+
+    Of couplings that of the second body against the first at the point of the second, then the angular one.
+    """
     found = []
     for contact in every:
-        ends = []
-        for end, point in enumerate(m.joint_points[contact.joint]):
-            body = m.points[point].body
-            twist = velocity[:, body] if body >= 0 else np.zeros((len(velocity), 6))
-            lever = at["levers"][:, contact.joint, end]
-            ends.append((twist[:, :3] + np.cross(twist[:, 3:], lever), twist[:, 3:]))
-        (v1, w1), (v2, w2) = ends
+        (v1, w1), (v2, w2) = motions(m, contact.joint, at, velocity)
         axes = at["axes"][:, contact.joint]
-        if contact.is_ball:
+        if contact.kind == FLANK:
+            first, second = ends(m, contact.joint, at, placed)
+            found.append(np.concatenate([v2 - v1 - np.cross(w1, second - first), w2 - w1], axis=1))
+        elif contact.kind == "ball":
             found.append(w2 - w1)
         elif contact.kind == "pin":
             found.append((w2 - w1)[:, 2])
@@ -236,12 +241,26 @@ def _fastest(m: Mechanism, velocity: Floats) -> Floats:
     return np.asarray(np.maximum(linear / m.length, angular))
 
 
-def _motions(m: Mechanism, every: Sequence[JointContact], rates: Sequence[Floats], velocity: Floats) -> list[Floats]:
-    """Signs of the speeds, of balls the angular velocities themselves; nothing where it is still."""
+def _motions(
+    m: Mechanism,
+    every: Sequence[JointContact],
+    at: EquilibriumTerms,
+    placed: Floats,
+    rates: Sequence[Floats],
+    velocity: Floats,
+) -> list[Floats]:
+    """Directions of the motions, as `JointContact.at` has them: signs of the speeds, of balls the angular velocities.
+
+    Nothing where it is still.
+    """
     least = STILL * _fastest(m, velocity)
     found = []
     for contact, rate in zip(every, rates, strict=True):
-        if contact.is_ball:
+        if contact.kind == FLANK:
+            entry = m.data.joints[m.joints[contact.joint]]
+            assert isinstance(entry, Coupling)
+            found.append(wrenches(m, contact.joint, entry, at, placed, velocity, least * m.length))
+        elif contact.kind == "ball":
             moves = np.linalg.norm(rate, axis=1, keepdims=True) > least[:, None]
             found.append(np.where(moves, rate, 0.0))
         else:
@@ -307,8 +326,11 @@ def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates
         if not contact.rubs:
             continue
         forces = at.forces[k]
-        if contact.is_ball:
+        if contact.kind == "ball":
             found[:, contact.joint] += np.sum(forces.second * rates[k], axis=1)
+        elif contact.kind == FLANK:
+            wrench = np.concatenate([forces.force, forces.second], axis=1)
+            found[:, contact.joint] += np.sum(wrench * rates[k], axis=1)
         elif contact.kind in ("pin", "journal"):
             found[:, contact.joint] += forces.second.sum(axis=1) * rates[k]
         else:
@@ -361,18 +383,12 @@ def _reactions(m: Mechanism, of: SlidingTask, at: EquilibriumAt) -> Floats:
         # A row in axes of the first body does no work on a motion of both: its wrench on one is the opposite of that on
         # the other. In ground axes its forces act at the points of both.
         if end == 0 and m.joint_kinds[joint] not in in_ground_axes:
-            lever = lever + _apart(m, at, joint)
+            first_place, second_place = ends(m, joint, at.geometry, at.poses)
+            lever = lever + second_place - first_place
         own[:, 3:] -= np.cross(lever, own[:, :3])
         whole[:, joint] += own
     for contact, forces in zip(of.contacts, at.forces, strict=True):
-        axes = np.eye(3)[None] if contact.is_ball else at.geometry["axes"][:, contact.joint]
+        axes = np.eye(3)[None] if contact.in_ground_axes else at.geometry["axes"][:, contact.joint]
         whole[:, contact.joint, :3] += np.einsum("nk,nki->ni", forces.force, np.broadcast_to(axes, (len(at.y), 3, 3)))
         whole[:, contact.joint, 3:] += np.einsum("nk,nki->ni", forces.second, np.broadcast_to(axes, (len(at.y), 3, 3)))
     return whole[..., spread]
-
-
-def _apart(m: Mechanism, at: EquilibriumAt, joint: int) -> Floats:
-    """From the first point of a joint to the second."""
-    first, second = (m.points[p].body for p in m.joint_points[joint])
-    levers = at.geometry["levers"][:, joint]
-    return np.asarray(origin(m, at.poses, second) + levers[:, 1] - origin(m, at.poses, first) - levers[:, 0])

@@ -39,7 +39,7 @@ def of_friction(result: Result) -> Iterator[Sentence]:
         coefficient = float(result.get("jam_coefficient")[k])
         text = f"It jams{there(result, k)}: friction in {jams[k]} and beyond leaves no force that moves it"
         if coefficient:
-            text += f", from a coefficient of {coefficient:.2g} there on"
+            text += f", from a coefficient or loss of {coefficient:.2g} there on"
         yield Sentence(f"{text}.", is_alarm=True)
 
 
