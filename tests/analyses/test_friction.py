@@ -9,62 +9,12 @@ from numpy.testing import assert_allclose
 import jointplay as jp
 from helpers.graphs import graph
 from helpers.longer import some
-from helpers.rubbing import contacts, with_friction
+from helpers.rubbing import SLIDER_CRANK, contacts, with_friction
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.model.inertia import kinematics
-
-CRANK = """
-format = 1
-space  = "planar"
-units  = { length = "mm", angle = "deg", force = "N" }
-
-[joints.shaft]
-type = "revolute"
-on   = { ground = [0, 0], crank = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 24 }
-
-[joints.pin]
-type = "revolute"
-on   = { crank = [40, 0], rod = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 20 }
-
-[joints.wrist]
-type = "revolute"
-on   = { rod = [120, 0], slider = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 16 }
-
-[joints.guide]
-type = "prismatic"
-on   = { ground = { at = [0, -10], axis = [1, 0] }, slider = [0, 0] }
-clearance = { gap = 0.03, length = 60 }
-friction = { coefficient = 0.1, height = 30 }
-
-[start]
-crank = { angle = 30 }
-rod = { angle = -12 }
-
-[drives.q]
-joint = "shaft"
-values = [30, 75, 120]
-
-[output]
-body = "slider"
-at   = [50, -20]
-
-[[loads]]
-force = [-200, 30]
-
-[[loads]]
-body  = "rod"
-at    = [60, 0]
-force = [0, -80]
-"""
 
 
 @pytest.mark.parametrize(
@@ -77,7 +27,7 @@ force = [0, -80]
 )
 def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
     """At 120 deg backward friction tilts the slider; without it and forward the slider lies on one face."""
-    result = jp.loaded(jp.loads(CRANK), approach=approach)
+    result = jp.loaded(jp.loads(SLIDER_CRANK), approach=approach)
     assert_allclose(result.error.sel(component="x"), x, atol=6e-9)
     assert_allclose(result.drive_torque[:, 0], torque, atol=6e-6)
     tilts = [True, False, approach == "backward"]
@@ -86,7 +36,7 @@ def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
 
 
 def test_efficiency_and_reversal():
-    forward, backward = (jp.loaded(jp.loads(CRANK), approach=side) for side in ("forward", "backward"))
+    forward, backward = (jp.loaded(jp.loads(SLIDER_CRANK), approach=side) for side in ("forward", "backward"))
     # Forward the load drives, backward the motor works.
     assert_allclose(forward.efficiency[0], 3628.24407 / 4403.89181, rtol=1e-8)
     assert_allclose(backward.efficiency[0], 4403.89181 / 5211.37594, rtol=1e-8)
@@ -280,23 +230,23 @@ def test_little_friction_changes_in_proportion(seed):
 
 
 def test_lost_motion_of_a_drive_is_at_the_end_where_the_load_with_friction_presses():
-    m = jp.loads(CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
-    plain = jp.loads(CRANK).with_({"drives.q.values": [30.1]})
+    m = jp.loads(SLIDER_CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
+    plain = jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30.1]})
     both = [jp.loaded(one, approach="forward") for one in (m, plain)]
     shift = both[1].nominal - jp.loaded(m).nominal.values
     assert_allclose(both[0].error, both[1].error + shift, atol=2e-8)
 
 
 def test_the_path_says_what_is_forward():
-    back = jp.loads(CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
-    here, there = jp.loaded(jp.loads(CRANK), approach="forward"), jp.loaded(back, approach="backward")
+    back = jp.loads(SLIDER_CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
+    here, there = jp.loaded(jp.loads(SLIDER_CRANK), approach="forward"), jp.loaded(back, approach="backward")
     assert_allclose(here.error, there.error[::-1], atol=1e-12)
-    moving = jp.loads(CRANK).with_({"drives.q.speed": -1.0})
+    moving = jp.loads(SLIDER_CRANK).with_({"drives.q.speed": -1.0})
     assert_allclose(jp.loaded(moving, approach="backward").error, here.error, atol=1e-12)
 
 
 def test_limits_are_judged_from_both_sides():
-    m = jp.loads(CRANK).with_({"limits.position": 0.0952})
+    m = jp.loads(SLIDER_CRANK).with_({"limits.position": 0.0952})
     forward = jp.loaded(m, approach="forward")
     assert not forward.limit_met.sel(quantity="position")[2]
     assert jp.loaded(m).limit_met.all()
@@ -315,12 +265,12 @@ def test_limits_are_judged_from_both_sides():
 )
 def test_what_is_refused(changes, words):
     with pytest.raises(jp.InputError) as told:
-        jp.loaded(jp.loads(CRANK).with_(changes), approach="forward")
+        jp.loaded(jp.loads(SLIDER_CRANK).with_(changes), approach="forward")
     assert words in str(told.value)
 
 
 def test_commands_ask_for_a_direction(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(CRANK)
+    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
     file = str(tmp_path / "crank.toml")
     assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -335,7 +285,7 @@ def test_commands_ask_for_a_direction(tmp_path, capsys):
 
 def test_unknown_direction():
     with pytest.raises(jp.InputError, match="sideways"):
-        jp.loaded(jp.loads(CRANK), approach="sideways")
+        jp.loaded(jp.loads(SLIDER_CRANK), approach="sideways")
 
 
 SPATIAL_LEVER = """
@@ -510,3 +460,17 @@ def test_balls_touch_at_points_whose_forces_balance_the_rod(side):
         assert_allclose(lines[0], lines[1], atol=1e-9 * np.linalg.norm(lines[0]))
         arm = np.cross(points[1] - points[0], lines[0])
         assert_allclose(arm, 0.0, atol=1e-9 * 120.0 * np.linalg.norm(lines[0]))
+
+
+def test_the_largest_play_is_judged_from_both_sides():
+    """With the play of one side only, a limit could hold that the machine misses coming from the other."""
+    m = jp.loads(jp.examples.text("four-bar-fits"))
+    changes = {f"joints.{name}.friction": {"coefficient": 0.2} for name in m.raw["joints"]}
+    m = m.with_({**changes, "drives": {"theta1": {"joint": "J1", "values": [30.0, 60.0]}}})
+    result = jp.loaded(m, approach="forward")
+    for play in ("largest", "smallest"):
+        both = [jp.loaded(m, approach=side, sizes=play).error for side in ("forward", "backward")]
+        assert np.abs(both[0] - both[1]).max() > 1e-4
+        for side, end in (("low", np.minimum), ("high", np.maximum)):
+            found = result[f"play_{play}"].sel(side=side, quantity=list(m.components))
+            assert_allclose(found, end(*(error.values for error in both)), rtol=1e-12)

@@ -14,6 +14,7 @@ from scipy.optimize import linprog
 
 import jointplay as jp
 from helpers.longer import some
+from helpers.slider_crank import slider_crank
 from helpers.strategies import mechanisms
 from jointplay.analyses.life import compute, holds
 from jointplay.analyses.life.course import FLOOR, Course
@@ -47,40 +48,7 @@ force = [0, -100]
 """
 #: the slider-crank whose growth and life were found by a program that shares nothing with this one: without friction,
 #: reactions at the nominal poses, 720 midpoints of a turn, 1e-5 mm3/(N m) everywhere
-CRANK = f"""{PLANE}
-[joints.shaft]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.pin]
-type = "revolute"
-on = {{ crank = [40, 0], rod = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.wrist]
-type = "revolute"
-on = {{ rod = [120, 0], ram = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, -10], axis = [1, 0] }}, ram = {{ at = [0, 0], axis = [1, 0] }} }}
-clearance = {{ gap = 0.03, length = 60 }}
-[start]
-rod = {{ angle = -20 }}
-[drives.theta]
-joint = "shaft"
-values = [30, 75, 120]
-[output]
-body = "ram"
-at = [50, -20]
-[limits]
-position = 0.2
-[[loads]]
-force = [-200, 30]
-[[loads]]
-body = "rod"
-at = [60, 0]
-force = [0, -80]
-"""
+CRANK = slider_crank(more="[limits]\nposition = 0.2\n")
 TURN = {"drives.theta": {"joint": "shaft", "from": 0.25, "to": 359.75, "count": 720}}
 WEAR = {
     "shaft": {"rate": 1e-5, "length": 20},

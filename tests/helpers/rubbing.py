@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import jointplay as jp
+from helpers.slider_crank import slider_crank
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
@@ -20,6 +21,17 @@ from jointplay.basics import poses
 STEP = 1e-5
 #: forces below this part of the largest are none, and touch nowhere
 NONE = 1e-9
+
+#: the mechanism with reference values of friction
+SLIDER_CRANK = slider_crank(
+    {
+        "shaft": "friction = { coefficient = 0.1, diameter = 24 }",
+        "pin": "friction = { coefficient = 0.1, diameter = 20 }",
+        "wrist": "friction = { coefficient = 0.1, diameter = 16 }",
+        "guide": "friction = { coefficient = 0.1, height = 30 }",
+    },
+    drive="q",
+)
 
 
 def with_friction(m: jp.Mechanism, seed: int, most: float = 0.3) -> jp.Mechanism:

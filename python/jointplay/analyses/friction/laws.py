@@ -172,8 +172,9 @@ class JointContact:
         y : ndarray
             Its unknowns, shape (configuration, unknown).
         motion : ndarray
-            Direction of its motion, shape (configuration,); of a ball relative angular velocity, (configuration, 3); of
-            a coupling what `couplings` has for it, (configuration, 3, 6).
+            Direction of its motion, shape (configuration,); of a ball that of its relative angular velocity,
+            (configuration, 3); of a coupling what `couplings` has for it, (configuration, 3, 6). A smaller number is
+            the part of friction that acts.
         part : ndarray
             Part of the coefficient and of its own force that counts.
         unit : float
@@ -191,24 +192,22 @@ class JointContact:
         if not self.rubs:
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own = part * self.coefficient, part * self.own
-        cosine = 1.0 / np.sqrt(1.0 + mu * mu)
-        sine = mu * cosine
+        sine = mu / np.sqrt(1.0 + mu * mu)
         if self.kind == FLANK:
             pressed = normal[:, :1]
             rubs = mu[:, None] * np.abs(pressed) * np.where(pressed > 0.0, motion[:, POSITIVE], motion[:, NEGATIVE])
             force, second = np.split(rubs + own[:, None] * motion[:, OWN], 2, axis=1)
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, -second)
         if self.kind == "ball":
-            v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, cosine, sine)
+            sine = sine * np.linalg.norm(motion, axis=1)
+            v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, sine)
             size = np.linalg.norm(normal, axis=1)
-            speed = np.linalg.norm(motion, axis=1, keepdims=True)
-            against = own[:, None] * motion / np.where(speed > 0.0, speed, 1.0)
+            against = own[:, None] * motion
             second = -(self.radius * sine * size)[:, None] * about - against
             first = ((self.radius - self.parts[0][3]) * sine * size)[:, None] * about + against
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own, sine = mu * motion, own * motion, sine * motion
-        # Without motion nothing turns.
-        cosine = np.where(motion == 0.0, 1.0, cosine)
+        cosine = np.sqrt(1.0 - sine * sine)
         if self.kind in ("pin", "journal"):
             moment = own.copy()
             for begin, end, _, _ in self.parts:
@@ -235,12 +234,13 @@ class JointContact:
         return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
 
 
-def _on_ball(y: Floats, offset: Floats, w: Floats, cosine: Floats, sine: Floats) -> tuple[Floats, Floats]:
+def _on_ball(y: Floats, offset: Floats, w: Floats, sine: Floats) -> tuple[Floats, Floats]:
     """Offset of a ball whose force is along y, of a given size, and the direction of the friction moment.
 
     With n the direction of the force, u . w = n . w / cos phi, and across w u is turned from n by atan(tan phi / b), b
     the part of u across w.
     """
+    cosine = np.sqrt(1.0 - sine * sine)
     size, speed = (np.linalg.norm(x, axis=1, keepdims=True) for x in (y, w))
     n = y / np.where(size > 0.0, size, 1.0)
     w = w / np.where(speed > 0.0, speed, 1.0)
