@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import jointplay as jp
 from helpers.graphs import graph
 from helpers.longer import some
+from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
 from helpers.rubbing import SLIDER_CRANK, contacts, with_friction
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
@@ -47,27 +48,6 @@ def test_efficiency_and_reversal():
     assert_allclose(forward.friction_share.sum("joint"), 1.0)
 
 
-#: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, holes on the second bodies and
-#: on the first
-PAPER = {
-    22.70: ((-1.143475, -1.208384), (-1.221339, -1.134377)),
-    48.98: ((-1.075795, -1.142138), (-1.153917, -1.068246)),
-    76.39: ((-1.045593, -1.112965), (-1.124198, -1.039453)),
-}
-
-
-def four_bar(*, holes: str) -> jp.Mechanism:
-    """The bundled four-bar with friction, its bodies exchanged where the holes are on the first ones."""
-    m = jp.loads(jp.examples.text("four-bar"))
-    sign = 1.0 if holes == "second" else -1.0
-    changes = {"drives.theta1.values": [sign * angle for angle in PAPER], "drives.theta1.error": None}
-    for name, joint in m.raw["joints"].items():
-        bodies = list(joint["on"].items())
-        changes[f"joints.{name}.on"] = dict(bodies[:: int(sign)])
-        changes[f"joints.{name}.friction"] = {"coefficient": 0.1, "diameter": 20}
-    return m.with_(changes)
-
-
 @pytest.mark.parametrize("holes", ["second", "first"])
 def test_it_counts_which_body_has_the_hole(holes):
     """The reversal error changes its sign when pin and hole change places."""
@@ -77,26 +57,6 @@ def test_it_counts_which_body_has_the_hole(holes):
     for k, side in enumerate(("forward", "backward")):
         result = jp.loaded(m, approach=side)
         assert_allclose(result.error.sel(component="angle"), expected[:, k], atol=6e-7)
-
-
-LEVER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.pin]
-type = "revolute"
-on = {{ ground = [0, 0], lever = [0, 0] }}
-clearance = {{ radial = {radial} }}
-friction = {{ coefficient = {mu}, diameter = 40, torque = {torque} }}
-[drives.q]
-joint = "pin"
-values = [0]
-[output]
-body = "lever"
-at = [100, 0]
-[[loads]]
-force = [0, -50]
-"""
 
 
 @pytest.mark.parametrize("radial", [0.0, 0.5])
@@ -112,32 +72,6 @@ def test_friction_circle_of_a_lever(radial, torque):
         turn = -math.pi / 2 + sign * math.atan(mu)
         where = [radial * math.cos(turn), radial * math.sin(turn)]
         assert_allclose(result.error.sel(component=["x", "y"]), where, atol=1e-13)
-
-
-DRAWER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, drawer = [0, 0] }}
-clearance = {{ gap = 1e-7, length = 80 }}
-friction = {{ coefficient = {mu}, height = 30 }}
-[joints.rail]
-type = "prismatic"
-on = {{ ground = {{ at = [0, {push}], axis = [1, 0] }}, hand = [0, 0] }}
-[joints.grip]
-type = "pin_in_slot"
-on = {{ hand = {{ at = [0, 0], axis = [0, 1] }}, drawer = [0, {push}] }}
-[drives.q]
-joint = "rail"
-values = [10, 20]
-[output]
-body = "drawer"
-[[loads]]
-at = [0, {load}]
-force = [-10, 0]
-"""
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.2, 0.39])
@@ -161,40 +95,13 @@ def test_a_drawer_jams_where_its_guide_is_shorter_than_twice_mu_times_the_lever(
     assert (free.status == "ok").all()
 
 
-WEDGE = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.bed]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, wedge = [0, 0] }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[joints.face]
-type = "pin_in_slot"
-on = {{ wedge = {{ at = [0, 10], axis = [{cosine}, {sine}] }}, block = [0, 0] }}
-friction = {mu}
-[joints.post]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 10], axis = [0, 1] }}, block = {{ at = [0, 0], axis = [0, 1] }} }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[drives.q]
-joint = "bed"
-values = [1]
-[output]
-body = "block"
-[[loads]]
-force = [0, -100]
-"""
-
-
 @pytest.mark.parametrize(
     ("mu", "raises", "lowers"),
     [(0.05, 48.1800931, 25.4435696), (0.1, 61.0910265, 15.0857574), (0.15, 75.5239157, 5.1330967)],
 )
 def test_wedge(mu, raises, lowers):
     """W (tan(a + phi) + mu) / (1 - mu tan(a + phi)); driven to the left, a face that rises to the right lifts."""
-    slope = math.radians(20.0)
-    m = jp.loads(WEDGE.format(mu=mu, cosine=math.cos(slope), sine=math.sin(slope)))
+    m = jp.loads(wedge(20.0, mu))
     down, up = (float(jp.loaded(m, approach=side).drive_torque[0, 0]) for side in ("forward", "backward"))
     assert_allclose([-up, -down], [raises, lowers], rtol=1e-8)
 

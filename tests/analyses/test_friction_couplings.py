@@ -7,30 +7,9 @@ from numpy.testing import assert_allclose
 
 import jointplay as jp
 from helpers import crossed
+from helpers.machines import GEAR, PAIRS, UNITS, planetary, screw, wheels
 from jointplay.analyses import friction
 from jointplay.analyses.nominal import nominal
-
-UNITS = 'format = 1\nspace = "{}"\nunits = {{ length = "mm", angle = "deg", force = "N" }}\n'
-
-
-def wheels(mesh: str, *, apart: float, torque: float = 700.0) -> str:
-    """Two wheels on fixed pins, the first driven, the second loaded."""
-    text = UNITS.format("planar")
-    for name, x in (("a", 0.0), ("b", apart)):
-        text += f'[joints.{name}]\ntype = "revolute"\non = {{ ground = [{x}, 0], wheel_{name} = [0, 0] }}\n'
-    text += f"[joints.m]\non = {{ wheel_a = [0, 0], wheel_b = [0, 0] }}\n{mesh}\n"
-    text += f'[drives.q]\njoint = "a"\nvalues = [20]\n[output]\nbody = "wheel_b"\n[[loads]]\nmoment = {torque}\n'
-    return text
-
-
-GEAR = 'type = "gear"\nteeth = [20, 50]\nmodule = 2'
-PAIRS = {
-    "gear": (GEAR, 70.0, -0.4),
-    "ring": (GEAR + "\ninternal = true", 30.0, 0.4),
-    "nearly as large": ('type = "gear"\nteeth = [49, 50]\nmodule = 2\ninternal = true', 1.0, 0.98),
-    "belt": ('type = "belt"\nradii = [20, 20]', 100.0, 1.0),
-    "crossed belt": ('type = "belt"\nradii = [10, 25]\ncrossed = true', 100.0, -0.4),
-}
 
 
 @pytest.mark.parametrize("kind", PAIRS)
@@ -83,47 +62,12 @@ def test_rack(side):
         assert_allclose(torque, without / 0.8 if without * rate > 0.0 else without * 0.8, rtol=1e-12)
 
 
-def planetary(efficiency: float) -> str:
-    text = UNITS.format("planar")
-    text += '[joints.a]\ntype = "revolute"\non = { ground = [0, 0], sun = [0, 0] }\n'
-    text += '[joints.b]\ntype = "revolute"\non = { ground = [0, 0], arm = [0, 0] }\n'
-    text += '[joints.c]\ntype = "revolute"\non = { arm = [18, 0], planet = [0, 0] }\n'
-    text += '[joints.inner]\ntype = "gear"\non = { sun = [0, 0], planet = [0, 0] }\nteeth = [20, 16]\nmodule = 1\n'
-    text += f"efficiency = {efficiency}\n"
-    text += '[joints.outer]\ntype = "gear"\non = { planet = [0, 0], ground = [0, 0] }\nteeth = [16, 52]\nmodule = 1\n'
-    text += f"internal = true\nefficiency = {efficiency}\n"
-    text += '[start]\nplanet = { x = 18 }\n[drives.q]\njoint = "a"\nvalues = [0]\n[output]\nbody = "arm"\n'
-    return text + "[[loads]]\nmoment = -1000\n"
-
-
 def test_power_that_rolls_in_a_planetary_gear():
     """Ring fixed, sun to arm: (1 + i e) / (1 + i), and back (1 + i) / (1 + i / e); i = 52 / 20, e of both meshes."""
     m = jp.loads(planetary(0.95))
     i, e = 52.0 / 20.0, 0.95**2
     assert_allclose(jp.loaded(m, approach="forward").efficiency, (1.0 + i * e) / (1.0 + i), rtol=1e-12)
     assert_allclose(jp.loaded(m, approach="backward").efficiency, (1.0 + i / e) ** -1 * (1.0 + i), rtol=1e-12)
-
-
-SCREW = """
-[joints.turns]
-type = "screw"
-lead = {lead}
-{more}
-[joints.turns.on]
-ground = {{ at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }}
-screw = {{ at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }}
-[drives.q]
-joint = "turns"
-values = [0]
-[output]
-body = "screw"
-[[loads]]
-force = [0, 0, {force}]
-"""
-
-
-def screw(lead: float, force: float, more: str) -> jp.Mechanism:
-    return jp.loads(UNITS.format("spatial") + SCREW.format(lead=lead, force=force, more=more))
 
 
 @pytest.mark.parametrize(
@@ -201,8 +145,9 @@ def test_power_of_the_drives_is_that_of_the_loads_and_what_friction_takes(name, 
     m = m.with_(changes)
     at = nominal(m)
     without = m.core.loaded(at.drives, at.poses, True, True, True, partly=True, loads=None)
-    state = friction.sliding(m, at, None, without, approach, "middle", None)
-    speeds = friction.directions(m, at.drives, None) * (1.0 if approach == "forward" else -1.0)
+    asked = friction.setting(m, at, None, without, "middle", None)
+    state = friction.sliding(asked, approach)
+    speeds = asked.speeds * friction.SIDES[approach]
     taken = ((state.found["drive_force"] - without["drive_force"]) * speeds).sum(axis=1)
     assert (taken > 0.0).all()
     assert_allclose(taken, -state.friction.sum(axis=1), rtol=1e-9)

@@ -58,8 +58,8 @@ def _at_rest(result: Result) -> Iterator[Sentence]:
             k, component = np.unravel_index(np.nanargmax(values), values.shape)
             wide.append(f"{say(float(values[k, component]), unit)} in {names[own[component]]}{there(result, int(k))}")
     if wide:
-        yield Sentence(f"At rest friction can hold the output anywhere in a range of up to {' and '.join(wide)}.")
-        yield Sentence("Found by a local search, which does not prove that nothing is beyond.")
+        text = f"At rest friction can hold the output anywhere in a range of up to {' and '.join(wide)}"
+        yield Sentence(f"{text}; by a local search, which does not prove that nothing is beyond.")
     elif np.isfinite(width).any():
         yield Sentence("At rest friction holds the output at one place.")
 
