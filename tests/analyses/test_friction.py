@@ -11,7 +11,9 @@ from helpers.graphs import graph
 from helpers.longer import some
 from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
 from helpers.rubbing import SLIDER_CRANK, contacts, with_friction
+from jointplay.analyses import friction
 from jointplay.analyses.displaced import at_offsets
+from jointplay.analyses.friction.laws import contacts as of_joints
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
 from jointplay.cli import run
@@ -282,10 +284,64 @@ def test_friction_at_the_faces_of_a_slider_tilts_it(across, half):
         assert_allclose(torque, sign * (2.0 + 0.15 * borne), rtol=1e-6)
 
 
-def test_a_slider_that_rolls_is_refused():
-    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", "moment = [500, 0, 0]\nforce = [-10")
-    with pytest.raises(jp.InputError, match="rolls the slider"):
-        jp.loaded(jp.loads(text), approach="forward")
+@pytest.mark.parametrize(("moment", "gap"), [(500.0, 0.03), (-500.0, 0.03), (500.0, None), (8.0, 0.03)])
+def test_slider_that_a_moment_about_its_axis_rolls(moment, gap):
+    """The faces that F presses bear F h of it along their edges; the rest rolls it onto those of the longer lever."""
+    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", f"moment = [{moment}, 0, 0]\nforce = [-10")
+    sizes = {"length": 80, "width": 30, "height": 20}
+    clearance = {"gap": gap, **sizes} if gap else None
+    rubs = {"coefficient": 0.15, "force": 2, **sizes}
+    m = jp.loads(text).with_({"joints.rail.clearance": clearance, "joints.rail.friction": rubs})
+    # Friction at the ends of edges tilts the slider, so that its other faces press as well.
+    upright = 0.0
+    for _ in range(60):
+        upright = 2.0 * 0.15 * 10.0 * min(abs(moment) / (10.0 + 15.0 * upright), 1.0) / 80.0
+    more = max(abs(moment) - 10.0 - 15.0 * upright, 0.0) / 15.0
+    for side, sign in (("forward", 1.0), ("backward", -1.0)):
+        result = jp.loaded(m, approach=side).isel(configuration=0)
+        assert_allclose(result.drive_torque[0], 10.0 + sign * (2.0 + 0.15 * (1.0 + upright + more)), rtol=1e-6)
+        # The drive pushes on, and the load against, where a gap of 0.03 mm displaces the slider.
+        roll = math.copysign(math.degrees(gap / 15.0), moment) if gap and more else 0.0
+        assert_allclose(result.error.sel(component="rx"), roll, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_offsets_of_a_slider_are_where_their_force_does_most_work(seed):
+    """y less the nearest offsets v is a force whose work is the largest on v: c max(rolled, not rolled)."""
+    rng = np.random.default_rng([11, seed])
+    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0)
+    height, width = rng.uniform(5.0, 40.0, 2)
+    sizes = {"gap": 0.5, "length": 80, "width": width, "height": height}
+    m = jp.loads(text).with_({"joints.rail.clearance": sizes})
+    (slider,) = of_joints(m, m.centre)
+    y = rng.normal(size=(2000, 5)) * 10.0 ** rng.uniform(-1.0, 1.0, (2000, 1)) * 5e-4
+    v = slider.nearest(y, 1.0)
+    h, w = height / 2e3, width / 2e3
+    turn = np.abs(v[:, 4]) / m.length
+    assert (np.abs(v[:, :2]) <= 5e-4 - h * turn[:, None] + 1e-15).all()
+    assert (np.abs(v[:, 2:4]) <= 5e-4 - w * turn[:, None] + 1e-15).all()
+    force = y - v
+    a, b, moment = np.abs(force[:, :2]).sum(axis=1), np.abs(force[:, 2:4]).sum(axis=1), np.abs(force[:, 4]) * m.length
+    most = 5e-4 * (a + b + np.maximum(moment - h * a - w * b, 0.0) / max(h, w))
+    assert_allclose((force * v).sum(axis=1), most, atol=1e-12 * 5e-4)
+    assert (moment > h * a + w * b).mean() > 0.05
+
+
+@pytest.mark.parametrize("side", ["forward", "backward"])
+def test_power_where_legs_roll_in_their_guides(side):
+    """By equilibrium, and by what friction does at the speeds of the joints."""
+    m = jp.loads(jp.examples.text("3-upu"))
+    universal = {name for name, joint in m.raw["joints"].items() if joint["type"] == "universal"}
+    m = m.with_({f"joints.{name}.friction": {"torque": 50} if name in universal else 0.1 for name in m.raw["joints"]})
+    at = nominal(m)
+    without = m.core.loaded(at.drives, at.poses, True, True, True, partly=True, loads=None)
+    asked = friction.setting(m, at, None, without, "middle", None)
+    state = friction.sliding(asked, side)
+    speeds = asked.speeds * friction.SIDES[side]
+    taken = ((state.found["drive_force"] - without["drive_force"]) * speeds).sum(axis=1)
+    assert taken.max() > 0.0
+    # Speeds are those of the nominal poses, without the play.
+    assert_allclose(taken, -state.friction.sum(axis=1), rtol=1e-4, atol=1e-9)
 
 
 RSSP = """

@@ -324,7 +324,7 @@ def equilibrium(of: SlidingTask) -> Equilibrium:
         v = np.zeros(normal.shape)
         if len(contact.parameters):
             v = (offset - of.built)[:, contact.parameters] @ contact.transform.T
-        for begin, end, low, high in contact.parts:
+        for begin, end, low, high in (*contact.parts, *contact.turn):
             quiet = np.linalg.norm(normal[:, begin:end], axis=1) <= NONE
             held[:, contact.rows[begin:end]] = (quiet & (high > low))[:, None]
         own = held[:, contact.rows]
@@ -332,7 +332,7 @@ def equilibrium(of: SlidingTask) -> Equilibrium:
         y[:, contact.rows] = np.where(own, normal, normal + v / of.unit)
     found = Equilibrium(y, held, kept, np.zeros(count), np.zeros(count), np.zeros(count, np.int64))
     _grow(of, found)
-    every = [(contact, part) for contact in of.contacts for part in contact.parts]
+    every = [(contact, part) for contact in of.contacts for part in (*contact.parts, *contact.turn)]
     for _ in range(RELEASES):
         if not _release(of, found, every).any():
             break

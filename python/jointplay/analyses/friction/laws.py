@@ -19,8 +19,12 @@ socket, of radius r, on the second body:
     couplings             see `couplings`
 
 A force or moment of its own acts against the motion as well. In the plane, and of balls, forces act on each body at its
-own centre, so that the moment on the first body has the radius of the pin or ball. A slider in space does not roll
-while the moment about its axis is smaller than what its faces bear; friction then acts in the middle of its edges.
+own centre, so that the moment on the first body has the radius of the pin or ball.
+
+A slider in space, of half sizes w and h across, does not roll in its guide while the moment M about its axis is smaller
+than m = h sum |N_side| + w sum |N_normal|, by which its faces bear it along their edges; friction acts there by the
+part M / m of half an edge from the middle, as if all were pressed alike. Beyond that it rolls onto the ends of these
+edges, and what is left of M presses (|M| - m) / max(w, h) more.
 """
 
 from __future__ import annotations
@@ -123,6 +127,10 @@ class JointContact:
         Lever of friction at the shoulders.
     source : int
         Of the offsets; -1 where there is none.
+    half : tuple of float
+        Of a slider in space half of its height and of its width, which bear a moment about its axis.
+    roll : float
+        Unit of its roll, a length.
     """
 
     joint: int
@@ -138,6 +146,17 @@ class JointContact:
     width: float = 0.0
     collar: float = 0.0
     source: int = -1
+    half: tuple[float, float] = (0.0, 0.0)
+    roll: float = 1.0
+
+    @property
+    def turn(self) -> ContactParts:
+        """The roll of a slider in space, as another part; its faces decide how far it goes."""
+        gap = self.parts[0][3]
+        if not any(self.half) or gap == 0.0:
+            return ()
+        most = gap * self.roll / max(self.half)
+        return ((4, 5, -most, most),)
 
     @property
     def rubs(self) -> bool:
@@ -155,7 +174,26 @@ class JointContact:
             size = np.linalg.norm(own, axis=-1, keepdims=True)
             most = high / unit
             v[..., begin:end] = own * np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
+        if self.turn:
+            return self._rolled(y, self.parts[0][3] / unit)
         return v
+
+    def _rolled(self, y: Floats, gap: Floats | float) -> Floats:
+        """The nearest offsets of a slider that may roll: each pair of faces has the gap less what the roll t takes.
+
+        With slopes a of what it takes, t is where sum a (|y| - gap + a t)+ = |y_roll| - t; the left side is convex, so
+        that Newton's method comes down to it, piece by piece.
+        """
+        slopes = np.repeat(np.array(self.half) / self.roll, 2)
+        faces, turn = np.abs(y[..., :4]), np.abs(y[..., 4])
+        t = np.zeros(turn.shape)
+        for _ in range(len(slopes) + 2):
+            beyond = np.maximum(faces - gap + slopes * t[..., None], 0.0)
+            left = (beyond * slopes).sum(axis=-1) + t - turn
+            bends = ((beyond > 0.0) * slopes**2).sum(axis=-1) + 1.0
+            t = np.clip(t - left / bends, 0.0, gap / slopes.max())
+        edge = gap - slopes * t[..., None]
+        return np.concatenate([np.clip(y[..., :4], -edge, edge), (np.sign(y[..., 4]) * t)[..., None]], axis=-1)
 
     @property
     def in_ground_axes(self) -> bool:
@@ -223,9 +261,14 @@ class JointContact:
             if self.kind == "pin":
                 first[:, axis] -= self.parts[0][3] * sine * np.linalg.norm(normal, axis=1)
         elif self.kind == "rail":
-            force[:, 0] = -(mu * np.abs(normal[:, :4]).sum(axis=1) + own)
-            second[:, 1] = -mu * self.height / 2.0 * (normal[:, 2] + normal[:, 3])
-            second[:, 2] = mu * self.width / 2.0 * (normal[:, 0] + normal[:, 1])
+            side, upright = normal[:, :2].sum(axis=1), normal[:, 2:4].sum(axis=1)
+            both = [np.abs(normal[:, faces]).sum(axis=1) for faces in (slice(0, 2), slice(2, 4))]
+            turning, borne = normal[:, 4] * self.roll, self.half[0] * both[0] + self.half[1] * both[1]
+            along = np.clip(turning / np.where(borne > 0.0, borne, 1.0), -1.0, 1.0)
+            more = np.maximum(np.abs(turning) - borne, 0.0) / (max(self.half) or 1.0)
+            force[:, 0] = -(mu * (both[0] + both[1] + more) + own)
+            second[:, 1] = -mu * self.height / 2.0 * (upright - along * side)
+            second[:, 2] = mu * self.width / 2.0 * (side + along * upright)
             first = -second
         else:
             force[:, 0] = -(mu * np.abs(normal).sum(axis=1) + own)
@@ -384,6 +427,11 @@ def _contact(
         transform, parts = np.eye(3), ((0, 3, 0.0, radius),)
     else:
         transform, parts = np.eye(1), ((0, 1, size.get("low", 0.0), size.get("high", 0.0)),)
+    half_sizes = (0.0, 0.0)
+    if shape == "guide":
+        half_sizes = (size["half_height"], size["half_width"])
+    elif kind == "rail":
+        half_sizes = (sizes.get("height", 0.0) / 2.0, sizes.get("width", 0.0) / 2.0)
     own = 0.0
     if friction is not None and friction.own:
         given = getattr(friction, friction.own)
@@ -402,4 +450,6 @@ def _contact(
         width=sizes.get("width", 0.0),
         collar=getattr(friction, "collar_radius", 0.0) * units.length,
         source=source,
+        half=half_sizes,
+        roll=m.length,
     )

@@ -19,14 +19,13 @@ from jointplay.analyses.running import drive_units
 from jointplay.basics.arrays import Floats, Texts
 from jointplay.core.answers import EquilibriumTerms, Loaded
 from jointplay.core.compile import TURNS, DriveMotion
-from jointplay.errors import InputError
 from jointplay.file.schema import Coupling
 from jointplay.model.gaps import centre
 from jointplay.model.inertia import acting, kinematics, line_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
-from .balance import JAMMED, NONE, Equilibrium, EquilibriumAt, SlidingTask, equilibrium
+from .balance import JAMMED, Equilibrium, EquilibriumAt, SlidingTask, equilibrium
 from .couplings import wrenches
 from .laws import FLANK, JointContact, contacts
 from .places import ends, motions, origin
@@ -217,7 +216,6 @@ def _slide(asked: Setting, sign: float, places: NDArray[np.intp], state: Sliding
     task, rates = asked.task(sign, places)
     solved = equilibrium(task)
     last = EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part)
-    _refuse_roll(m, every, last)
     _put(found, m, task, solved, last, places)
     whole = solved.part == 1.0
     spent = _spent(m, every, last, rates)
@@ -324,19 +322,6 @@ def _with_spins(m: Mechanism, placed: Floats, velocity: Floats) -> Floats:
     return found
 
 
-def _refuse_roll(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt) -> None:
-    """Refuse a slider in space that rolls in its guide, since friction is found for one that does not."""
-    for contact, forces in zip(every, at.forces, strict=True):
-        if len(contact.transform) != 5 or len(contact.parts) != 4 or contact.parts[0][3] == 0.0:
-            continue
-        size = m.compiled_sources[contact.source].size
-        normal = np.abs(forces.multiplier @ np.linalg.inv(contact.transform))
-        held = size["half_height"] * normal[:, :2].sum(axis=1) + size["half_width"] * normal[:, 2:4].sum(axis=1)
-        if (normal[:, 4] * m.length > held * (1.0 + NONE)).any():
-            problem = "a moment about its axis rolls the slider in its guide, where friction is not computed"
-            raise InputError(problem, file=m.file, key=f"joints.{m.joints[contact.joint]}")
-
-
 def torque(m: Mechanism, multipliers: Floats) -> Floats:
     """What every drive does to the second bodies of its joints, by the multipliers of all rows."""
     rows = [tuple(row) for row in m.core.rows]
@@ -384,7 +369,8 @@ def _put(
     for contact in of.contacts:
         if contact.source < 0:
             continue
-        decided[:, contact.source] = ~solved.held[:, contact.rows].any(axis=1)
+        faces = contact.rows[: contact.parts[-1][1]]
+        decided[:, contact.source] = ~solved.held[:, faces].any(axis=1)
         by_unknown = maps[:, :, contact.parameters] @ np.linalg.inv(contact.transform)
         for begin, end, low, high in contact.parts:
             half = high if end - begin > 1 else (high - low) / 2.0
