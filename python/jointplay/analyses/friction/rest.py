@@ -2,9 +2,9 @@
 
 At rest a joint holds any part q of its friction, from -1 to 1 (of a ball, a vector across its force, not longer than
 1). With the equilibrium of the sliding state for every q, each component of the error, and each torque of a drive, is
-as low and as high as q can make it. The search begins at the corners where they are few, else in the middle, and goes
-on along the derivatives by Newton's steps of each q by itself, within the bounds. What it ends at is an extreme nearby;
-that there is none beyond is not proved.
+as low and as high as q can make it. The search begins in the middle and at all corners, or at some where they are many,
+and goes on from the best along the derivatives by Newton's steps of each q by itself, within the bounds. What it ends
+at is an extreme nearby; that there is none beyond is not proved.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .balance import Equilibrium, EquilibriumAt, SlidingTask, equilibrium, solve
 from .laws import FLANK
 from .states import Setting, torque
 
-#: corners that are all begun at
-MOST_CORNERS = 32
-#: steps of the search; changes of q, and parts of a value, below which it ends
-STEPS, STILL, GAIN = 40, 1e-9, 1e-11
+#: corners at which the search begins, in opposite pairs where there are more
+CORNERS = 32
+#: steps of the search; changes of q, parts of a value, and of a step, below which it ends
+STEPS, STILL, GAIN, SHORT = 40, 1e-9, 1e-11, 1e-2
 #: equilibria that are solved together
 TOGETHER = 1024
 
@@ -63,7 +63,7 @@ def held(asked: Setting) -> Held:
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)
     dims = sum(_size(contact.kind) for contact in asked.contacts if contact.rubs)
-    many = max(1, TOGETHER // max(2 * low.shape[1], min(2**dims, MOST_CORNERS)))
+    many = max(1, TOGETHER // max(2 * low.shape[1], min(2**dims, CORNERS)))
     for places in asked.parts(many):
         low[places], high[places] = Search(asked, places).extremes()
     position, rotation = high[:, components : components + 2].T
@@ -97,10 +97,8 @@ class Search:
     def extremes(self) -> tuple[Floats, Floats]:
         """Lowest and highest values, each (configuration, value)."""
         count = len(self.of.scale)
-        starts = [(0.0,) * self.dims]
-        if 2**self.dims <= MOST_CORNERS:
-            starts += product((-1.0, 1.0), repeat=self.dims)
-        which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(np.array(starts), (count, 1)))
+        starts = np.vstack([np.zeros((1, self.dims)), self._corners()])
+        which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
         task = self.task(which, q)
         solved = equilibrium(task)
         values = self._values(EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part))
@@ -112,6 +110,12 @@ class Search:
         climb = _Climb(self, which[rows], np.tile(np.arange(2 * n) % n, count), np.tile(signs, count))
         ends = climb.best(q[rows], _chosen(solved, rows), reached.max(axis=1).ravel()).reshape(count, 2, n)
         return -ends[:, 0], ends[:, 1]
+
+    def _corners(self) -> Floats:
+        if 2**self.dims <= CORNERS:
+            return np.array(list(product((-1.0, 1.0), repeat=self.dims)))
+        half = np.random.default_rng(0).choice((-1.0, 1.0), (CORNERS // 2, self.dims))
+        return np.vstack([half, -half])
 
     def look(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> tuple[Floats, Floats]:
         """All values at some states, and their derivatives by q, (state, value, q)."""
@@ -194,7 +198,7 @@ class _Climb:
             bent = self.of.inside(q[active] - slope[active] / np.where(curve[active] < 0.0, curve[active], -1.0))
             step = length[active, None] * (np.where(curve[active] < 0.0, bent, straight) - q[active])
             gains = np.sum(slope[active] * step, axis=1) > GAIN * np.abs(reached[active])
-            moves = gains & (np.abs(step).max(axis=1, initial=0.0) > STILL)
+            moves = gains & (np.abs(step).max(axis=1, initial=0.0) > STILL) & (length[active] > SHORT)
             active, step = active[moves], step[moves]
             if not len(active):
                 break
