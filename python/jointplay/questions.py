@@ -97,8 +97,8 @@ QUESTIONS: Mapping[str, Question] = {
                 # Where contacts change sides is seen from the offsets.
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
-                allow={"details": False},
-                life={"details": False},
+                allow={"details": False, "follows": False},
+                life={"details": False, "follows": False},
             ),
             needs_loads=True,
             chunk=2**14,
@@ -131,8 +131,8 @@ QUESTIONS: Mapping[str, Question] = {
                 studio={"path": False},
                 # The nodes of a grid are no path.
                 map={"path": False},
-                allow={"path": False, "probabilities": ()},
-                life={"path": False},
+                allow={"path": False, "probabilities": (), "follows": False},
+                life={"path": False, "follows": False},
             ),
             chunk=2**6,
             table="questions.of_random",
