@@ -2,7 +2,7 @@
 
 python tests/verify_examples.py                  all rows, some minutes; ends with 1 where one is outside its tolerance
 python tests/verify_examples.py four-bar rssr    the rows of these examples, printed only
-python tests/verify_examples.py --published      the published figures, written again
+python tests/verify_examples.py --published      the published figures and closed forms, written again
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import cache
 
 from helpers.cores import on_all_cores
 from helpers.verification import random_mechanisms
+from helpers.verification.closed_forms import FORMS
 from helpers.verification.page import NUMBERS, Row, wanted, with_record, written
 from helpers.verification.record import figures
 from helpers.verification.subject import Check, Found, Subject
@@ -45,6 +46,7 @@ def main(names: list[str]) -> int:
         random = list(random_mechanisms.rows())
         good = good and all(row.found.difference <= row.check.tolerance for row in random)
         good = good and all(figure.found == figure.agrees for figure in figures())
+        good = good and all(form.found.difference <= form.tolerance for form in FORMS)
         NUMBERS.write_text(written(rows, random), encoding="utf-8")
         print(f"wrote {NUMBERS.name}")
     return 0 if good else 1

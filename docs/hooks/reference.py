@@ -292,7 +292,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "loaded": lambda: [
         jp.loaded(_four_bar()),
         jp.loaded(_running()),
-        jp.loaded(_four_bar(**{"joints.J1.friction": {"torque": 1.0}}), approach="forward"),
+        *(jp.loaded(_four_bar(**{"joints.J1.friction": {"torque": 1.0}}), approach=a) for a in ("forward", "rest")),
         jp.loaded(_cases()),
         jp.loaded(_strained()),
         jp.loaded(_fits()),

@@ -75,6 +75,16 @@ def random() -> str:
     return table(head, _rows(numbers()["random"], "mechanisms", "figure"))
 
 
+def forms() -> str:
+    """Friction and wear."""
+    head = ("machine", "figure", "known by", "numbers", "largest difference", "tolerance", "reason for the tolerance")
+    keys = ("machine", "figure", "known", "numbers", "difference", "tolerance", "why")
+    return table(
+        head,
+        ([f"{row[key]:g}" if isinstance(row[key], float) else row[key] for key in keys] for row in numbers()["forms"]),
+    )
+
+
 def sources() -> str:
     """Where the published figures were read."""
     return table(
@@ -88,10 +98,14 @@ def published() -> str:
     rows = numbers()["published"]
     agreeing = sum(row["agrees"] in ("jointplay", "both") for row in rows)
     keys = ("case", "figure", "unit", "numbers", "printed", "method", "jointplay", "difference", "tolerance", "remark")
-    cells = ([f"{row[key]:g}" if isinstance(row[key], float) else row[key] for key in keys] for row in rows)
     head = [{"method": "its method"}.get(key, key) for key in keys]
     said = f"{agreeing} of {len(rows)} rows agree with jointplay. The others have a reason in the remark."
-    return f"{said}\n\n{table(head, cells)}"
+    return f"{said}\n\n{table(head, _cells(rows, keys))}"
+
+
+def _cells(rows: Iterable[dict[str, Any]], keys: Iterable[str]) -> Iterable[list[object]]:
+    for row in rows:
+        yield [f"{row[key]:g}" if isinstance(row[key], float) else row[key] for key in keys]
 
 
 def differences() -> str:
@@ -120,7 +134,9 @@ def robots() -> str:
     return f"{table(head, rows)}\nMade with {', '.join(found['made'])}.\n"
 
 
-PARTS = {part.__name__: part for part in (made, engines, examples, random, sources, published, differences, uncovered)}
+PARTS = {
+    part.__name__: part for part in (made, engines, examples, random, forms, sources, published, differences, uncovered)
+}
 PAGES = {"verification.md": PARTS, "exchange.md": {"robots": robots}}
 
 

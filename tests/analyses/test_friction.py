@@ -9,62 +9,15 @@ from numpy.testing import assert_allclose
 import jointplay as jp
 from helpers.graphs import graph
 from helpers.longer import some
-from helpers.rubbing import contacts, with_friction
+from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
+from helpers.rubbing import RSSP, SLIDER_CRANK, contacts, with_friction
+from jointplay.analyses import friction
 from jointplay.analyses.displaced import at_offsets
+from jointplay.analyses.friction.laws import contacts as of_joints
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.model.inertia import kinematics
-
-CRANK = """
-format = 1
-space  = "planar"
-units  = { length = "mm", angle = "deg", force = "N" }
-
-[joints.shaft]
-type = "revolute"
-on   = { ground = [0, 0], crank = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 24 }
-
-[joints.pin]
-type = "revolute"
-on   = { crank = [40, 0], rod = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 20 }
-
-[joints.wrist]
-type = "revolute"
-on   = { rod = [120, 0], slider = [0, 0] }
-clearance = { radial = 0.02 }
-friction = { coefficient = 0.1, diameter = 16 }
-
-[joints.guide]
-type = "prismatic"
-on   = { ground = { at = [0, -10], axis = [1, 0] }, slider = [0, 0] }
-clearance = { gap = 0.03, length = 60 }
-friction = { coefficient = 0.1, height = 30 }
-
-[start]
-crank = { angle = 30 }
-rod = { angle = -12 }
-
-[drives.q]
-joint = "shaft"
-values = [30, 75, 120]
-
-[output]
-body = "slider"
-at   = [50, -20]
-
-[[loads]]
-force = [-200, 30]
-
-[[loads]]
-body  = "rod"
-at    = [60, 0]
-force = [0, -80]
-"""
 
 
 @pytest.mark.parametrize(
@@ -77,7 +30,7 @@ force = [0, -80]
 )
 def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
     """At 120 deg backward friction tilts the slider; without it and forward the slider lies on one face."""
-    result = jp.loaded(jp.loads(CRANK), approach=approach)
+    result = jp.loaded(jp.loads(SLIDER_CRANK), approach=approach)
     assert_allclose(result.error.sel(component="x"), x, atol=6e-9)
     assert_allclose(result.drive_torque[:, 0], torque, atol=6e-6)
     tilts = [True, False, approach == "backward"]
@@ -86,7 +39,7 @@ def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
 
 
 def test_efficiency_and_reversal():
-    forward, backward = (jp.loaded(jp.loads(CRANK), approach=side) for side in ("forward", "backward"))
+    forward, backward = (jp.loaded(jp.loads(SLIDER_CRANK), approach=side) for side in ("forward", "backward"))
     # Forward the load drives, backward the motor works.
     assert_allclose(forward.efficiency[0], 3628.24407 / 4403.89181, rtol=1e-8)
     assert_allclose(backward.efficiency[0], 4403.89181 / 5211.37594, rtol=1e-8)
@@ -95,27 +48,6 @@ def test_efficiency_and_reversal():
     assert_allclose(backward.reversal, forward.reversal, atol=0.0)
     assert_allclose(forward.drive_torque_other, backward.drive_torque, atol=0.0)
     assert_allclose(forward.friction_share.sum("joint"), 1.0)
-
-
-#: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, holes on the second bodies and
-#: on the first
-PAPER = {
-    22.70: ((-1.143475, -1.208384), (-1.221339, -1.134377)),
-    48.98: ((-1.075795, -1.142138), (-1.153917, -1.068246)),
-    76.39: ((-1.045593, -1.112965), (-1.124198, -1.039453)),
-}
-
-
-def four_bar(*, holes: str) -> jp.Mechanism:
-    """The bundled four-bar with friction, its bodies exchanged where the holes are on the first ones."""
-    m = jp.loads(jp.examples.text("four-bar"))
-    sign = 1.0 if holes == "second" else -1.0
-    changes = {"drives.theta1.values": [sign * angle for angle in PAPER], "drives.theta1.error": None}
-    for name, joint in m.raw["joints"].items():
-        bodies = list(joint["on"].items())
-        changes[f"joints.{name}.on"] = dict(bodies[:: int(sign)])
-        changes[f"joints.{name}.friction"] = {"coefficient": 0.1, "diameter": 20}
-    return m.with_(changes)
 
 
 @pytest.mark.parametrize("holes", ["second", "first"])
@@ -127,26 +59,6 @@ def test_it_counts_which_body_has_the_hole(holes):
     for k, side in enumerate(("forward", "backward")):
         result = jp.loaded(m, approach=side)
         assert_allclose(result.error.sel(component="angle"), expected[:, k], atol=6e-7)
-
-
-LEVER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.pin]
-type = "revolute"
-on = {{ ground = [0, 0], lever = [0, 0] }}
-clearance = {{ radial = {radial} }}
-friction = {{ coefficient = {mu}, diameter = 40, torque = {torque} }}
-[drives.q]
-joint = "pin"
-values = [0]
-[output]
-body = "lever"
-at = [100, 0]
-[[loads]]
-force = [0, -50]
-"""
 
 
 @pytest.mark.parametrize("radial", [0.0, 0.5])
@@ -162,32 +74,6 @@ def test_friction_circle_of_a_lever(radial, torque):
         turn = -math.pi / 2 + sign * math.atan(mu)
         where = [radial * math.cos(turn), radial * math.sin(turn)]
         assert_allclose(result.error.sel(component=["x", "y"]), where, atol=1e-13)
-
-
-DRAWER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, drawer = [0, 0] }}
-clearance = {{ gap = 1e-7, length = 80 }}
-friction = {{ coefficient = {mu}, height = 30 }}
-[joints.rail]
-type = "prismatic"
-on = {{ ground = {{ at = [0, {push}], axis = [1, 0] }}, hand = [0, 0] }}
-[joints.grip]
-type = "pin_in_slot"
-on = {{ hand = {{ at = [0, 0], axis = [0, 1] }}, drawer = [0, {push}] }}
-[drives.q]
-joint = "rail"
-values = [10, 20]
-[output]
-body = "drawer"
-[[loads]]
-at = [0, {load}]
-force = [-10, 0]
-"""
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.2, 0.39])
@@ -211,40 +97,13 @@ def test_a_drawer_jams_where_its_guide_is_shorter_than_twice_mu_times_the_lever(
     assert (free.status == "ok").all()
 
 
-WEDGE = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.bed]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, wedge = [0, 0] }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[joints.face]
-type = "pin_in_slot"
-on = {{ wedge = {{ at = [0, 10], axis = [{cosine}, {sine}] }}, block = [0, 0] }}
-friction = {mu}
-[joints.post]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 10], axis = [0, 1] }}, block = {{ at = [0, 0], axis = [0, 1] }} }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[drives.q]
-joint = "bed"
-values = [1]
-[output]
-body = "block"
-[[loads]]
-force = [0, -100]
-"""
-
-
 @pytest.mark.parametrize(
     ("mu", "raises", "lowers"),
     [(0.05, 48.1800931, 25.4435696), (0.1, 61.0910265, 15.0857574), (0.15, 75.5239157, 5.1330967)],
 )
 def test_wedge(mu, raises, lowers):
     """W (tan(a + phi) + mu) / (1 - mu tan(a + phi)); driven to the left, a face that rises to the right lifts."""
-    slope = math.radians(20.0)
-    m = jp.loads(WEDGE.format(mu=mu, cosine=math.cos(slope), sine=math.sin(slope)))
+    m = jp.loads(wedge(20.0, mu))
     down, up = (float(jp.loaded(m, approach=side).drive_torque[0, 0]) for side in ("forward", "backward"))
     assert_allclose([-up, -down], [raises, lowers], rtol=1e-8)
 
@@ -280,23 +139,23 @@ def test_little_friction_changes_in_proportion(seed):
 
 
 def test_lost_motion_of_a_drive_is_at_the_end_where_the_load_with_friction_presses():
-    m = jp.loads(CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
-    plain = jp.loads(CRANK).with_({"drives.q.values": [30.1]})
+    m = jp.loads(SLIDER_CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
+    plain = jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30.1]})
     both = [jp.loaded(one, approach="forward") for one in (m, plain)]
     shift = both[1].nominal - jp.loaded(m).nominal.values
     assert_allclose(both[0].error, both[1].error + shift, atol=2e-8)
 
 
 def test_the_path_says_what_is_forward():
-    back = jp.loads(CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
-    here, there = jp.loaded(jp.loads(CRANK), approach="forward"), jp.loaded(back, approach="backward")
+    back = jp.loads(SLIDER_CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
+    here, there = jp.loaded(jp.loads(SLIDER_CRANK), approach="forward"), jp.loaded(back, approach="backward")
     assert_allclose(here.error, there.error[::-1], atol=1e-12)
-    moving = jp.loads(CRANK).with_({"drives.q.speed": -1.0})
+    moving = jp.loads(SLIDER_CRANK).with_({"drives.q.speed": -1.0})
     assert_allclose(jp.loaded(moving, approach="backward").error, here.error, atol=1e-12)
 
 
 def test_limits_are_judged_from_both_sides():
-    m = jp.loads(CRANK).with_({"limits.position": 0.0952})
+    m = jp.loads(SLIDER_CRANK).with_({"limits.position": 0.0952})
     forward = jp.loaded(m, approach="forward")
     assert not forward.limit_met.sel(quantity="position")[2]
     assert jp.loaded(m).limit_met.all()
@@ -315,12 +174,12 @@ def test_limits_are_judged_from_both_sides():
 )
 def test_what_is_refused(changes, words):
     with pytest.raises(jp.InputError) as told:
-        jp.loaded(jp.loads(CRANK).with_(changes), approach="forward")
+        jp.loaded(jp.loads(SLIDER_CRANK).with_(changes), approach="forward")
     assert words in str(told.value)
 
 
 def test_commands_ask_for_a_direction(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(CRANK)
+    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
     file = str(tmp_path / "crank.toml")
     assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -335,7 +194,7 @@ def test_commands_ask_for_a_direction(tmp_path, capsys):
 
 def test_unknown_direction():
     with pytest.raises(jp.InputError, match="sideways"):
-        jp.loaded(jp.loads(CRANK), approach="sideways")
+        jp.loaded(jp.loads(SLIDER_CRANK), approach="sideways")
 
 
 SPATIAL_LEVER = """
@@ -425,50 +284,64 @@ def test_friction_at_the_faces_of_a_slider_tilts_it(across, half):
         assert_allclose(torque, sign * (2.0 + 0.15 * borne), rtol=1e-6)
 
 
-def test_a_slider_that_rolls_is_refused():
-    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", "moment = [500, 0, 0]\nforce = [-10")
-    with pytest.raises(jp.InputError, match="rolls the slider"):
-        jp.loaded(jp.loads(text), approach="forward")
+@pytest.mark.parametrize(("moment", "gap"), [(500.0, 0.03), (-500.0, 0.03), (500.0, None), (8.0, 0.03)])
+def test_slider_that_a_moment_about_its_axis_rolls(moment, gap):
+    """The faces that F presses bear F h of it along their edges; the rest rolls it onto those of the longer lever."""
+    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", f"moment = [{moment}, 0, 0]\nforce = [-10")
+    sizes = {"length": 80, "width": 30, "height": 20}
+    clearance = {"gap": gap, **sizes} if gap else None
+    rubs = {"coefficient": 0.15, "force": 2, **sizes}
+    m = jp.loads(text).with_({"joints.rail.clearance": clearance, "joints.rail.friction": rubs})
+    # Friction at the ends of edges tilts the slider, so that its other faces press as well.
+    upright = 0.0
+    for _ in range(60):
+        upright = 2.0 * 0.15 * 10.0 * min(abs(moment) / (10.0 + 15.0 * upright), 1.0) / 80.0
+    more = max(abs(moment) - 10.0 - 15.0 * upright, 0.0) / 15.0
+    for side, sign in (("forward", 1.0), ("backward", -1.0)):
+        result = jp.loaded(m, approach=side).isel(configuration=0)
+        assert_allclose(result.drive_torque[0], 10.0 + sign * (2.0 + 0.15 * (1.0 + upright + more)), rtol=1e-6)
+        # The drive pushes on, and the load against, where a gap of 0.03 mm displaces the slider.
+        roll = math.copysign(math.degrees(gap / 15.0), moment) if gap and more else 0.0
+        assert_allclose(result.error.sel(component="rx"), roll, atol=1e-12)
 
 
-RSSP = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.shaft]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, crank = { at = [0, 0, 0], axis = [0, 0, 1] } }
-clearance = { radial = 0.02, axial = 0.03, length = 30 }
-friction = { coefficient = 0.1, diameter = 24, collar = 28 }
-[joints.A]
-type = "spherical"
-on = { crank = [40, 0, 10], rod = [0, 0, 0] }
-clearance = { radial = 0.015 }
-friction = { coefficient = 0.1, diameter = 18 }
-[joints.B]
-type = "spherical"
-on = { rod = [120, 0, 0], slider = [0, 0, 0] }
-clearance = { radial = 0.015 }
-friction = { coefficient = 0.1, diameter = 18 }
-[joints.guide]
-type = "prismatic"
-clearance = { gap = 0.03, length = 60, width = 30, height = 20 }
-friction = 0.1
-[joints.guide.on]
-ground = { at = [0, 15, -30], axis = [1, 0, 0], side = [0, 1, 0] }
-slider = { at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }
-[start]
-crank = { rotation = [0, 0, 30] }
-slider = { x = 150, y = 15, z = -30 }
-[drives.q]
-joint = "shaft"
-values = [30, 75]
-[output]
-body = "slider"
-at = [50, -20, 10]
-[[loads]]
-force = [-200, 30, 40]
-"""
+@pytest.mark.parametrize("seed", range(3))
+def test_offsets_of_a_slider_are_where_their_force_does_most_work(seed):
+    """y less the nearest offsets v is a force whose work is the largest on v: c max(rolled, not rolled)."""
+    rng = np.random.default_rng([11, seed])
+    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0)
+    height, width = rng.uniform(5.0, 40.0, 2)
+    sizes = {"gap": 0.5, "length": 80, "width": width, "height": height}
+    m = jp.loads(text).with_({"joints.rail.clearance": sizes})
+    (slider,) = of_joints(m, m.centre)
+    y = rng.normal(size=(2000, 5)) * 10.0 ** rng.uniform(-1.0, 1.0, (2000, 1)) * 5e-4
+    v = slider.nearest(y, 1.0)
+    h, w = height / 2e3, width / 2e3
+    turn = np.abs(v[:, 4]) / m.length
+    assert (np.abs(v[:, :2]) <= 5e-4 - h * turn[:, None] + 1e-15).all()
+    assert (np.abs(v[:, 2:4]) <= 5e-4 - w * turn[:, None] + 1e-15).all()
+    force = y - v
+    a, b, moment = np.abs(force[:, :2]).sum(axis=1), np.abs(force[:, 2:4]).sum(axis=1), np.abs(force[:, 4]) * m.length
+    most = 5e-4 * (a + b + np.maximum(moment - h * a - w * b, 0.0) / max(h, w))
+    assert_allclose((force * v).sum(axis=1), most, atol=1e-12 * 5e-4)
+    assert (moment > h * a + w * b).mean() > 0.05
+
+
+@pytest.mark.parametrize("side", ["forward", "backward"])
+def test_power_where_legs_roll_in_their_guides(side):
+    """By equilibrium, and by what friction does at the speeds of the joints."""
+    m = jp.loads(jp.examples.text("3-upu"))
+    universal = {name for name, joint in m.raw["joints"].items() if joint["type"] == "universal"}
+    m = m.with_({f"joints.{name}.friction": {"torque": 50} if name in universal else 0.1 for name in m.raw["joints"]})
+    at = nominal(m)
+    without = m.core.loaded(at.drives, at.poses, True, True, True, partly=True, loads=None)
+    asked = friction.setting(m, at, None, without, "middle", None)
+    state = friction.sliding(asked, side)
+    speeds = asked.speeds * friction.SIDES[side]
+    taken = ((state.found["drive_force"] - without["drive_force"]) * speeds).sum(axis=1)
+    assert taken.max() > 0.0
+    # Speeds are those of the nominal poses, without the play.
+    assert_allclose(taken, -state.friction.sum(axis=1), rtol=1e-4, atol=1e-9)
 
 
 @pytest.mark.parametrize("side", ["forward", "backward"])
@@ -510,3 +383,17 @@ def test_balls_touch_at_points_whose_forces_balance_the_rod(side):
         assert_allclose(lines[0], lines[1], atol=1e-9 * np.linalg.norm(lines[0]))
         arm = np.cross(points[1] - points[0], lines[0])
         assert_allclose(arm, 0.0, atol=1e-9 * 120.0 * np.linalg.norm(lines[0]))
+
+
+def test_the_largest_play_is_judged_from_both_sides():
+    """With the play of one side only, a limit could hold that the machine misses coming from the other."""
+    m = jp.loads(jp.examples.text("four-bar-fits"))
+    changes = {f"joints.{name}.friction": {"coefficient": 0.2} for name in m.raw["joints"]}
+    m = m.with_({**changes, "drives": {"theta1": {"joint": "J1", "values": [30.0, 60.0]}}})
+    result = jp.loaded(m, approach="forward")
+    for play in ("largest", "smallest"):
+        both = [jp.loaded(m, approach=side, sizes=play).error for side in ("forward", "backward")]
+        assert np.abs(both[0] - both[1]).max() > 1e-4
+        for side, end in (("low", np.minimum), ("high", np.maximum)):
+            found = result[f"play_{play}"].sel(side=side, quantity=list(m.components))
+            assert_allclose(found, end(*(error.values for error in both)), rtol=1e-12)

@@ -14,6 +14,8 @@ from scipy.optimize import linprog
 
 import jointplay as jp
 from helpers.longer import some
+from helpers.machines import BUSH, GROWTH, LIFE, SIZES, TURN, WEAR
+from helpers.slider_crank import slider_crank
 from helpers.strategies import mechanisms
 from jointplay.analyses.life import compute, holds
 from jointplay.analyses.life.course import FLOOR, Course
@@ -26,71 +28,9 @@ from jointplay.result.table import tables
 
 PLANE = 'format = 1\nspace = "planar"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
 SPACE = PLANE.replace("planar", "spatial")
-#: a shaft that a force which stands still presses down in its bush, and that turns once
-BUSH = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], shaft = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-wear = {{ rate = 1e-4, length = 20, diameter = 30 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 73
-[output]
-body = "shaft"
-at = [50, 0]
-[[loads]]
-at = [0, 0]
-force = [0, -100]
-"""
 #: the slider-crank whose growth and life were found by a program that shares nothing with this one: without friction,
 #: reactions at the nominal poses, 720 midpoints of a turn, 1e-5 mm3/(N m) everywhere
-CRANK = f"""{PLANE}
-[joints.shaft]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.pin]
-type = "revolute"
-on = {{ crank = [40, 0], rod = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.wrist]
-type = "revolute"
-on = {{ rod = [120, 0], ram = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, -10], axis = [1, 0] }}, ram = {{ at = [0, 0], axis = [1, 0] }} }}
-clearance = {{ gap = 0.03, length = 60 }}
-[start]
-rod = {{ angle = -20 }}
-[drives.theta]
-joint = "shaft"
-values = [30, 75, 120]
-[output]
-body = "ram"
-at = [50, -20]
-[limits]
-position = 0.2
-[[loads]]
-force = [-200, 30]
-[[loads]]
-body = "rod"
-at = [60, 0]
-force = [0, -80]
-"""
-TURN = {"drives.theta": {"joint": "shaft", "from": 0.25, "to": 359.75, "count": 720}}
-WEAR = {
-    "shaft": {"rate": 1e-5, "length": 20},
-    "pin": {"rate": 1e-5, "length": 15},
-    "wrist": {"rate": 1e-5, "length": 12},
-    "guide": {"rate": 1e-5, "width": 25},
-}
-#: nm per turn; and after 112,503.57 turns with these rates the limit of 0.2 mm is reached at 30 deg, with these sizes
-GROWTH = {"shaft": 0.325414555, "pin": 0.433886073, "wrist": 0.120562300, "guide": 0.093354173}
-LIFE, SIZES = 112503.57, [0.0566103, 0.0688137, 0.0335637, 0.0405027]
+CRANK = slider_crank(more="[limits]\nposition = 0.2\n")
 
 
 def worn(wear: dict[str, dict[str, float]]) -> dict[str, object]:

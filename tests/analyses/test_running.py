@@ -16,6 +16,7 @@ import jointplay as jp
 from helpers.graphs import graph
 from helpers.longer import some
 from helpers.oracles.moving import CutOpen, Part, differenced
+from helpers.slider_crank import slider_crank
 from jointplay import examples
 from jointplay.analyses import loaded
 from jointplay.analyses.nominal import nominal
@@ -27,40 +28,13 @@ from jointplay.result.verdict import HELD, NOT_SHOWN, verdict
 #: examples that have drives
 DRIVEN = [name for name in examples.names() if "[drives" in examples.text(name)]
 
-SLIDER_CRANK = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N", turning_speed = "rad/s" }
-gravity = [0, -9.81]
-[joints.shaft]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.pin]
-type = "revolute"
-on = { crank = [40, 0], rod = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.wrist]
-type = "revolute"
-on = { rod = [120, 0], ram = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, -10], axis = [1, 0] }, ram = [0, 0] }
-clearance = { gap = 0.03, length = 60 }
-[start]
-crank = { angle = 30 }
-rod = { angle = -5 }
-[drives.crank]
-joint = "shaft"
-values = [30, 75, 120]
-speed = 50
-acceleration = 17188.733853924696
-[output]
-body = "ram"
-at = [50, -20]
-[[loads]]
-force = [-200, 30]
+SLIDER_CRANK = slider_crank(
+    drive="crank",
+    driven="speed = 50\nacceleration = 17188.733853924696",
+    units=', turning_speed = "rad/s"',
+    head="gravity = [0, -9.81]",
+    on_rod=False,
+    more="""
 [bodies.crank]
 mass = 0.8
 centre = [15, 0]
@@ -73,7 +47,8 @@ rotational_inertia = 800
 mass = 1.2
 centre = [5, -3]
 rotational_inertia = 600
-"""
+""",
+)
 
 #: a crank about z, a rod between two balls, a slider along x beside and below
 RSSP = """

@@ -14,9 +14,11 @@ import jointplay as jp
 import verify_robots
 from helpers import pages
 from helpers.hooks import hook
+from helpers.longer import some
 from helpers.oracles.frames import Frame
 from helpers.structures import KINDS as STRUCTURES
 from helpers.verification import contact, elastic, planar
+from helpers.verification.closed_forms import FORMS, Form
 from helpers.verification.page import CHECKS, NUMBERS, Row, dumped, uncovered, wanted
 from helpers.verification.random_mechanisms import FAMILIES, elastic_structure
 from helpers.verification.subject import FIGURES, Check, Subject, subject
@@ -57,6 +59,14 @@ def test_every_family_of_random_mechanisms_has_rows() -> None:
     assert {row["mechanisms"].partition(" ")[2] for row in FOUND["random"]} == {family.name for family in FAMILIES}
 
 
+@pytest.mark.parametrize("form", some([*FORMS], 5))
+def test_friction_and_wear_have_rows_that_hold(form: Form) -> None:
+    (row,) = [row for row in FOUND["forms"] if (row["machine"], row["figure"]) == (form.machine, form.figure)]
+    assert row["difference"] <= row["tolerance"] == form.tolerance
+    assert form.found.difference <= form.tolerance
+    assert len(FOUND["forms"]) == len(FORMS)
+
+
 def test_it_is_written_as_it_is_read() -> None:
     assert dumped(FOUND) == TEXT
 
@@ -67,6 +77,7 @@ def test_the_page_shows_every_row() -> None:
     assert page["examples"]().count("\n| ") == len(ROWS) + 2 * len(FIGURES)
     assert page["random"]().count("\n| ") == len(FOUND["random"]) + 1
     assert "**outside**" not in page["examples"]() + page["random"]()
+    assert page["forms"]().count("\n| ") == len(FOUND["forms"]) + 1
     assert page["published"]().count("\n| ") == len(FOUND["published"]) + 2
     for row in ROWS:
         assert f"| {row['engine']} | {row['version']} | {row['tolerance']:g} {row['unit']} |" in page["engines"]()

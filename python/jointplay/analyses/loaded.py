@@ -29,7 +29,7 @@ from jointplay.model.gaps import attributes, core_with
 from jointplay.model.inertia import Kinematics, acting
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES, Result, ResultBuilder, to_dataset
-from jointplay.result.verdict import PLAYS, READABLE, add_play, judge
+from jointplay.result.verdict import PLAYS, READABLE, add_play, between, judge, reached
 
 from .nominal import (
     ON_CLOSURE,
@@ -78,9 +78,10 @@ def loaded(
     sizes : {"middle", "largest", "smallest"}
         Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
         smallest play.
-    approach : {"forward", "backward"}, optional
+    approach : {"forward", "backward", "rest"}, optional
         From which side each configuration is reached: friction counts, and the joints slide as in the nominal motion in
-        this direction of the path. Without friction if left out.
+        this direction of the path. At rest: all poses in which friction can hold the mechanism. Without friction if
+        left out.
 
     Returns
     -------
@@ -107,6 +108,10 @@ def loaded(
         out over power that goes in, negative where the load cannot drive the motor), `friction_share` (per joint),
         `drive_torque_other` (coming from the other side), `jam_joint` and `jam_coefficient` (the joint that takes most
         of the power where the mechanism jams, and its coefficient from which it does).
+
+        At rest, beside the pose without friction: `friction_low` and `friction_high` (ends of every component of the
+        error), `friction_position` and `friction_rotation` (largest sizes), `drive_torque_low` and `drive_torque_high`.
+        A local search finds them; that there is no pose farther away is not proved.
 
         An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
         required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
@@ -166,8 +171,9 @@ def compute(
     done = len(found["status"])
     found, at = without_singular(found), at.first(done)
     pressing = None if loads is None else loads[:done]
-    sides = friction.both(m, at, motion, found, sizes, pressing) if approach is not None else {}
-    if approach is not None:
+    asked = friction.setting(m, at, motion, found, sizes, pressing) if approach is not None else None
+    sides = friction.both(asked) if asked is not None and approach in friction.SIDES else {}
+    if approach in sides:
         found = sides[approach].found
     pose = ("configuration", "component")
     how = "" if m.core.isostatic else "cone programs, "
@@ -178,8 +184,10 @@ def compute(
     builder.add(
         "undetermined", pose, found["undetermined"], "half-width of the indeterminacy that the load leaves", "component"
     )
-    if approach is not None:
+    if asked is not None and approach in sides:
         friction.add(builder, sides, approach, details=details)
+    elif asked is not None:
+        friction.add_rest(builder, friction.held(asked))
     if motion is not None and bodies is not None:
         motion = motion.first(done)
         add_motion(m, builder, motion, bodies.first(done), details=details)
@@ -221,16 +229,26 @@ def _plays(
     """Add what quantities reach with the largest and the smallest play; in words what Ctrl-C has left out of it."""
     unfinished = ""
     for play in PLAYS:
-        error, half = np.full((2, len(at), len(m.components)), np.nan)
+        lowest, highest = np.full((2, len(at), len(m.quantities)), np.nan)
         rubs = approach is not None
         found = core_with(m, play).loaded(at.drives, at.poses, exact, rubs, rubs, partly=True, loads=loads)
         done = len(found["status"])
-        if approach is not None:
-            pressing = None if loads is None else loads[:done]
-            found = friction.sliding(m, at.first(done), motion, found, approach, play, pressing).found
-        known = np.isin(STATUSES[at.first(done).worse(found["status"])], READABLE)
-        error[:done][known], half[:done][known] = found["error"][known], found["undetermined"][known]
-        add_play(builder, play, error, half)
+        half, every = found["undetermined"], [found]
+        if approach is None:
+            ends = reached([found["error"]], half, m.components)
+        else:
+            asked = friction.setting(m, at.first(done), motion, found, play, None if loads is None else loads[:done])
+            if approach in friction.SIDES:
+                # The limits hold from whichever side the machine comes.
+                every = [side.found for side in friction.both(asked).values()]
+                half = np.max([side["undetermined"] for side in every], axis=0)
+                ends = reached([side["error"] for side in every], half, m.components)
+            else:
+                held = friction.held(asked)
+                ends = between(held.low, held.high, held.position, held.rotation, half, m.components)
+        known = np.all([np.isin(STATUSES[at.first(done).worse(of["status"])], READABLE) for of in every], axis=0)
+        lowest[:done][known], highest[:done][known] = (end[known] for end in ends)
+        add_play(builder, play, lowest, highest)
         if done < len(at):
             unfinished = f", and after {done} of them with the {play} play"
     return unfinished

@@ -308,8 +308,8 @@ def _unit(m: Mechanism, key: str) -> str:
     if "stiffness" in parts and parts[0] not in ("springs", "drives"):
         return m.units.turning_stiffness_name if words[-1] in ("roll", "tilt") else m.units.stiffness_name
     if parts[0] == "joints" and "friction" in parts[2:]:
-        own = {"torque": m.units.moment_name, "force": m.units.force_name, "coefficient": "", "friction": ""}
-        return own.get(words[-1], m.units.length_name)
+        own = {"torque": m.units.moment_name, "force": m.units.force_name, "flank_angle": m.units.angle_name}
+        return own.get(words[-1], "" if words[-1] in ("coefficient", "friction") else m.units.length_name)
     if parts[0] in ("temperature", "expansion") or words[-1] == "expansion":
         return {"temperature": "K", "deviation": "K", "tolerance": "K", "plus": "K", "minus": "K", "sigma": "K"}.get(
             words[-1], "1/K" if words[-1] == "expansion" else ""

@@ -211,10 +211,11 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
         help="loaded, given: clearances that scatter have the sizes of this play.",
     ),
     "approach": _option(
-        choice("forward", "backward") | None,
+        choice("forward", "backward", "rest") | None,
         None,
         "--approach",
-        help="loaded: friction counts, where the mechanism slides in this direction of its path. [default: none]",
+        help="loaded: friction counts, where the mechanism slides in this direction of its path, or where friction can"
+        " hold it at rest. [default: none]",
     ),
     "corrects": _option(
         choice(*asked_by("compensate")) | None,

@@ -111,7 +111,7 @@ def matrices(m: Mechanism, placed: Floats) -> Floats:
         Poses of all bodies, shape (configuration, body, pose).
     """
     found = np.zeros((len(placed), len(m.loads.inertial), 3, 3))
-    lines = {body: _line(m, spin, placed) for spin in m.spins if spin.load is None for body in spin.bodies}
+    lines = {body: line_of(m, spin, placed)[1] for spin in m.spins if spin.load is None for body in spin.bodies}
     for k, inertial in enumerate(m.loads.inertial):
         body = m.points[m.loads.first[inertial.load]["point"]].body
         turn = poses.matrix(placed[:, body])
@@ -123,11 +123,11 @@ def matrices(m: Mechanism, placed: Floats) -> Floats:
     return found
 
 
-def _line(m: Mechanism, spin: Spin, placed: Floats) -> Floats:
-    """Direction of the line through the two balls of a spin, ground axes, shape (configuration, 3)."""
+def line_of(m: Mechanism, spin: Spin, placed: Floats) -> tuple[Floats, Floats]:
+    """The line through the two balls of a spin, its start and its direction, ground axes, shape (configuration, 3)."""
     own = [next(p for p in m.joint_points[joint] if m.points[p].body in spin.bodies) for joint in spin.joints]
     start, end = (poses.place(placed[:, m.points[p].body], m.points[p].at) for p in own)
-    return np.asarray((end - start) / np.linalg.norm(end - start, axis=1, keepdims=True))
+    return start, np.asarray((end - start) / np.linalg.norm(end - start, axis=1, keepdims=True))
 
 
 def wrenches(m: Mechanism, motion: Kinematics) -> Floats:

@@ -12,7 +12,7 @@ from typing import Any
 
 import jointplay as jp
 
-from . import contact, coupled, elastic, first_order, monte_carlo, planar, record_page, spatial
+from . import closed_forms, contact, coupled, elastic, first_order, monte_carlo, planar, record_page, spatial
 from .random_mechanisms import RandomRow
 from .subject import FIGURES, Check, Found, Subject, subjects
 
@@ -72,14 +72,18 @@ def written(rows: list[Row], random: list[RandomRow]) -> str:
                 {"mechanisms": f"{row.mechanisms} {row.family.name}", **_cells(row.check, row.found)} for row in random
             ],
             "uncovered": [{"figure": figure, "examples": names} for figure, names in uncovered().items() if names],
-            **record_page.numbers(),
+            **_without_engines(),
         }
     )
 
 
 def with_record(text: str) -> str:
-    """The numbers with the published figures computed again, and nothing else."""
-    return dumped(json.loads(text) | record_page.numbers())
+    """The numbers with the published figures and the closed forms computed again, and nothing else."""
+    return dumped(json.loads(text) | _without_engines())
+
+
+def _without_engines() -> dict[str, list[Any]]:
+    return {**record_page.numbers(), "forms": closed_forms.rows()}
 
 
 def dumped(numbers: dict[str, list[Any]]) -> str:

@@ -1,27 +1,24 @@
-"""Friction: where the load holds a mechanism that moves, coming from one side or the other.
+"""Friction: where the load holds a mechanism that moves, coming from one side or the other, or at rest.
 
 Which way each joint slides follows from the nominal motion; see `laws` for the friction of joints, `balance` for
-equilibrium, and `states` for what follows from it.
+equilibrium, `states` for what follows from it, and `rest` for one at rest.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from jointplay.analyses.nominal import Nominal
-from jointplay.basics.arrays import Floats
-from jointplay.core.answers import Loaded
-from jointplay.core.compile import DriveMotion
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
-from .states import SIDES, Sliding, sliding
+from .rest import Held, held
+from .states import SIDES, Setting, Sliding, setting, sliding
 
-__all__ = ["add", "both", "require", "sliding", "told"]
+__all__ = ["REST", "SIDES", "add", "add_rest", "both", "held", "require", "setting", "sliding", "told"]
 
-#: kinds of joints whose rows depend on more than their two bodies
-COUPLED = ("gear", "rack", "belt", "crossed_gear", "follower", "screw")
+#: instead of a side: where friction can hold the mechanism
+REST = "rest"
 
 
 def told(m: Mechanism, approach: str | None) -> dict[str, str]:
@@ -31,7 +28,7 @@ def told(m: Mechanism, approach: str | None) -> dict[str, str]:
 
 def _rubs(m: Mechanism) -> bool:
     """Whether the file has friction."""
-    return any(joint.rubs is not None for joint in m.data.joints.values())
+    return any(joint.loses for joint in m.data.joints.values())
 
 
 def require(m: Mechanism, approach: str, *, exact: bool) -> None:
@@ -42,12 +39,12 @@ def require(m: Mechanism, approach: str, *, exact: bool) -> None:
     InputError
         When there is no such direction, nothing rubs, or more than statics shares its loads.
     """
-    if approach not in SIDES:
-        raise InputError(not_known(approach, "a direction of approach", SIDES), key="approach")
+    if approach not in (*SIDES, REST):
+        raise InputError(not_known(approach, "a direction of approach", (*SIDES, REST)), key="approach")
     if not exact:
         raise InputError("friction is found on the exact closure, not to first order", key="approach")
     if not _rubs(m):
-        problem = "no joint has `friction`, so that it makes no difference from which side one comes"
+        problem = "no joint has `friction` or `efficiency`, so that it makes no difference from which side one comes"
         raise InputError(problem, file=m.file, key="joints")
     if not m.core.isostatic:
         problem = (
@@ -55,31 +52,16 @@ def require(m: Mechanism, approach: str, *, exact: bool) -> None:
             " over-constrained, and the friction of each depends on how the loads came to act"
         )
         raise InputError(problem, file=m.file, key="joints")
-    coupled = [name for name, kind in zip(m.joints, m.joint_kinds, strict=True) if kind in COUPLED]
-    if coupled:
-        problem = f"friction is not computed where couplings or followers share the motion, as {listed(coupled)} here"
-        raise InputError(problem, file=m.file, key="joints")
 
 
-def both(
-    m: Mechanism, at: Nominal, motion: DriveMotion | None, without: Loaded, sizes: str, loads: Floats | None
-) -> dict[str, Sliding]:
+def both(asked: Setting) -> dict[str, Sliding]:
     """The sliding states from both sides.
 
     Parameters
     ----------
-    m : Mechanism
-    at : Nominal
-    motion : DriveMotion or None
-        How the drives move there; None where the file does not say.
-    without : Loaded
-        The columns of `loaded` without friction, with details.
-    sizes : str
-        As `loaded` has it.
-    loads : ndarray or None
-        As `sliding` has them.
+    asked : Setting
     """
-    return {side: sliding(m, at, motion, without, side, sizes, loads) for side in SIDES}
+    return {side: sliding(asked, side) for side in SIDES}
 
 
 def add(builder: ResultBuilder, sides: dict[str, Sliding], approach: str, *, details: bool) -> None:
@@ -98,5 +80,21 @@ def add(builder: ResultBuilder, sides: dict[str, Sliding], approach: str, *, det
         words = "moment or force of the drive coming from the other side"
         builder.add("drive_torque_other", ("configuration", "drive"), other.found["drive_force"], words, "work:drive")
     builder.add("jam_joint", "configuration", own.jams, "joint that takes most where it jams; empty: it does not jam")
-    words = "coefficient of that joint from which it jams, those of all others in proportion"
+    words = "coefficient of that joint (loss of a coupling) from which it jams, those of all others in proportion"
     builder.add("jam_coefficient", "configuration", own.jam, words)
+
+
+def add_rest(builder: ResultBuilder, found: Held) -> None:
+    """Add where friction can hold the mechanism, beside the columns without friction."""
+    pose, drive = ("configuration", "component"), ("configuration", "drive")
+    for which, errors, torques in (
+        ("lowest", found.low, found.torque_low),
+        ("highest", found.high, found.torque_high),
+    ):
+        end = {"lowest": "low", "highest": "high"}[which]
+        builder.add(f"friction_{end}", pose, errors, f"{which} error that friction can hold at rest", "component")
+        words = f"{which} moment or force of the drive with which friction holds it"
+        builder.add(f"drive_torque_{end}", drive, torques, words, "work:drive")
+    words = "largest {} that friction can hold at rest"
+    builder.add("friction_position", "configuration", found.position, words.format("position error"), "length")
+    builder.add("friction_rotation", "configuration", found.rotation, words.format("rotation"), "angle")

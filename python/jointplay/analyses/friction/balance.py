@@ -14,7 +14,9 @@ zero, the contact may go over to its other side at once, and equilibrium is look
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -28,6 +30,7 @@ from jointplay.model.inertia import components
 from jointplay.model.mechanism import Mechanism
 
 from .laws import ContactForces, ContactPart, HeldOffsets, JointContact
+from .places import origin
 
 #: steps of Newton's method, and parts of one that are tried
 STEPS, HALVINGS = 30, 8
@@ -70,6 +73,8 @@ class SlidingTask:
         Unit of forces, shape (configuration,).
     unit : float
         Unit of offsets.
+    offset, multipliers : ndarray
+        Values of all parameters and multipliers of all rows without friction.
     """
 
     m: Mechanism
@@ -81,10 +86,12 @@ class SlidingTask:
     motions: list[Floats]
     scale: Floats
     unit: float
+    offset: Floats
+    multipliers: Floats
 
     def chosen(self, places: NDArray[np.intp] | NDArray[np.bool_]) -> SlidingTask:
         """Some configurations only."""
-        names = ("drives", "nominal", "wrenches", "built", "scale")
+        names = ("drives", "nominal", "wrenches", "built", "scale", "offset", "multipliers")
         return replace(
             self,
             **{name: getattr(self, name)[places] for name in names},
@@ -139,10 +146,11 @@ class EquilibriumAt:
         self.residual = self._residual(self.geometry, self.poses)
         self.size = np.where(self.closed, np.abs(self.residual).max(axis=1, initial=0.0), np.inf)
 
-    def _forces(self, k: int, y: Floats) -> ContactForces:
+    def _forces(self, k: int, y: Floats, motion: Floats | None = None) -> ContactForces:
         of, contact = self.of, self.of.contacts[k]
         own = HeldOffsets(self.held[:, contact.rows], self.offset[:, contact.rows])
-        return contact.at(y[:, contact.rows], of.motions[k], self.part, of.unit, of.scale, own)
+        motion = of.motions[k] if motion is None else motion
+        return contact.at(y[:, contact.rows], motion, self.part, of.unit, of.scale, own)
 
     def _residual(self, geometry: EquilibriumTerms, placed: Floats) -> Floats:
         """Forces and moments that are left on all bodies, in units."""
@@ -155,30 +163,77 @@ class EquilibriumAt:
                 left -= _on_bodies(of, contact, forces, geometry, placed, repeated)
         return np.asarray(left / (of.scale[repeated][:, None] * _column_units(of.m)))
 
+    @cached_property
+    def _slopes(self) -> list[tuple[int, int, ContactForces]]:
+        """Derivatives of what every contact does by each of its unknowns, with the contact and the row."""
+        found = []
+        for k, contact in enumerate(self.of.contacts):
+            for row in contact.rows.tolist():
+                step = np.zeros_like(self.y)
+                step[:, row] = STEP
+                after, before = (self._forces(k, self.y + sign * step) for sign in (1.0, -1.0))
+                found.append((k, row, _difference(after, before, 2.0 * STEP)))
+        return found
+
+    @cached_property
+    def _by_unknown(self) -> tuple[Floats, Floats]:
+        """Derivatives of multipliers and offsets by all unknowns."""
+        of, (count, n) = self.of, self.y.shape
+        multiplier = np.eye(n) * _row_units(of)[:, None]
+        offset = np.zeros((count, self.u.shape[1], n))
+        for k, row, slope in self._slopes:
+            contact = of.contacts[k]
+            multiplier[:, contact.rows, row] = slope.multiplier
+            if len(contact.parameters):
+                offset[:, contact.parameters, row] = slope.offset
+        return multiplier, offset
+
+    @cached_property
     def derivative(self) -> Floats:
         """Derivatives of what is left by all unknowns."""
-        of, n = self.of, self.y.shape[1]
-        jacobian = self.geometry["jacobian"]
-        units = _row_units(of)
-        by_multiplier = np.einsum("nrk,nr->nkr", jacobian, np.broadcast_to(units, self.y.shape))
-        by_offset = np.zeros((len(self.y), len(self.of.built[0]), n))
-        count = np.arange(len(self.y))
-        for k, contact in enumerate(of.contacts):
-            for column in contact.rows:
-                step = np.zeros_like(self.y)
-                step[:, column] = STEP
-                after, before = (self._forces(k, self.y + sign * step) for sign in (1.0, -1.0))
-                names = ("offset", "multiplier", "force", "second", "first")
-                slope = ContactForces(*((getattr(after, x) - getattr(before, x)) / (2.0 * STEP) for x in names))
-                by_multiplier[:, :, column] = np.einsum("nrk,nr->nk", jacobian[:, contact.rows], slope.multiplier)
-                if contact.rubs:
-                    pushed = _on_bodies(of, contact, slope, self.geometry, self.poses, count)
-                    by_multiplier[:, :, column] -= pushed
-                if len(contact.parameters):
-                    by_offset[:, contact.parameters, column] = slope.offset
-        scaled = of.scale[:, None, None] * _column_units(of.m)[:, None]
-        return np.asarray(by_multiplier / scaled + self._stiffness() @ by_offset)
+        multiplier, offset = self._by_unknown
+        forces = np.swapaxes(self.geometry["jacobian"], 1, 2) @ multiplier
+        for k, row, slope in self._slopes:
+            forces[:, :, row] -= self._rubbing(k, slope)
+        return np.asarray(forces / self._units[..., None] + self._stiffness @ offset)
 
+    def by_motions(self, changes: Sequence[tuple[int, Floats]]) -> tuple[Floats, Floats]:
+        """Derivatives of offsets and multipliers by changes of motions, in equilibrium.
+
+        Parameters
+        ----------
+        changes : sequence
+            Index of a contact and the change of its motion, each.
+        """
+        of, (count, n) = self.of, self.y.shape
+        left, multiplier = np.zeros((2, count, n, len(changes)))
+        offset = np.zeros((count, self.u.shape[1], len(changes)))
+        for d, (k, change) in enumerate(changes):
+            contact = of.contacts[k]
+            after, before = (self._forces(k, self.y, of.motions[k] + sign * STEP * change) for sign in (1.0, -1.0))
+            slope = _difference(after, before, 2.0 * STEP)
+            multiplier[:, contact.rows, d] = slope.multiplier
+            left[:, :, d] = -self._rubbing(k, slope)
+            if len(contact.parameters):
+                offset[:, contact.parameters, d] = slope.offset
+        left += np.swapaxes(self.geometry["jacobian"], 1, 2) @ multiplier
+        moved = np.linalg.solve(self.derivative, -(left / self._units[..., None] + self._stiffness @ offset))
+        by_multiplier, by_offset = self._by_unknown
+        return np.asarray(offset + by_offset @ moved), np.asarray(multiplier + by_multiplier @ moved)
+
+    @property
+    def _units(self) -> Floats:
+        """Units of what is left."""
+        return np.asarray(self.of.scale[:, None] * _column_units(self.of.m))
+
+    def _rubbing(self, k: int, slope: ContactForces) -> Floats | float:
+        """What friction of a contact does to all bodies."""
+        of, contact = self.of, self.of.contacts[k]
+        if not contact.rubs:
+            return 0.0
+        return _on_bodies(of, contact, slope, self.geometry, self.poses, np.arange(len(self.y)))
+
+    @cached_property
     def _stiffness(self) -> Floats:
         """Derivatives of what is left by all offsets, through the motions that they make."""
         of, m = self.of, self.of.m
@@ -208,6 +263,11 @@ class EquilibriumAt:
         return found
 
 
+def _difference(after: ContactForces, before: ContactForces, by: float) -> ContactForces:
+    names = ("offset", "multiplier", "force", "second", "first")
+    return ContactForces(*((getattr(after, x) - getattr(before, x)) / by for x in names))
+
+
 def _on_bodies(
     of: SlidingTask,
     contact: JointContact,
@@ -223,7 +283,7 @@ def _on_bodies(
     axes = geometry["axes"][:, contact.joint]
 
     def turned(vector: Floats) -> Floats:
-        if contact.is_ball:
+        if contact.in_ground_axes:
             return vector[each]
         return np.asarray(np.einsum("nk,nki->ni", vector[each], axes))
 
@@ -235,13 +295,6 @@ def _on_bodies(
             found[:, body, :3] += sign * force
             found[:, body, 3:] += turned(moment) + np.cross(where - origin(m, placed, body), sign * force)
     return components(m, found).reshape(len(placed), -1)
-
-
-def origin(m: Mechanism, placed: Floats, body: int) -> Floats:
-    """Where the core has the origin of a body."""
-    if body < 0:
-        return np.zeros((len(placed), 3))
-    return poses.place(placed[:, body], m.core.origins[body])
 
 
 def _row_units(of: SlidingTask) -> Floats:
@@ -261,17 +314,9 @@ def _column_units(m: Mechanism) -> Floats:
     return np.asarray(m.length / _twist_units(m))
 
 
-def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilibrium:
-    """Equilibrium with friction from that without.
-
-    Parameters
-    ----------
-    of : SlidingTask
-    offset : ndarray
-        Values of all parameters without friction.
-    multipliers : ndarray
-        Of all rows.
-    """
+def equilibrium(of: SlidingTask) -> Equilibrium:
+    """Equilibrium with friction from that without."""
+    offset, multipliers = of.offset, of.multipliers
     count = len(offset)
     y, held, kept = multipliers / _row_units(of), np.zeros(multipliers.shape, bool), np.zeros(multipliers.shape)
     for contact in of.contacts:
@@ -279,7 +324,7 @@ def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilib
         v = np.zeros(normal.shape)
         if len(contact.parameters):
             v = (offset - of.built)[:, contact.parameters] @ contact.transform.T
-        for begin, end, low, high in contact.parts:
+        for begin, end, low, high in (*contact.parts, *contact.turn):
             quiet = np.linalg.norm(normal[:, begin:end], axis=1) <= NONE
             held[:, contact.rows[begin:end]] = (quiet & (high > low))[:, None]
         own = held[:, contact.rows]
@@ -287,7 +332,7 @@ def equilibrium(of: SlidingTask, offset: Floats, multipliers: Floats) -> Equilib
         y[:, contact.rows] = np.where(own, normal, normal + v / of.unit)
     found = Equilibrium(y, held, kept, np.zeros(count), np.zeros(count), np.zeros(count, np.int64))
     _grow(of, found)
-    every = [(contact, part) for contact in of.contacts for part in contact.parts]
+    every = [(contact, part) for contact in of.contacts for part in (*contact.parts, *contact.turn)]
     for _ in range(RELEASES):
         if not _release(of, found, every).any():
             break
@@ -312,7 +357,7 @@ def _release(of: SlidingTask, found: Equilibrium, some: list[tuple[JointContact,
         again |= pressed
     places = np.flatnonzero(again)
     if len(places):
-        at = _solve(of, found, places, np.ones(len(again)))
+        at = solve(of, found, places, np.ones(len(again)))
         failed = places[~at.good]
         found.y[failed], found.held[failed] = (values[failed] for values in before)
         found.forces[places[at.good]] = at.forces[at.good]
@@ -324,14 +369,14 @@ def _grow(of: SlidingTask, found: Equilibrium) -> None:
     """Let the coefficients grow from nothing to their values."""
     count = len(found.y)
     part, step, sign = np.zeros(count), np.full(count, FIRST), np.zeros(count)
-    start = _solve(of, found, np.arange(count), part)
+    start = solve(of, found, np.arange(count), part)
     sign[:] = start.sign
     found.forces[:] = 1.0
     places = np.flatnonzero(start.good)
     while len(places):
         to = np.minimum(part + step, 1.0)
         before = found.y[places].copy()
-        at = _solve(of, found, places, to)
+        at = solve(of, found, places, to)
         good = at.good & (at.sign == sign[places])
         found.y[places[~good]] = before[~good]
         for n in np.flatnonzero(~good & _is_between(step[places])):
@@ -372,7 +417,7 @@ def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: F
             found.y[place] = before
             for _, rows, there in some:
                 found.y[place, rows] = there
-            at = _solve(of, found, np.array([place]), to)
+            at = solve(of, found, np.array([place]), to)
             if at.good[0] and at.sign[0] == sign[place]:
                 return float(at.forces[0])
     found.y[place] = before
@@ -380,13 +425,15 @@ def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: F
 
 
 @dataclass(frozen=True)
-class _Solved:
+class Solved:
+    """What came of Newton's method: whether it ended, the sign of the determinant, the largest force."""
+
     good: NDArray[np.bool_]
     sign: Floats
     forces: Floats
 
 
-def _solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> _Solved:
+def solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> Solved:
     """Newton's method at a part of the coefficients, into the unknowns."""
     active = np.arange(len(places))
     good, sign, forces = np.zeros(len(places), bool), np.zeros(len(places)), np.zeros(len(places))
@@ -403,7 +450,7 @@ def _solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: 
             return EquilibriumAt(here.chosen(some), y, found.held[chosen], found.offset[chosen], part[chosen])
 
         now = at(found.y[own], np.arange(len(own)))
-        slope = now.derivative()
+        slope = now.derivative
         sign[active] = np.linalg.slogdet(slope)[0]
         regular = (sign[active] != 0.0) & now.closed
         step = np.zeros_like(now.y)
@@ -428,4 +475,4 @@ def _solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: 
         ends = done | (~better & (size <= ROUNDED * np.maximum(forces[active], 1.0)) & regular)
         good[active[ends]] = True
         active = active[~ends & better]
-    return _Solved(good, sign, forces)
+    return Solved(good, sign, forces)

@@ -16,10 +16,15 @@ socket, of radius r, on the second body:
     slider in a guide     contacts at both ends, in space on two pairs of faces; force -s mu sum |N| along the axis, and
                           the moments that it has since it acts at the faces
     block in a slot       force -s mu |N| along the slot
+    couplings             see `couplings`
 
 A force or moment of its own acts against the motion as well. In the plane, and of balls, forces act on each body at its
-own centre, so that the moment on the first body has the radius of the pin or ball. A slider in space does not roll
-while the moment about its axis is smaller than what its faces bear; friction then acts in the middle of its edges.
+own centre, so that the moment on the first body has the radius of the pin or ball.
+
+A slider in space, of half sizes w and h across, does not roll in its guide while the moment M about its axis is smaller
+than m = h sum |N_side| + w sum |N_normal|, by which its faces bear it along their edges; friction acts there by the
+part M / m of half an edge from the middle, as if all were pressed alike. Beyond that it rolls onto the ends of these
+edges, and what is left of M presses (|M| - m) / max(w, h) more.
 """
 
 from __future__ import annotations
@@ -32,9 +37,11 @@ from numpy.typing import NDArray
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import SHIFTS_ACROSS, TILTS
 from jointplay.errors import InputError
-from jointplay.file.schema import Friction
+from jointplay.file.schema import Coupling, Friction
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
+
+from .couplings import NEGATIVE, OWN, POSITIVE, loss
 
 #: directions in which joints hold that may rub
 HELD_BY = {
@@ -51,6 +58,8 @@ HELD_IN_SPACE = {
 #: what rubs how, by kind of joint in the plane and in space
 LAWS = {"revolute": "pin", "prismatic": "guide", "pin_in_slot": "slot"}
 LAWS_IN_SPACE = {"revolute": "journal", "prismatic": "rail", "spherical": "ball"}
+#: that of couplings
+FLANK = "flank"
 #: sets of offsets that are known here
 KNOWN = ("disc", "interval", "diamond", "journal", "sleeve", "guide", "ball")
 #: a ball that bores is taken to slide by this part of its turning
@@ -76,7 +85,7 @@ class ContactForces:
         Of these rows, by which the loads push.
     force : ndarray
         Of friction, on the second body at its point, shape (configuration, 3); the opposite acts on the first body at
-        the same place. In the joint's axes on the first body, as the moments are; of balls in ground axes.
+        the same place. In the joint's axes on the first body, as the moments are; of `in_ground_axes` in these.
     second, first : ndarray
         Moments of friction on both bodies about that point.
     """
@@ -96,7 +105,7 @@ class JointContact:
     ----------
     joint : int
     kind : str
-        One of `LAWS` or `LAWS_IN_SPACE`; empty where nothing rubs.
+        One of `LAWS` or `LAWS_IN_SPACE`, or `FLANK`; empty where nothing rubs.
     rows : ndarray of int
         Rows of the closure.
     parameters : ndarray of int
@@ -107,6 +116,7 @@ class JointContact:
         Of every contact the first unknown and the one behind its last, and lowest and highest offset: the highest is
         the radius of a round one.
     coefficient : float
+        Of a coupling with an efficiency the part of the power that it loses at most.
     own : float
         Force or moment of its own, SI.
     radius : float
@@ -117,6 +127,10 @@ class JointContact:
         Lever of friction at the shoulders.
     source : int
         Of the offsets; -1 where there is none.
+    half : tuple of float
+        Of a slider in space half of its height and of its width, which bear a moment about its axis.
+    roll : float
+        Unit of its roll, a length.
     """
 
     joint: int
@@ -132,6 +146,17 @@ class JointContact:
     width: float = 0.0
     collar: float = 0.0
     source: int = -1
+    half: tuple[float, float] = (0.0, 0.0)
+    roll: float = 1.0
+
+    @property
+    def turn(self) -> ContactParts:
+        """The roll of a slider in space, as another part; its faces decide how far it goes."""
+        gap = self.parts[0][3]
+        if not any(self.half) or gap == 0.0:
+            return ()
+        most = gap * self.roll / max(self.half)
+        return ((4, 5, -most, most),)
 
     @property
     def rubs(self) -> bool:
@@ -149,12 +174,31 @@ class JointContact:
             size = np.linalg.norm(own, axis=-1, keepdims=True)
             most = high / unit
             v[..., begin:end] = own * np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
+        if self.turn:
+            return self._rolled(y, self.parts[0][3] / unit)
         return v
 
+    def _rolled(self, y: Floats, gap: Floats | float) -> Floats:
+        """The nearest offsets of a slider that may roll: each pair of faces has the gap less what the roll t takes.
+
+        With slopes a of what it takes, t is where sum a (|y| - gap + a t)+ = |y_roll| - t; the left side is convex, so
+        that Newton's method comes down to it, piece by piece.
+        """
+        slopes = np.repeat(np.array(self.half) / self.roll, 2)
+        faces, turn = np.abs(y[..., :4]), np.abs(y[..., 4])
+        t = np.zeros(turn.shape)
+        for _ in range(len(slopes) + 2):
+            beyond = np.maximum(faces - gap + slopes * t[..., None], 0.0)
+            left = (beyond * slopes).sum(axis=-1) + t - turn
+            bends = ((beyond > 0.0) * slopes**2).sum(axis=-1) + 1.0
+            t = np.clip(t - left / bends, 0.0, gap / slopes.max())
+        edge = gap - slopes * t[..., None]
+        return np.concatenate([np.clip(y[..., :4], -edge, edge), (np.sign(y[..., 4]) * t)[..., None]], axis=-1)
+
     @property
-    def is_ball(self) -> bool:
-        """Whether its motion is a direction in space, and its moments are in ground axes."""
-        return self.kind == "ball"
+    def in_ground_axes(self) -> bool:
+        """Whether its friction is given in ground axes."""
+        return self.kind in ("ball", FLANK)
 
     def at(
         self, y: Floats, motion: Floats, part: Floats, unit: float, scale: Floats, held: HeldOffsets
@@ -166,7 +210,9 @@ class JointContact:
         y : ndarray
             Its unknowns, shape (configuration, unknown).
         motion : ndarray
-            Direction of its motion, shape (configuration,); of a ball relative angular velocity, (configuration, 3).
+            Direction of its motion, shape (configuration,); of a ball that of its relative angular velocity,
+            (configuration, 3); of a coupling what `couplings` has for it, (configuration, 3, 6). A smaller number is
+            the part of friction that acts.
         part : ndarray
             Part of the coefficient and of its own force that counts.
         unit : float
@@ -184,19 +230,22 @@ class JointContact:
         if not self.rubs:
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own = part * self.coefficient, part * self.own
-        cosine = 1.0 / np.sqrt(1.0 + mu * mu)
-        sine = mu * cosine
-        if self.is_ball:
-            v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, cosine, sine)
+        sine = mu / np.sqrt(1.0 + mu * mu)
+        if self.kind == FLANK:
+            pressed = normal[:, :1]
+            rubs = mu[:, None] * np.abs(pressed) * np.where(pressed > 0.0, motion[:, POSITIVE], motion[:, NEGATIVE])
+            force, second = np.split(rubs + own[:, None] * motion[:, OWN], 2, axis=1)
+            return ContactForces(v @ inverse.T, normal @ self.transform, force, second, -second)
+        if self.kind == "ball":
+            sine = sine * np.linalg.norm(motion, axis=1)
+            v, about = _on_ball(y, np.linalg.norm(v, axis=1), motion, sine)
             size = np.linalg.norm(normal, axis=1)
-            speed = np.linalg.norm(motion, axis=1, keepdims=True)
-            against = own[:, None] * motion / np.where(speed > 0.0, speed, 1.0)
+            against = own[:, None] * motion
             second = -(self.radius * sine * size)[:, None] * about - against
             first = ((self.radius - self.parts[0][3]) * sine * size)[:, None] * about + against
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own, sine = mu * motion, own * motion, sine * motion
-        # Without motion nothing turns.
-        cosine = np.where(motion == 0.0, 1.0, cosine)
+        cosine = np.sqrt(1.0 - sine * sine)
         if self.kind in ("pin", "journal"):
             moment = own.copy()
             for begin, end, _, _ in self.parts:
@@ -212,9 +261,14 @@ class JointContact:
             if self.kind == "pin":
                 first[:, axis] -= self.parts[0][3] * sine * np.linalg.norm(normal, axis=1)
         elif self.kind == "rail":
-            force[:, 0] = -(mu * np.abs(normal[:, :4]).sum(axis=1) + own)
-            second[:, 1] = -mu * self.height / 2.0 * (normal[:, 2] + normal[:, 3])
-            second[:, 2] = mu * self.width / 2.0 * (normal[:, 0] + normal[:, 1])
+            side, upright = normal[:, :2].sum(axis=1), normal[:, 2:4].sum(axis=1)
+            both = [np.abs(normal[:, faces]).sum(axis=1) for faces in (slice(0, 2), slice(2, 4))]
+            turning, borne = normal[:, 4] * self.roll, self.half[0] * both[0] + self.half[1] * both[1]
+            along = np.clip(turning / np.where(borne > 0.0, borne, 1.0), -1.0, 1.0)
+            more = np.maximum(np.abs(turning) - borne, 0.0) / (max(self.half) or 1.0)
+            force[:, 0] = -(mu * (both[0] + both[1] + more) + own)
+            second[:, 1] = -mu * self.height / 2.0 * (upright - along * side)
+            second[:, 2] = mu * self.width / 2.0 * (side + along * upright)
             first = -second
         else:
             force[:, 0] = -(mu * np.abs(normal).sum(axis=1) + own)
@@ -223,12 +277,13 @@ class JointContact:
         return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
 
 
-def _on_ball(y: Floats, offset: Floats, w: Floats, cosine: Floats, sine: Floats) -> tuple[Floats, Floats]:
+def _on_ball(y: Floats, offset: Floats, w: Floats, sine: Floats) -> tuple[Floats, Floats]:
     """Offset of a ball whose force is along y, of a given size, and the direction of the friction moment.
 
     With n the direction of the force, u . w = n . w / cos phi, and across w u is turned from n by atan(tan phi / b), b
     the part of u across w.
     """
+    cosine = np.sqrt(1.0 - sine * sine)
     size, speed = (np.linalg.norm(x, axis=1, keepdims=True) for x in (y, w))
     n = y / np.where(size > 0.0, size, 1.0)
     w = w / np.where(speed > 0.0, speed, 1.0)
@@ -287,7 +342,8 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
         entry = m.data.joints.get(name) or m.data.joints.get(name.rsplit("/", 1)[0])
         friction = entry.rubs if entry is not None else None
         k = played.get(joint, -1)
-        if k < 0 and friction is None:
+        coupling = entry if isinstance(entry, Coupling) and entry.loses else None
+        if k < 0 and friction is None and coupling is None:
             continue
         shape, size = clearance_of(m, k, u) if k >= 0 else ("", {})
         if k >= 0 and shape not in KNOWN:
@@ -295,8 +351,12 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
             raise InputError(problem, file=m.file, key=f"joints.{name}.clearance")
         parameters = np.flatnonzero(m.parameter_source == k) if k >= 0 else np.array([], dtype=np.intp)
         held = HELD_BY if m.pose_size == PLANAR else HELD_IN_SPACE
-        names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
-        own = np.array([from_rows.index((joint, component)) for component in names])
+        if k < 0 and coupling is not None:
+            # Its own row is the first.
+            own = np.array([next(row for row, (of, _) in enumerate(from_rows) if of == joint)])
+        else:
+            names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
+            own = np.array([from_rows.index((joint, component)) for component in names])
         found.append(_contact(m, joint, entry, friction, own, parameters, shape, size, k))
     return found
 
@@ -341,7 +401,8 @@ def _contact(
             value = friction.size(play, key)
             sizes[key] = 0.0 if value is None else value * units.length
     laws = LAWS if m.pose_size == PLANAR else LAWS_IN_SPACE
-    kind = laws.get(m.joint_kinds[joint], "")
+    coupling = entry if isinstance(entry, Coupling) and entry.loses else None
+    kind = laws.get(m.joint_kinds[joint], "") if coupling is None else FLANK
     # A joint with nothing but a force of its own has no size: where it is held does not matter.
     half = size.get("half_length", sizes.get("length", 0.0) / 2.0) or m.length
     gap, radius = size.get("gap", 0.0), size.get("radius", 0.0)
@@ -366,8 +427,13 @@ def _contact(
         transform, parts = np.eye(3), ((0, 3, 0.0, radius),)
     else:
         transform, parts = np.eye(1), ((0, 1, size.get("low", 0.0), size.get("high", 0.0)),)
+    half_sizes = (0.0, 0.0)
+    if shape == "guide":
+        half_sizes = (size["half_height"], size["half_width"])
+    elif kind == "rail":
+        half_sizes = (sizes.get("height", 0.0) / 2.0, sizes.get("width", 0.0) / 2.0)
     own = 0.0
-    if friction is not None:
+    if friction is not None and friction.own:
         given = getattr(friction, friction.own)
         own = (given or 0.0) * (units.moment if friction.own == "torque" else units.force)
     return JointContact(
@@ -377,11 +443,13 @@ def _contact(
         parameters,
         transform,
         parts,
-        coefficient=friction.coefficient if friction is not None else 0.0,
+        coefficient=loss(coupling) if coupling is not None else friction.coefficient if friction is not None else 0.0,
         own=own,
         radius=sizes.get("diameter", 0.0) / 2.0,
         height=sizes.get("height", 0.0),
         width=sizes.get("width", 0.0),
         collar=getattr(friction, "collar_radius", 0.0) * units.length,
         source=source,
+        half=half_sizes,
+        roll=m.length,
     )

@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.running import drive_units
-from jointplay.basics import poses
 from jointplay.basics.arrays import Floats, Texts
 from jointplay.core.answers import EquilibriumTerms, Loaded
 from jointplay.core.compile import TURNS, DriveMotion
-from jointplay.errors import InputError
+from jointplay.file.schema import Coupling
 from jointplay.model.gaps import centre
-from jointplay.model.inertia import acting, kinematics
+from jointplay.model.inertia import acting, kinematics, line_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import STATUSES
 
-from .balance import JAMMED, NONE, Equilibrium, EquilibriumAt, SlidingTask, equilibrium, origin
-from .laws import JointContact, contacts
+from .balance import JAMMED, Equilibrium, EquilibriumAt, SlidingTask, equilibrium
+from .couplings import wrenches
+from .laws import FLANK, JointContact, contacts
+from .places import ends, motions, origin
 
 #: from which side a configuration is approached, with the sign of the motion
 SIDES = {"forward": 1.0, "backward": -1.0}
@@ -94,16 +95,77 @@ def directions(m: Mechanism, drives: Floats, motion: DriveMotion | None) -> Floa
     return found
 
 
-def sliding(
-    m: Mechanism,
-    at: Nominal,
-    motion: DriveMotion | None,
-    without: Loaded,
-    side: str,
-    sizes: str,
-    loads: Floats | None,
-) -> Sliding:
-    """The sliding state coming from one side.
+@dataclass(frozen=True)
+class Setting:
+    """What friction is asked of.
+
+    Attributes
+    ----------
+    m : Mechanism
+    at : Nominal
+    without : Loaded
+        The columns of `loaded` without friction, with details.
+    speeds : ndarray
+        How the drives move forward, shape (configuration, drive).
+    loads : ndarray
+        Force and moment of every load, one after the other, SI.
+    built : ndarray
+        Values of all parameters where nothing displaces a contact.
+    contacts : list of JointContact
+    """
+
+    m: Mechanism
+    at: Nominal
+    without: Loaded
+    speeds: Floats
+    loads: Floats
+    built: Floats
+    contacts: list[JointContact]
+
+    def parts(self, many: int) -> list[NDArray[np.intp]]:
+        """The configurations that `loaded` has found, about as many at a time."""
+        good = np.flatnonzero(np.isin(self.at.worse(self.without["status"]), (OK, UNDETERMINED)))
+        return [part for part in np.array_split(good, -(-len(good) // many) or 1) if len(part)]
+
+    def task(self, sign: float, places: NDArray[np.intp]) -> tuple[SlidingTask, list[Floats]]:
+        """What is solved in some configurations coming from one side, and the speeds of all contacts."""
+        m, every, at = self.m, self.contacts, self.at.chosen(places)
+        offset, loads, speeds = self.without["offset"][places], self.loads[places], sign * self.speeds[places]
+        built = np.tile(self.built, (len(places), 1))
+        nominal = m.core.balance(at.drives, at.poses, built, loads)
+        velocity = kinematics(m, at.drives, at.poses, np.stack([speeds, 0.0 * speeds])).velocity
+        velocity = _with_spins(m, at.poses, velocity)
+        rates = _rates(m, every, nominal, at.poses, velocity)
+        displaced = np.array(m.core.given(at.drives, at.poses, offset)["poses"])
+        balance = m.core.balance(at.drives, displaced, offset, loads)
+        transposed = np.swapaxes(balance["jacobian"], 1, 2)
+        multipliers = np.asarray(np.linalg.solve(transposed, balance["loads"][..., None])[..., 0], dtype=np.float64)
+        scale = np.abs(multipliers / np.array([m.length if c in TURNS else 1.0 for _, c in m.core.rows])).max(axis=1)
+        turning = ("pin", "journal", "ball", FLANK)
+        own = [contact.own / (m.length if contact.kind in turning else 1.0) for contact in every]
+        scale = np.maximum(scale, max(own, default=0.0))
+        scale[scale == 0.0] = 1.0
+        plays = [abs(end) for contact in every for *_, low, high in contact.parts for end in (low, high)]
+        found = SlidingTask(
+            m,
+            every,
+            at.drives,
+            at.poses,
+            loads,
+            built,
+            _motions(m, every, nominal, at.poses, rates, velocity),
+            scale,
+            max([*plays, UNMOVED * m.length]),
+            offset,
+            multipliers,
+        )
+        return found, rates
+
+
+def setting(
+    m: Mechanism, at: Nominal, motion: DriveMotion | None, without: Loaded, sizes: str, loads: Floats | None
+) -> Setting:
+    """What friction is asked of.
 
     Parameters
     ----------
@@ -113,82 +175,52 @@ def sliding(
         How the drives move there; None where the file does not say.
     without : Loaded
         The columns of `loaded` without friction, with details.
-    side : str
-        One of `SIDES`.
     sizes : str
         As `loaded` has it.
     loads : ndarray or None
         Force and moment of every load, SI, shape (configuration, load, 6); None where they are the same in all.
     """
-    count, joints = len(at), len(m.joints)
-    found: Any = copy.deepcopy(without)
+    if loads is None:
+        loads = np.broadcast_to(acting(m, None, [0]), (len(at), len(m.loads.first), 6))
+    u = centre(m, sizes)
+    return Setting(m, at, without, directions(m, at.drives, motion), loads.reshape(len(at), -1), u, contacts(m, u))
+
+
+def sliding(asked: Setting, side: str) -> Sliding:
+    """The sliding state coming from one side.
+
+    Parameters
+    ----------
+    asked : Setting
+    side : str
+        One of `SIDES`.
+    """
+    m, count = asked.m, len(asked.at)
+    found: Any = copy.deepcopy(asked.without)
     state = Sliding(
         found,
-        np.full((count, joints), np.nan),
+        np.full((count, len(m.joints)), np.nan),
         np.full(count, np.nan),
         np.full(count, np.nan),
         np.full(count, "", dtype=np.array(m.joints).dtype),
     )
-    good = np.isin(at.worse(without["status"]), (OK, UNDETERMINED))
-    u = centre(m, sizes)
-    every = contacts(m, u)
-    speeds = SIDES[side] * directions(m, at.drives, motion)
-    if loads is None:
-        loads = np.broadcast_to(acting(m, None, [0]), (count, len(m.loads.first), 6))
-    loads = loads.reshape(count, -1)
-    for places in np.array_split(np.flatnonzero(good), -(-good.sum() // TOGETHER) or 1):
-        if len(places):
-            _slide(m, at.chosen(places), without, u, every, speeds[places], loads[places], places, state)
+    for places in asked.parts(TOGETHER):
+        _slide(asked, SIDES[side], places, state)
     return state
 
 
-def _slide(
-    m: Mechanism,
-    at: Nominal,
-    without: Loaded,
-    u: Floats,
-    every: list[JointContact],
-    speeds: Floats,
-    loads: Floats,
-    places: NDArray[np.intp],
-    state: Sliding,
-) -> None:
+def _slide(asked: Setting, sign: float, places: NDArray[np.intp], state: Sliding) -> None:
     """The sliding state in some configurations, put where they stand among all."""
-    found, offset = state.found, without["offset"][places]
-    built = np.tile(u, (len(places), 1))
-    nominal = m.core.balance(at.drives, at.poses, built, loads)
-    velocity = kinematics(m, at.drives, at.poses, np.stack([speeds, 0.0 * speeds])).velocity
-    velocity = _with_spins(m, at.poses, velocity)
-    rates = _rates(m, every, nominal, velocity)
-    displaced = np.array(m.core.given(at.drives, at.poses, offset)["poses"])
-    balance = m.core.balance(at.drives, displaced, offset, loads)
-    transposed = np.swapaxes(balance["jacobian"], 1, 2)
-    multipliers = np.asarray(np.linalg.solve(transposed, balance["loads"][..., None])[..., 0], dtype=np.float64)
-    scale = np.abs(multipliers / np.array([m.length if c in TURNS else 1.0 for _, c in m.core.rows])).max(axis=1)
-    own = [contact.own / (m.length if contact.kind in ("pin", "journal", "ball") else 1.0) for contact in every]
-    scale = np.maximum(scale, max(own, default=0.0))
-    scale[scale == 0.0] = 1.0
-    plays = [abs(end) for contact in every for *_, low, high in contact.parts for end in (low, high)]
-    of = SlidingTask(
-        m,
-        every,
-        at.drives,
-        at.poses,
-        loads,
-        built,
-        _motions(m, every, rates, velocity),
-        scale,
-        max([*plays, UNMOVED * m.length]),
-    )
-    solved = equilibrium(of, offset, multipliers)
-    last = EquilibriumAt(of, solved.y, solved.held, solved.offset, solved.part)
-    _refuse_roll(m, every, last)
-    _put(found, m, of, solved, last, places)
+    m, every, without, found = asked.m, asked.contacts, asked.without, state.found
+    speeds = sign * asked.speeds[places]
+    task, rates = asked.task(sign, places)
+    solved = equilibrium(task)
+    last = EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part)
+    _put(found, m, task, solved, last, places)
     whole = solved.part == 1.0
     spent = _spent(m, every, last, rates)
-    torque = _torque(m, last.multipliers)
-    found["drive_force"][places] = torque
-    frictionless, power = (np.sum(x * speeds, axis=1) for x in (without["drive_force"][places], torque))
+    found["drive_force"][places] = torque(m, last.multipliers)
+    frictionless, power = (np.sum(of["drive_force"][places] * speeds, axis=1) for of in (without, found))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(frictionless > 0.0, frictionless / power, power / frictionless)
     state.friction[places[whole]], state.efficiency[places[whole]] = spent[whole], ratio[whole]
@@ -207,19 +239,21 @@ def _slide(
     state.jams[places[jammed]] = np.array(m.joints)[most[jammed]]
 
 
-def _rates(m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, velocity: Floats) -> list[Floats]:
-    """Speed of every contact: along or about its axis, of balls the relative angular velocity."""
+def _rates(
+    m: Mechanism, every: Sequence[JointContact], at: EquilibriumTerms, placed: Floats, velocity: Floats
+) -> list[Floats]:
+    """Speed of every contact: along or about its axis, of balls the relative angular velocity.
+
+    Of couplings that of the second body against the first at the point of the second, then the angular one.
+    """
     found = []
     for contact in every:
-        ends = []
-        for end, point in enumerate(m.joint_points[contact.joint]):
-            body = m.points[point].body
-            twist = velocity[:, body] if body >= 0 else np.zeros((len(velocity), 6))
-            lever = at["levers"][:, contact.joint, end]
-            ends.append((twist[:, :3] + np.cross(twist[:, 3:], lever), twist[:, 3:]))
-        (v1, w1), (v2, w2) = ends
+        (v1, w1), (v2, w2) = motions(m, contact.joint, at, velocity)
         axes = at["axes"][:, contact.joint]
-        if contact.is_ball:
+        if contact.kind == FLANK:
+            first, second = ends(m, contact.joint, at, placed)
+            found.append(np.concatenate([v2 - v1 - np.cross(w1, second - first), w2 - w1], axis=1))
+        elif contact.kind == "ball":
             found.append(w2 - w1)
         elif contact.kind == "pin":
             found.append((w2 - w1)[:, 2])
@@ -236,14 +270,28 @@ def _fastest(m: Mechanism, velocity: Floats) -> Floats:
     return np.asarray(np.maximum(linear / m.length, angular))
 
 
-def _motions(m: Mechanism, every: Sequence[JointContact], rates: Sequence[Floats], velocity: Floats) -> list[Floats]:
-    """Signs of the speeds, of balls the angular velocities themselves; nothing where it is still."""
+def _motions(
+    m: Mechanism,
+    every: Sequence[JointContact],
+    at: EquilibriumTerms,
+    placed: Floats,
+    rates: Sequence[Floats],
+    velocity: Floats,
+) -> list[Floats]:
+    """Directions of the motions, as `JointContact.at` has them.
+
+    Nothing where it is still.
+    """
     least = STILL * _fastest(m, velocity)
     found = []
     for contact, rate in zip(every, rates, strict=True):
-        if contact.is_ball:
-            moves = np.linalg.norm(rate, axis=1, keepdims=True) > least[:, None]
-            found.append(np.where(moves, rate, 0.0))
+        if contact.kind == FLANK:
+            entry = m.data.joints[m.joints[contact.joint]]
+            assert isinstance(entry, Coupling)
+            found.append(wrenches(m, contact.joint, entry, at, placed, velocity, least * m.length))
+        elif contact.kind == "ball":
+            speed = np.linalg.norm(rate, axis=1, keepdims=True)
+            found.append(np.where(speed > least[:, None], rate / np.where(speed > 0.0, speed, 1.0), 0.0))
         else:
             turns = contact.kind in ("pin", "journal")
             found.append(np.where(np.abs(rate) > least * (1.0 if turns else m.length), np.sign(rate), 0.0))
@@ -261,36 +309,21 @@ def _with_spins(m: Mechanism, placed: Floats, velocity: Floats) -> Floats:
     for spin in m.spins:
         if spin.load is not None:
             continue
-        ends, others = [], []
+        others = []
         for joint in spin.joints:
-            points = [m.points[p] for p in m.joint_points[joint]]
-            own, other = points if points[0].body in spin.bodies else points[::-1]
-            ends.append(poses.place(placed[:, own.body], own.at))
-            others.append(velocity[:, other.body, 3:] if other.body >= 0 else np.zeros((len(placed), 3)))
-        line = ends[1] - ends[0]
-        line /= np.linalg.norm(line, axis=1, keepdims=True)
+            bodies = [m.points[p].body for p in m.joint_points[joint]]
+            other = bodies[1] if bodies[0] in spin.bodies else bodies[0]
+            others.append(velocity[:, other, 3:] if other >= 0 else np.zeros((len(placed), 3)))
+        start, line = line_of(m, spin, placed)
         for body in spin.bodies:
             missing = np.sum((np.mean(others, axis=0) - velocity[:, body, 3:]) * line, axis=1, keepdims=True) * line
             found[:, body, 3:] += missing
-            found[:, body, :3] += np.cross(missing, origin(m, placed, body) - ends[0])
+            found[:, body, :3] += np.cross(missing, origin(m, placed, body) - start)
     return found
 
 
-def _refuse_roll(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt) -> None:
-    """Refuse a slider in space that rolls in its guide, since friction is found for one that does not."""
-    for contact, forces in zip(every, at.forces, strict=True):
-        if len(contact.transform) != 5 or len(contact.parts) != 4 or contact.parts[0][3] == 0.0:
-            continue
-        size = m.compiled_sources[contact.source].size
-        normal = np.abs(forces.multiplier @ np.linalg.inv(contact.transform))
-        held = size["half_height"] * normal[:, :2].sum(axis=1) + size["half_width"] * normal[:, 2:4].sum(axis=1)
-        if (normal[:, 4] * m.length > held * (1.0 + NONE)).any():
-            problem = "a moment about its axis rolls the slider in its guide, where friction is not computed"
-            raise InputError(problem, file=m.file, key=f"joints.{m.joints[contact.joint]}")
-
-
-def _torque(m: Mechanism, multipliers: Floats) -> Floats:
-    """What every drive does to the second bodies of its joints."""
+def torque(m: Mechanism, multipliers: Floats) -> Floats:
+    """What every drive does to the second bodies of its joints, by the multipliers of all rows."""
     rows = [tuple(row) for row in m.core.rows]
     found = np.zeros((len(multipliers), len(m.drives)))
     for drive, moves in enumerate(m.drive_moves):
@@ -307,8 +340,11 @@ def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates
         if not contact.rubs:
             continue
         forces = at.forces[k]
-        if contact.is_ball:
+        if contact.kind == "ball":
             found[:, contact.joint] += np.sum(forces.second * rates[k], axis=1)
+        elif contact.kind == FLANK:
+            wrench = np.concatenate([forces.force, forces.second], axis=1)
+            found[:, contact.joint] += np.sum(wrench * rates[k], axis=1)
         elif contact.kind in ("pin", "journal"):
             found[:, contact.joint] += forces.second.sum(axis=1) * rates[k]
         else:
@@ -333,7 +369,8 @@ def _put(
     for contact in of.contacts:
         if contact.source < 0:
             continue
-        decided[:, contact.source] = ~solved.held[:, contact.rows].any(axis=1)
+        faces = contact.rows[: contact.parts[-1][1]]
+        decided[:, contact.source] = ~solved.held[:, faces].any(axis=1)
         by_unknown = maps[:, :, contact.parameters] @ np.linalg.inv(contact.transform)
         for begin, end, low, high in contact.parts:
             half = high if end - begin > 1 else (high - low) / 2.0
@@ -361,18 +398,12 @@ def _reactions(m: Mechanism, of: SlidingTask, at: EquilibriumAt) -> Floats:
         # A row in axes of the first body does no work on a motion of both: its wrench on one is the opposite of that on
         # the other. In ground axes its forces act at the points of both.
         if end == 0 and m.joint_kinds[joint] not in in_ground_axes:
-            lever = lever + _apart(m, at, joint)
+            first_place, second_place = ends(m, joint, at.geometry, at.poses)
+            lever = lever + second_place - first_place
         own[:, 3:] -= np.cross(lever, own[:, :3])
         whole[:, joint] += own
     for contact, forces in zip(of.contacts, at.forces, strict=True):
-        axes = np.eye(3)[None] if contact.is_ball else at.geometry["axes"][:, contact.joint]
+        axes = np.eye(3)[None] if contact.in_ground_axes else at.geometry["axes"][:, contact.joint]
         whole[:, contact.joint, :3] += np.einsum("nk,nki->ni", forces.force, np.broadcast_to(axes, (len(at.y), 3, 3)))
         whole[:, contact.joint, 3:] += np.einsum("nk,nki->ni", forces.second, np.broadcast_to(axes, (len(at.y), 3, 3)))
     return whole[..., spread]
-
-
-def _apart(m: Mechanism, at: EquilibriumAt, joint: int) -> Floats:
-    """From the first point of a joint to the second."""
-    first, second = (m.points[p].body for p in m.joint_points[joint])
-    levers = at.geometry["levers"][:, joint]
-    return np.asarray(origin(m, at.poses, second) + levers[:, 1] - origin(m, at.poses, first) - levers[:, 0])

@@ -80,6 +80,13 @@ class Contact:
             "opening": (steep * self.outward).tolist(),
         }
 
+    @property
+    def slides(self) -> bool:
+        """Whether the teeth slide along each other at the pitch point; those of axes that intersect roll there."""
+        (first, second), (z1, z2) = self.wheels.axes, self.wheels.teeth
+        speeds = z2 * np.cross(first, self.at), self.sense * z1 * np.cross(second, self.at - self.apart)
+        return bool(np.linalg.norm(speeds[0] - speeds[1]) > FLAT * np.linalg.norm(speeds[0]))
+
     def ahead(self, end: int) -> float:
         """The angle on a wheel from the pitch point on to where the other axis points."""
         axis, other = self.wheels.axes[end], self.wheels.axes[1 - end]

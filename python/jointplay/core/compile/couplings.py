@@ -427,6 +427,11 @@ class _Crossed(_Wheels):
     def spec(self) -> CouplingSpec:
         self._check_play()
         contact = self._contact()
+        if self.entry.rubs is not None and not contact.slides:
+            problem = (
+                "the teeth roll where the pitch circles touch, so that a coefficient says nothing; give efficiency"
+            )
+            raise self.refuse(problem, ".friction")
         self._check_bearings()
         self._check_runout()
         told: CouplingSpec = {

@@ -17,6 +17,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import not_known, shown
 
 from .clearances import BeltClearance, Eccentric, FlankClearance, Ratio, ScrewClearance
+from .friction import RUBS, Efficiencies, ThreadRubs, ToothRubs
 from .joints import ELASTIC, JointTable, PlanarJoint
 from .placements import PlacementTable, SpatialPlacementTable
 from .spatial_joints import SpatialJoint
@@ -45,14 +46,20 @@ TwoTeeth = Annotated[tuple[Teeth, Teeth], Field(strict=False)]
 TwoRadii = Annotated[tuple[Positive, Positive], Field(strict=False)]
 
 
+#: what to say of wear
+WEARS = (
+    "how flanks, belts and threads slide differs from place to place, and is not computed; `sweep` over the clearance"
+    " shows what wear does"
+)
+
+
 class Coupling(JointTable):
     """A joint that ties the motions of two bodies to each other."""
 
     is_pair: ClassVar[bool] = True
     instead: ClassVar[Mapping[str, str]] = {
-        "wear": "how flanks, belts and threads slide differs from place to place, and is not computed; `sweep` over the"
-        " clearance shows what wear does",
-        "friction": "that of flanks, belts and threads is not computed",
+        "wear": WEARS,
+        "friction": "of flanks and belts the efficiency is given, such as efficiency = 0.97",
     }
 
     ratio_error: Ratio | SkipJsonSchema[None] = Field(
@@ -60,6 +67,22 @@ class Coupling(JointTable):
         description="transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a"
         " screw along its axis)",
     )
+    efficiency: Efficiencies | SkipJsonSchema[None] = Field(
+        None,
+        description="power out over power in, which counts where a direction of approach is asked for; of a pair the"
+        " first where the first body drives, of a screw where its turning drives",
+    )
+
+    @model_validator(mode="after")
+    def _loses_once(self) -> Self:
+        if self.rubs is not None and self.efficiency is not None:
+            raise problem("give friction or efficiency, not both")
+        return self
+
+    @property
+    def loses(self) -> bool:
+        """Whether power is lost in it."""
+        return super().loses or self.efficiency is not None
 
 
 class Mesh(Coupling):
@@ -321,6 +344,7 @@ class BeltKeys(Mesh):
 class CrossedGear(SpatialMesh):
     """Two toothed wheels whose axes cross or intersect: worm and wheel, crossed helical, bevel or hypoid gears."""
 
+    instead: ClassVar[Mapping[str, str]] = {"wear": WEARS}
     shared: ClassVar[tuple[str, ...]] = ("axes",)
     held: ClassVar[tuple[str, ...]] = ("flank",)
     drawn: ClassVar[str] = "the centres of both pitch circles, [{point}, {point}]"
@@ -345,6 +369,9 @@ class CrossedGear(SpatialMesh):
         None,
         description="direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as"
         " in the start if left out",
+    )
+    friction: ToothRubs | SkipJsonSchema[None] = Field(
+        None, description=f"of teeth that slide where the pitch circles touch, as those of worms do: {RUBS}"
     )
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the axes of the first and of the second wheel"
@@ -437,6 +464,7 @@ class SpatialBelt(SpatialMesh, BeltKeys):
 class Screw(SpatialJoint, Coupling):
     """A screw in a nut, which the first body carries or is."""
 
+    instead: ClassVar[Mapping[str, str]] = {"wear": WEARS}
     needs_axis: ClassVar[bool] = True
     coordinate: ClassVar[str] = "angle"
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
@@ -447,6 +475,7 @@ class Screw(SpatialJoint, Coupling):
     lead: Number = Field(
         description="travel of the second body along the axis for one turn; negative for a left-hand one"
     )
+    friction: ThreadRubs | SkipJsonSchema[None] = Field(None, description=f"of its thread: {RUBS}")
 
     @model_validator(mode="after")
     def _has_a_lead(self) -> Self:

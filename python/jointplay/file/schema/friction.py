@@ -10,7 +10,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import BearingKeys
 from .sliding import SlidingKeys
-from .values import NonNegative, OneOrTwo, Positive, problem, short
+from .values import EXPRESSION, NonNegative, OneOrTwo, Positive, problem, short
 
 #: what the key `friction` is, for all kinds of joints
 RUBS = "friction against its motion, which counts where a direction of approach is asked for; a number: its coefficient"
@@ -27,8 +27,8 @@ class Friction(SlidingKeys):
     """What holds a joint back."""
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
-    #: the key of a force or moment of its own
-    own: ClassVar[str]
+    #: the key of a force or moment of its own, if it can have one
+    own: ClassVar[str] = ""
 
     coefficient: NonNegative = Field(0.0, description=COEFFICIENT)
 
@@ -144,9 +144,41 @@ class BallFriction(Friction):
     torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
 
 
+class ThreadFriction(Friction):
+    """Friction of a screw in its nut."""
+
+    example: ClassVar[str] = "{ coefficient = 0.12, mean_diameter = 18, flank_angle = 15 }"
+    needed: ClassVar[tuple[str, ...]] = ("mean_diameter",)
+    own: ClassVar[str] = "torque"
+
+    mean_diameter: SlidSize = Field(None, description="mean diameter of the flanks: between crest and root")
+    flank_angle: NonNegative = Field(
+        0.0, description="angle of the flank from a plane across the axis: 15 degrees of a trapezoidal thread of 30"
+    )
+    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+
+
+class ToothFriction(Friction):
+    """Friction of teeth that slide along each other where the pitch circles touch, as those of worms do."""
+
+    example: ClassVar[str] = "0.05"
+
+    coefficient: NonNegative = Field(description=COEFFICIENT)
+
+
 PinRubs = Annotated[PinFriction, short(lambda value: {"coefficient": value}, NonNegative | PinFriction)]
 SliderRubs = Annotated[SliderFriction, short(lambda value: {"coefficient": value}, NonNegative | SliderFriction)]
 SlotRubs = Annotated[SlotFriction, short(lambda value: {"coefficient": value}, NonNegative | SlotFriction)]
 JournalRubs = Annotated[JournalFriction, short(lambda value: {"coefficient": value}, NonNegative | JournalFriction)]
 GuideRubs = Annotated[GuideFriction, short(lambda value: {"coefficient": value}, NonNegative | GuideFriction)]
 BallRubs = Annotated[BallFriction, short(lambda value: {"coefficient": value}, NonNegative | BallFriction)]
+ThreadRubs = Annotated[ThreadFriction, short(lambda value: {"coefficient": value}, NonNegative | ThreadFriction)]
+ToothRubs = Annotated[ToothFriction, short(lambda value: {"coefficient": value}, NonNegative | ToothFriction)]
+
+#: of a coupling, by which of its bodies drives the other
+Efficiency = Annotated[float, Field(gt=0.0, le=1.0), EXPRESSION]
+Efficiencies = Annotated[
+    tuple[Efficiency, Efficiency],
+    Field(strict=False),
+    short(lambda value: (value, value), Efficiency | tuple[Efficiency, Efficiency]),
+]

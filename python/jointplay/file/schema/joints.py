@@ -106,6 +106,11 @@ class JointTable(Table):
         """What holds it back; None where the file does not say."""
         return getattr(self, "friction", None)
 
+    @property
+    def loses(self) -> bool:
+        """Whether power is lost in it."""
+        return self.rubs is not None
+
     def has_direction(self, body: str) -> bool:
         """Whether it has an axis on a body, which can deviate."""
         raise NotImplementedError

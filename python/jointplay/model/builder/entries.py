@@ -50,7 +50,9 @@ from .tables import (
     SlotFrictionDict,
     SlotStiffnessDict,
     StrandStiffnessDict,
+    ThreadFrictionDict,
     ToleranceDict,
+    ToothFrictionDict,
 )
 from .values import Count, NumberLike, NumbersLike, RowsLike
 from .writing import Writing
@@ -335,6 +337,7 @@ class Parts(Writing):
         /,
         *,
         ratio_error: NumberLike | RatioErrorDict | None = None,
+        efficiency: NumberLike | NumbersLike | None = None,
         runout: Mapping[str, NumberLike | RunOutDict] | None = None,
         clearance: FlankClearanceDict | None = None,
         stiffness: FlankStiffnessDict | None = None,
@@ -362,6 +365,9 @@ class Parts(Writing):
         ratio_error : optional
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
+        efficiency : optional
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
+            where the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -404,6 +410,7 @@ class Parts(Writing):
             name,
             {
                 "ratio_error": ratio_error,
+                "efficiency": efficiency,
                 "runout": runout,
                 "clearance": clearance,
                 "stiffness": stiffness,
@@ -430,6 +437,7 @@ class Parts(Writing):
         /,
         *,
         ratio_error: NumberLike | RatioErrorDict | None = None,
+        efficiency: NumberLike | NumbersLike | None = None,
         runout: Mapping[str, NumberLike | RunOutDict] | None = None,
         clearance: FlankClearanceDict | None = None,
         stiffness: FlankStiffnessDict | None = None,
@@ -455,6 +463,9 @@ class Parts(Writing):
         ratio_error : optional
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
+        efficiency : optional
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
+            where the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -492,6 +503,7 @@ class Parts(Writing):
             name,
             {
                 "ratio_error": ratio_error,
+                "efficiency": efficiency,
                 "runout": runout,
                 "clearance": clearance,
                 "stiffness": stiffness,
@@ -516,6 +528,7 @@ class Parts(Writing):
         /,
         *,
         ratio_error: NumberLike | RatioErrorDict | None = None,
+        efficiency: NumberLike | NumbersLike | None = None,
         runout: Mapping[str, NumberLike | RunOutDict] | None = None,
         clearance: BeltClearanceDict | None = None,
         stiffness: StrandStiffnessDict | None = None,
@@ -543,6 +556,9 @@ class Parts(Writing):
         ratio_error : optional
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
+        efficiency : optional
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
+            where the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -585,6 +601,7 @@ class Parts(Writing):
             name,
             {
                 "ratio_error": ratio_error,
+                "efficiency": efficiency,
                 "runout": runout,
                 "clearance": clearance,
                 "stiffness": stiffness,
@@ -881,6 +898,7 @@ class Parts(Writing):
         /,
         *,
         ratio_error: NumberLike | RatioErrorDict | None = None,
+        efficiency: NumberLike | NumbersLike | None = None,
         runout: Mapping[str, NumberLike | RunOutDict] | None = None,
         clearance: FlankClearanceDict | None = None,
         stiffness: FlankStiffnessDict | None = None,
@@ -890,6 +908,7 @@ class Parts(Writing):
         spiral_angle: NumberLike | None = None,
         pressure_angle: NumberLike | None = None,
         marks: Mapping[str, NumbersLike] | None = None,
+        friction: NumberLike | ToothFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: RowsLike | None = None,
@@ -909,6 +928,9 @@ class Parts(Writing):
         ratio_error : optional
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
+        efficiency : optional
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
+            where the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -928,6 +950,9 @@ class Parts(Writing):
         marks : optional
             Direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in the
             start if left out.
+        friction : optional
+            Of teeth that slide where the pitch circles touch, as those of worms do: friction against its motion,
+            which counts where a direction of approach is asked for; a number: its coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -952,6 +977,7 @@ class Parts(Writing):
             name,
             {
                 "ratio_error": ratio_error,
+                "efficiency": efficiency,
                 "runout": runout,
                 "clearance": clearance,
                 "stiffness": stiffness,
@@ -961,6 +987,7 @@ class Parts(Writing):
                 "spiral_angle": spiral_angle,
                 "pressure_angle": pressure_angle,
                 "marks": marks,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,
@@ -979,9 +1006,11 @@ class Parts(Writing):
         /,
         *,
         ratio_error: NumberLike | RatioErrorDict | None = None,
+        efficiency: NumberLike | NumbersLike | None = None,
         clearance: ScrewClearanceDict | None = None,
         stiffness: JournalStiffnessDict | None = None,
         lead: NumberLike | None = None,
+        friction: NumberLike | ThreadFrictionDict | None = None,
         on: Mapping[str, NumbersLike | PlacementDict] | None = None,
         bodies: Sequence[str] | None = None,
         at: NumbersLike | None = None,
@@ -1000,12 +1029,18 @@ class Parts(Writing):
         ratio_error : optional
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
+        efficiency : optional
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
+            where the first body drives, of a screw where its turning drives.
         clearance : optional
             Play built into the joint.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
         lead : optional
             Travel of the second body along the axis for one turn; negative for a left-hand one.
+        friction : optional
+            Of its thread: friction against its motion, which counts where a direction of approach is asked for; a
+            number: its coefficient.
         on : optional
             The bodies with the joint's place on each, in body axes; the first carries pin or guide.
         bodies : optional
@@ -1028,9 +1063,11 @@ class Parts(Writing):
             name,
             {
                 "ratio_error": ratio_error,
+                "efficiency": efficiency,
                 "clearance": clearance,
                 "stiffness": stiffness,
                 "lead": lead,
+                "friction": friction,
                 "on": on,
                 "bodies": bodies,
                 "at": at,

@@ -832,6 +832,20 @@ class TemperatureDict(TypedDict, total=False):
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
+class ThreadFrictionDict(TypedDict, total=False):
+    """Friction of a screw in its nut."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
+    mean_diameter: NumberLike
+    """Mean diameter of the flanks: between crest and root."""
+    flank_angle: NumberLike
+    """Angle of the flank from a plane across the axis: 15 degrees of a trapezoidal thread of 30."""
+    torque: NumberLike
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times
+    length."""
+
+
 class ToleranceDict(TypedDict, total=False):
     """How far a value may be off: two bounds, or a standard deviation."""
 
@@ -841,6 +855,13 @@ class ToleranceDict(TypedDict, total=False):
     """How far below, as a positive number."""
     sigma: NumberLike
     """Standard deviation, a third of the bounds."""
+
+
+class ToothFrictionDict(TypedDict, total=False):
+    """Friction of teeth that slide along each other where the pitch circles touch, as those of worms do."""
+
+    coefficient: NumberLike
+    """Friction force over normal force where the faces slide."""
 
 
 class UnitsDict(TypedDict, total=False):

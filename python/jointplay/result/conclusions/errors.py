@@ -74,6 +74,7 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
             yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
             continue
         where = there(result, configuration)
+        words += " without friction" if "friction_low" in result.data else ""
         if result.attrs["question"] == "random":
             text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
         else:

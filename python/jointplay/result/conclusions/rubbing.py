@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from jointplay.core.compile import LENGTHS
 from jointplay.result import Result, size, unit_of
 from jointplay.result.verdict import rounding, there
 
@@ -23,6 +24,9 @@ def of_friction(result: Result) -> Iterator[Sentence]:
     if approach == "none":
         yield Sentence("Without friction; `--approach forward` counts that of the file.", is_common=True)
         return
+    if approach == "rest":
+        yield from _at_rest(result)
+        return
     apart = []
     for quantity, words in WORDS.items():
         values, unit = size(result, "reversal", quantity), unit_of(result, quantity)
@@ -39,8 +43,25 @@ def of_friction(result: Result) -> Iterator[Sentence]:
         coefficient = float(result.get("jam_coefficient")[k])
         text = f"It jams{there(result, k)}: friction in {jams[k]} and beyond leaves no force that moves it"
         if coefficient:
-            text += f", from a coefficient of {coefficient:.2g} there on"
+            text += f", from a coefficient or loss of {coefficient:.2g} there on"
         yield Sentence(f"{text}.", is_alarm=True)
+
+
+def _at_rest(result: Result) -> Iterator[Sentence]:
+    """How wide the range of a length and of an angle is at most."""
+    width, names = result.get("friction_high") - result.get("friction_low"), result.labels("component")
+    wide = []
+    for quantity in WORDS:
+        own = [k for k, name in enumerate(names) if (name in LENGTHS) == (quantity == "position")]
+        values, unit = width[:, own], unit_of(result, quantity)
+        if np.nanmax(values, initial=0.0) > rounding(result, unit):
+            k, component = np.unravel_index(np.nanargmax(values), values.shape)
+            wide.append(f"{say(float(values[k, component]), unit)} in {names[own[component]]}{there(result, int(k))}")
+    if wide:
+        text = f"At rest friction can hold the output anywhere in a range of up to {' and '.join(wide)}"
+        yield Sentence(f"{text}; by a local search, which does not prove that nothing is beyond.")
+    elif np.isfinite(width).any():
+        yield Sentence("At rest friction holds the output at one place.")
 
 
 def _of_power(result: Result) -> Iterator[Sentence]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from jointplay.result import Result, parts
 
-from .judging import PLAYS, add_limits, add_play, ends, ends_of_plays, judge, room
+from .judging import PLAYS, add_limits, add_play, between, ends, ends_of_plays, judge, reached, room
 from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
 from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
@@ -50,6 +50,7 @@ __all__ = [
     "Verdict",
     "add_limits",
     "add_play",
+    "between",
     "cause",
     "caused",
     "configurations",
@@ -63,6 +64,7 @@ __all__ = [
     "outcome",
     "percent",
     "place",
+    "reached",
     "room",
     "rounding",
     "there",

@@ -5,7 +5,7 @@ margin = min(high - largest value, lowest value - low)      negative where a lim
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -40,9 +40,9 @@ def judge(builder: ResultBuilder) -> None:
     builder.data["margin"] = Variable(per, margin, limit.units, words)
 
 
-def add_play(builder: ResultBuilder, play: str, error: Array, half: Array) -> None:
+def add_play(builder: ResultBuilder, play: str, lowest: Array, highest: Array) -> None:
     """Add what quantities reach with clearances of the largest or the smallest play; nan where it is not known."""
-    values = np.stack(_reached(error, half, list(builder.m.components)), axis=-1)
+    values = np.stack([lowest, highest], axis=-1)
     words = f"lowest and highest value with the {play} play"
     builder.add(f"play_{play}", ("configuration", "quantity", "side"), values, words, "quantity")
 
@@ -74,7 +74,7 @@ def ends(result: Result) -> tuple[Array, Array]:
 
     What a load leaves open counts: a component may be anywhere within its half-width, and a size is at most that of
     the farthest corner. Of corrected drives it is what is left that counts. With friction both sides count from which a
-    configuration is reached.
+    configuration is reached, or all that it can hold at rest.
     """
     if "worst_component" in result.data:
         low, high = (result.get("worst_component", side=side) for side in SIDES)
@@ -82,13 +82,14 @@ def ends(result: Result) -> tuple[Array, Array]:
         return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
     error, half = judged(result)
     components = result.labels("component")
-    reached = _reached(error, half, components)
+    if "friction_low" in result.data:
+        low, high, position, rotation = (result.get(f"friction_{name}") for name in ("low", "high", *SIZES))
+        return between(low, high, position, rotation, half, components)
     if "reversal" not in result.data:
-        return reached
+        return reached([error], half, components)
     # The limits hold from whichever side the machine comes.
     other = error + result.get("reversal") * (-1.0 if result.attrs["approach"] == "forward" else 1.0)
-    (low, high), (low2, high2) = reached, _reached(other, half, components)
-    return np.minimum(low, low2), np.maximum(high, high2)
+    return reached([error, other], half, components)
 
 
 def judged(result: Result) -> tuple[Array, Array]:
@@ -99,8 +100,25 @@ def judged(result: Result) -> tuple[Array, Array]:
     return error, result.get(open_) if open_ in result.data else np.zeros_like(error)
 
 
-def _reached(error: Array, half: Array, components: list[str]) -> tuple[Array, Array]:
-    low, high = error - half, error + half
+def reached(errors: Sequence[Array], half: Array, components: Sequence[str]) -> tuple[Array, Array]:
+    """Lowest and highest value of every quantity at some errors, with what a load leaves open of each."""
+    position, rotation = np.max([_sizes(np.abs(error) + half, components) for error in errors], axis=0)
+    return _ends(np.min(errors, axis=0) - half, np.max(errors, axis=0) + half, position, rotation)
+
+
+def between(
+    low: Array, high: Array, position: Array, rotation: Array, half: Array, components: Sequence[str]
+) -> tuple[Array, Array]:
+    """The same between the ends of all components, with the largest sizes between them."""
+    more = _sizes(half, components)
+    return _ends(low - half, high + half, position + more[0], rotation + more[1])
+
+
+def _sizes(error: Array, components: Sequence[str]) -> tuple[Array, Array]:
     moves = np.array([name in LENGTHS for name in components])
-    sizes = [np.linalg.norm((np.abs(error) + half)[:, which], axis=1) for which in (moves, ~moves)]
-    return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
+    return np.linalg.norm(error[:, moves], axis=1), np.linalg.norm(error[:, ~moves], axis=1)
+
+
+def _ends(low: Array, high: Array, position: Array, rotation: Array) -> tuple[Array, Array]:
+    nothing = np.zeros_like(position)
+    return np.column_stack([low, nothing, nothing]), np.column_stack([high, position, rotation])

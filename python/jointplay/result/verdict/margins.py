@@ -205,6 +205,8 @@ class _Extreme:
             plain = float(error[self.quantity])
         if abs(self.value - plain) <= rounding(self.result, self.unit):
             return ""
+        if "friction_low" in self.result.data:
+            return f" (without friction {self._shown(plain)})"
         if "reversal" in self.result.data and not self.result.get("undetermined")[self.at].any():
             return " coming from the other side"
         return f" ({self._shown(plain)} and what the load leaves open)"

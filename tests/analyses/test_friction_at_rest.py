@@ -1,0 +1,109 @@
+"""Where friction can hold a mechanism at rest: against reference values, closed forms, and points of the set."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import jointplay as jp
+from helpers.graphs import graph
+from helpers.longer import some
+from helpers.rubbing import RSSP, SLIDER_CRANK, with_friction
+from jointplay.analyses import friction
+from jointplay.analyses.friction.balance import EquilibriumAt, equilibrium
+from jointplay.analyses.friction.rest import Search
+from jointplay.analyses.nominal import nominal
+from jointplay.cli import run
+
+
+def asked(m: jp.Mechanism) -> friction.Setting:
+    """The mechanism as `loaded` asks friction of it."""
+    at = nominal(m)
+    without = m.core.loaded(at.drives, at.poses, True, True, True, partly=True, loads=None)
+    return friction.setting(m, at, None, without, "middle", None)
+
+
+def test_slider_crank_as_an_independent_program_has_it():
+    """The range of x, and that of the torque, which is that from both sides here."""
+    result = jp.loaded(jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30, 120]}), approach="rest")
+    assert_allclose(result.friction_low.sel(component="x"), [-0.08174597, -0.08446948], atol=6e-9)
+    assert_allclose(result.friction_high.sel(component="x"), [-0.07941743, -0.07422536], atol=6e-9)
+    assert_allclose(result.drive_torque_low[:, 0], [-5211.37594, -6841.65592], atol=6e-6)
+    assert_allclose(result.drive_torque_high[:, 0], [-3628.24407, -5469.24482], atol=6e-6)
+    assert_allclose(result.error, jp.loaded(jp.loads(SLIDER_CRANK)).error[[0, 2]], atol=1e-15)
+
+
+PENDULUM = """
+format = 1
+space = "planar"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.pin]
+type = "revolute"
+on = { ground = [0, 0], lever = [0, 0] }
+clearance = { radial = 0.5 }
+friction = { coefficient = 0.2, diameter = 40 }
+[drives.q]
+joint = "pin"
+values = [0]
+[output]
+body = "lever"
+[[loads]]
+force = [-50, 0]
+[limits]
+position = 0.499
+y = 0.09
+"""
+
+
+def test_a_pin_can_lie_anywhere_up_to_the_angle_of_friction():
+    """The extreme of x is inside, where friction holds nothing; those of y are at the ends."""
+    result = jp.loaded(jp.loads(PENDULUM), approach="rest").isel(configuration=0)
+    phi = math.atan(0.2)
+    assert_allclose(result.friction_low, [-0.5, -0.5 * math.sin(phi), 0.0], atol=1e-12)
+    assert_allclose(result.friction_high, [-0.5 * math.cos(phi), 0.5 * math.sin(phi), 0.0], atol=1e-12)
+    assert_allclose([result.friction_position, result.friction_rotation], [0.5, 0.0], atol=1e-12)
+    circle = 50.0 * 20.0 * math.sin(phi)
+    assert_allclose([result.drive_torque_low[0], result.drive_torque_high[0]], [-circle, circle], rtol=1e-12)
+    # All of it is judged: without friction y is 0.
+    assert not result.limit_met.sel(quantity="y")
+    assert_allclose(result.margin.sel(quantity=["position", "y"]), [-0.001, 0.09 - 0.5 * math.sin(phi)], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", some([None, *range(60)], 9))
+def test_no_state_with_any_part_of_friction_is_outside(seed):
+    """Each is in equilibrium with friction that its joints can bear; at the ends the range is attained."""
+    if seed is None:
+        m = jp.loads(RSSP).with_({"drives.q.values": [30.0]})
+    else:
+        m = with_friction(jp.loads(graph(seed)), seed)
+    if jp.loaded(m).status[0] != "ok":
+        return
+    setting = asked(m)
+    search = Search(setting, np.array([0]))
+    rng = np.random.default_rng([5, seed or 0])
+    q = search.inside(rng.uniform(-1.4, 1.4, (40, search.dims)))
+    task = search.task(np.zeros(len(q), int), q)
+    solved = equilibrium(task)
+    at = EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part)
+    error = at.error[solved.part == 1.0]
+    found = friction.held(setting)
+    units = {"length": (m.length, m.units.length), "angle": (1.0, m.units.angle)}
+    scale, factors = np.transpose([units["length" if name in "xyz" else "angle"] for name in m.components])
+    assert (error >= found.low - 1e-9 * scale).all()
+    assert (error <= found.high + 1e-9 * scale).all()
+    for side in ("forward", "backward"):
+        result = jp.loaded(m, approach=side)
+        if result.status[0] == "ok":
+            moved = result.error.values[0] * factors
+            assert (moved >= found.low[0] - 1e-9 * scale).all()
+            assert (moved <= found.high[0] + 1e-9 * scale).all()
+
+
+def test_command(tmp_path, capsys):
+    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
+    assert run(["error", str(tmp_path / "crank.toml"), "-q", "loaded", "--approach", "rest"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Largest position error without friction: 0.09509 mm" in said
+    assert "At rest friction can hold the output anywhere in a range of up to 0.01999 mm in y" in said
+    assert "does not prove that nothing is beyond" in said
