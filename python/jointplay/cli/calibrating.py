@@ -15,7 +15,6 @@ from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, FrameAxes, OutputPath, PlayContact, Seed, Settings
 from .printing import prints
-from .streams import hold, tell
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
@@ -113,8 +112,7 @@ def calibrate(
     code = answer.answer({"calibrate": ask}, m, None if to_file else output, plot)
     if to_file and output is not None:
         as_built(m, found[0], posterior=posterior).write(output)
-        hold([f"{output}: the file as built; {_about(posterior)}"])
-        tell()
+        typer.echo(f"  {output} is the file as built; {_about(posterior)}.")
     return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
 
 

@@ -78,7 +78,6 @@ def _residuals(axes: Axes, part: Result, channel: str | None) -> None:
 
 
 def _remaining(axes: Axes, part: Result) -> None:
-    axes.set_yscale("log")
     lengths = [k for k, name in enumerate(part.labels("component")) if name in split(part.labels("component"))[0]]
     outputs = part.labels("each_output") if "each_output" in part.coords else [""]
     for number, name in enumerate(("before", "after")):
@@ -86,7 +85,8 @@ def _remaining(axes: Axes, part: Result) -> None:
         for k, output in enumerate(outputs):
             own = values[k] if output else values
             size: Floats = np.sqrt((own[:, lengths] ** 2).sum(axis=1))
-            if np.isfinite(size).any():
+            if (size > 0.0).any():
+                axes.set_yscale("log")
                 axes.plot(size, label=f"{output} {name}".strip(), **series(len(outputs) * number + k))
     # On both kinds of ticks, as plain numbers.
     for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):

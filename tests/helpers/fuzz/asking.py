@@ -7,7 +7,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
+
 import jointplay as jp
+from jointplay.analyses.nominal import nominal
+from jointplay.analyses.readings.channels import names_of
 from jointplay.errors import JointplayError
 from jointplay.show.serving.answers import now, opened, settled
 from jointplay.show.serving.session import PageQuestion, Session
@@ -121,3 +125,38 @@ def _moved(random: Random, told: dict[str, Any]) -> dict[str, Any]:
         "output": random.choice([None, *told["outputs"]]),
         "load_case": random.choice([None, *told["cases"]]),
     }
+
+
+#: what may go wrong with a table of readings
+SLIPS = ("nan", "", "-", "1e999", "0,5", "1e300", "text", "\N{MINUS SIGN}3")
+
+
+def readings(random: Random, folder: Path) -> list[str]:
+    """Calibrate the mechanism by a table of its own nominal readings, with slips here and there."""
+    m = jp.load("m.toml")
+    columns = [*m.drives, *(names_of(m) or ["x"])]
+    random.shuffle(columns)
+    columns = columns[: random.randint(1, len(columns))] if random.random() < 0.2 else columns
+    special = ("load_case", "approach", "configuration", f"dial:{m.joints[0]}:x")
+    columns += [word for word in special if random.random() < 0.1]
+    try:
+        found = nominal(m.first)
+        at = np.column_stack([found.drives / m.drive_factors, found.output / m.component_factors])
+    except JointplayError:
+        at = np.ones((3, len(m.drives) + len(m.components)))
+    known = dict(zip([*m.drives, *m.components], at.T.tolist(), strict=True))
+    lines = [",".join(columns)]
+    for k in range(min(len(at), random.choice([1, 3, 8]))):
+        of = (known.get(word, known.get(word.rpartition(".")[2], [k] * len(at))) for word in columns)
+        cells = [repr(values[k]) for values in of]
+        lines.append(",".join(random.choice(SLIPS) if random.random() < 0.02 else cell for cell in cells))
+    (folder / "readings.csv").write_text("\n".join(lines), encoding="utf-8")
+    sigma = random.choice(["length=0.1,angle=0.1"] * 5 + ["auto", "x"])
+    words = ["calibrate", "m.toml", "--measured", "readings.csv", "--sigma", sigma]
+    for option in (
+        *(["-o", "built.toml", "--posterior"], ["-o", "built.toml"], ["-o", "r.csv"], ["--plot", "d.svg"]),
+        *(["--frame", "unknown"], ["--sizes"], ["--hold-out", "0.3"], ["--free", "*"], ["--contact", "scattered"]),
+    ):
+        if random.random() < 0.2 and option[0] not in words:
+            words += option
+    return words

@@ -104,9 +104,10 @@ def _file(content: Callable[[Random], bytes]) -> Callable[[Random, Path], str]:
         with contextlib.suppress(JointplayError):
             raw = dict(load("m.toml").raw)
             was_read[0] = True
-            if random.random() < 0.1:
+            draw = random.random()
+            if draw < 0.1:
                 return _plainly(lambda: asking.studio(random, folder))
-            words = asking.line(random, raw)
+            words = asking.readings(random, folder) if draw < 0.18 else asking.line(random, raw)
             problem = asked(words, folder)
             return problem and f"{words}: {problem}"
         was_read[0] = False
