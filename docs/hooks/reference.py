@@ -308,6 +308,10 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
     "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],
+    "plan": lambda: [jp.plan(_pushed(), 2, sigma={"length": 0.1, "angle": 0.1})],
+    "diagnose": lambda: [jp.diagnose(_pushed(), _under_loads(), sigma={"length": 0.1})],
+    "verify": lambda: [jp.verify(_pushed(), _under_loads(side=True), sigma={"length": 0.1})],
+    "calibrate": lambda: [_calibrated(frame="unknown"), _calibrated(zeroed=("x",)), _calibrated(first=1)],
     "allocate": lambda: [
         jp.allocate(_press(), curve=[1.0]),
         jp.allocate(_press(), "random", probability=0.9, samples=512),
@@ -323,6 +327,32 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
 
 def _path() -> jp.Mechanism:
     return jp.loads(jp.examples.text("five-bar", {"limits.joints": "{ A = [0, 180] }"}))
+
+
+def _pushed() -> jp.Mechanism:
+    """A five-bar that is pushed and pulled."""
+    loads = {"push": [{"force": [0, -60]}], "pull": [{"force": [0, 60]}]}
+    return jp.loads(jp.examples.text("five-bar")).with_({"load_cases": loads, "limits.position": 0.1})
+
+
+def _under_loads(*, side: bool = False) -> dict[str, Any]:
+    """What is read of it there, twice from either side."""
+    times = 4 if side else 1
+    there = {case: jp.loaded(_pushed()).sel(load_case=case) for case in ("push", "pull")}
+    table = {"configuration": [0, 1] * 2 * times, "load_case": (["push"] * 2 + ["pull"] * 2) * times}
+    for name in ("x", "y"):
+        values = [(own.nominal + own.error).sel(component=name).values[:2] for own in there.values()]
+        table[name] = [value + 1e-3 * k for k in range(times) for own in values for value in own]
+    return table | ({"side": (["forward"] * 4 + ["backward"] * 4) * 2} if side else {})
+
+
+def _calibrated(first: int = 9, **options: Any) -> Any:
+    """Of the first readings of a five-bar; a single one determines sums only."""
+    m = jp.loads(jp.examples.text("five-bar"))
+    there = jp.solve(m).isel(configuration=slice(first))
+    table = {name: there[name].values for name in m.drives}
+    table |= {name: there.nominal.sel(component=name).values for name in ("x", "y")}
+    return jp.calibrate(m, table, sigma={"length": 0.1}, **options)
 
 
 def _running() -> jp.Mechanism:

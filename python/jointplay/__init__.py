@@ -21,19 +21,23 @@ if TYPE_CHECKING:
     from .analyses.allocate import allocate
     from .analyses.allow import allow
     from .analyses.assemble import assemble, best_order
+    from .analyses.calibrate import as_built, calibrate
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
+    from .analyses.diagnose import diagnose
     from .analyses.given import given
     from .analyses.life import life
     from .analyses.loaded import loaded
     from .analyses.map import map
+    from .analyses.plan import plan
     from .analyses.random import random
     from .analyses.region import region
     from .analyses.sensitivity import sensitivity
     from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
+    from .analyses.verify import verify
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
@@ -57,13 +61,16 @@ __all__ = [
     "allocate",
     "allow",
     "animate",
+    "as_built",
     "assemble",
     "backlash",
     "bearing",
     "best_order",
+    "calibrate",
     "check",
     "compare",
     "compensate",
+    "diagnose",
     "diametral",
     "examples",
     "export",
@@ -76,6 +83,7 @@ __all__ = [
     "loaded",
     "loads",
     "map",
+    "plan",
     "plot",
     "radial",
     "random",
@@ -87,6 +95,7 @@ __all__ = [
     "singularities",
     "solve",
     "sweep",
+    "verify",
     "view",
     "worst",
 ]
@@ -98,6 +107,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "JointplayError": "errors",
     "Mechanism": "model.mechanism",
     "animate": "plot.animation",
+    "as_built": "analyses.calibrate",
     "best_order": "analyses.assemble.order",
     "export": "exchange.exporting",
     "frame": "result.spreadsheets",

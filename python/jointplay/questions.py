@@ -97,8 +97,8 @@ QUESTIONS: Mapping[str, Question] = {
                 # Where contacts change sides is seen from the offsets.
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
-                allow={"details": False},
-                life={"details": False},
+                allow={"details": False, "follows": False},
+                life={"details": False, "follows": False},
             ),
             needs_loads=True,
             chunk=2**14,
@@ -131,8 +131,8 @@ QUESTIONS: Mapping[str, Question] = {
                 studio={"path": False},
                 # The nodes of a grid are no path.
                 map={"path": False},
-                allow={"path": False, "probabilities": ()},
-                life={"path": False},
+                allow={"path": False, "probabilities": (), "follows": False},
+                life={"path": False, "follows": False},
             ),
             chunk=2**6,
             table="questions.of_random",
@@ -190,6 +190,10 @@ QUESTIONS: Mapping[str, Question] = {
             overview="allow.overview",
             sheet="allowed",
         ),
+        Question("calibrate", conclusion="built.of_calibrate", overview="calibrate.overview", sheet="calibrated"),
+        Question("plan", conclusion="built.of_plan", overview="calibrate.of_plan"),
+        Question("diagnose", conclusion="built.of_diagnose", overview="calibrate.of_diagnose"),
+        Question("verify", conclusion="built.of_verify", overview="calibrate.of_verify"),
         Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),

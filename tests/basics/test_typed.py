@@ -53,6 +53,9 @@ M = example("four-bar", assembly={"steps": [["crank"], ["coupler", "rocker"]]})
 PRESS = example("press")
 #: one configuration, no limits: quickly asked everything
 SHORT = example("slider-crank").with_({"drives": {"theta": {"joint": "main", "values": [30.0]}}, "limits": None})
+#: one unknown, and readings of it
+TOLERANT = SHORT.with_({"drives.theta.error": 0.1, "output": {"body": "crank"}, "outputs": None, "loads": None})
+READ = {"configuration": [0], "angle": [30.05]}
 GRID = {"theta1": [30.0, 40.0]}
 
 
@@ -63,6 +66,8 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "allow", jp.allow, {"m": M, "tolerance": 0.1}
     yield "assemble", jp.assemble, {"m": M, "samples": 10}
     yield "best_order", jp.best_order, {"m": M}
+    yield "calibrate", jp.calibrate, {"m": TOLERANT, "measured": READ, "sigma": {"angle": 0.1}}
+    yield "as_built", jp.as_built, {"m": TOLERANT, "result": jp.calibrate(TOLERANT, READ, sigma={"angle": 0.1})}
     yield "check", jp.check, {"m": M}
     yield "compare", jp.compare, {"a": M, "b": M, "question": "loaded"}
     yield "compensate", jp.compensate, {"m": M}

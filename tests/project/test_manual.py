@@ -133,13 +133,21 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "allow": jp.allow,
     "life": lambda m: jp.life(m.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0})),
     "allow random": lambda m: jp.allow(m, "random", samples=400),
+    "calibrate": lambda m: jp.calibrate(
+        m, {"configuration": [0, 1], "angle": [35.0, 53.0]}, sigma={"angle": 1.0}, free={"theta1": 0.1}, hold_out=0.5
+    ),
     "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
     "assemble": jp.assemble,
     "assemble worst": lambda m: jp.assemble(m, "worst"),
     "assemble random": lambda m: jp.assemble(m, "random", samples=20),
 }
 #: what is explained on a page of its own, or on two
-ELSEWHERE = {"assemble": ("assembly.md",), "life": ("questions.md", "running.md"), "map": ("questions.md", "map.md")}
+ELSEWHERE = {
+    "assemble": ("assembly.md",),
+    "calibrate": ("questions.md", "calibration.md"),
+    "life": ("questions.md", "running.md"),
+    "map": ("questions.md", "map.md"),
+}
 ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
 

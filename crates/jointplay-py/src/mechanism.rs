@@ -579,6 +579,13 @@ impl Mechanism {
         Ok(array.into_pyarray(py))
     }
 
+    /// Mean, from the known deviations, and covariance of all parameters as specimens scatter.
+    fn parameter_moments<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
+        let n = self.core.n_parameters();
+        let (mean, covariance) = self.core.parameter_moments();
+        Ok((mean.into_pyarray(py), in_matrix(py, n, n, covariance)?))
+    }
+
     /// How many independent standard normal scores make a specimen.
     #[pyo3(signature = (law = None))]
     fn count_scores(&self, law: Option<&str>) -> PyResult<usize> {

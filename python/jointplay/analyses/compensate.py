@@ -32,7 +32,7 @@ from .loaded import loads_of, require_loads
 from .nominal import Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
-from .running import drive_units, speeds
+from .running import add_contact, drive_units, motion_of, speeds
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -91,7 +91,8 @@ def compensate(
         `limit_met` and `margin` (whether and by how much what is left keeps to the limits of the file; what differs
         from the target counts), `at_limit` (drives held by their range in the file), `settled` (whether the correction
         has converged; elsewhere contact alternates between two sides, and the best drives found are given),
-        `iterations`, `nominal`, `status` (of the corrected mechanism).
+        `iterations`, `nominal`, `status` (of the corrected mechanism). Where drives have speeds `contact_rate`,
+        `contact` and `transit_time` as of `loaded`.
 
     Examples
     --------
@@ -316,6 +317,8 @@ def _report(
         half = m.core.loaded(found.drives, at.poses, loads=loads)["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")
+        if (motion := motion_of(m, at)) is not None:
+            add_contact(m, builder, at, motion)
     lengths = np.isin(m.components, LENGTHS)
     position = np.linalg.norm(found.error[:, lengths], axis=1)
     builder.add("residual_position", "configuration", position, "position error with the drives corrected", "length")

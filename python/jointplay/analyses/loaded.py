@@ -97,11 +97,11 @@ def loaded(
         largest and the smallest play), by which the limits are judged as well.
 
         A mechanism whose drives have speeds has as well: `velocity` and `acceleration` of the output at its nominal
-        motion, in ground axes, `time` (since the first configuration, where drive values say it), and with details
-        `body_velocity`, `body_acceleration`, `drive_speed`, `motor_torque` (with that which accelerates the rotor),
-        `drive_power`, and of a determinate mechanism, per round clearance, `contact_rate` (how fast its reaction turns
-        beside the pendulum of the play), `contact` (``follows``, ``may be lost`` or ``lost``) and `transit_time` (the
-        least in which the pin crosses its play). Inertia is among the loads; attributes `speeds` and `inertia`.
+        motion, in ground axes, `time` (since the first configuration, where drive values say it), of a determinate
+        mechanism, per round clearance, `contact_rate` (how fast its reaction turns beside the pendulum of the play),
+        `contact` (``follows``, ``may be lost`` or ``lost``) and `transit_time` (the least in which the pin crosses its
+        play), and with details `body_velocity`, `body_acceleration`, `drive_speed`, `motor_torque` (with that which
+        accelerates the rotor) and `drive_power`. Inertia is among the loads; attributes `speeds` and `inertia`.
 
         With an approach: `reversal` (error coming forward minus error coming backward), `efficiency` (power that comes
         out over power that goes in, negative where the load cannot drive the motor), `friction_share` (per joint),
@@ -142,12 +142,14 @@ def compute(
     approach: str | None = None,
     offset: bool = False,
     plays: bool = True,
+    follows: bool = True,
     at: Nominal | None = None,
 ) -> Result:
     """The light form of `loaded`.
 
     `offset` asks for the offsets without the other details, `plays` for what quantities with limits reach with the
-    largest and the smallest play, where sizes scatter and those in the middle are asked for.
+    largest and the smallest play, where sizes scatter and those in the middle are asked for, `follows` for whether
+    contact follows the reactions of a machine that runs.
     """
     require_loads(m)
     if approach is not None:
@@ -188,6 +190,7 @@ def compute(
         _drives(m, builder, found)
     if motion is not None and details:
         add_drives(m, builder, motion, found["drive_force"])
+    if motion is not None and follows:
         add_contact(m, builder, at, motion)
     builder.add("iterations", "configuration", found["iterations"], "steps until contact had converged")
     if not m.core.isostatic:

@@ -18,6 +18,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, Variable, coordinate_names
 
 from .nominal import Nominal, Progress, carried
+from .running import CONTACT, SPEEDS
 from .several import share
 
 #: what is found of every share, and how where it was searched for
@@ -76,7 +77,13 @@ def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
         names = np.array([name for name, _ in cases(m)])
         words = "load case with the largest share"
         data["outside_loaded_case"] = Variable(own.dims, np.where(unknown, "", names[largest]), "", words)
+    if "contact" in answers[0].data:
+        each = np.stack([answer.get("contact")[..., None] == np.array(CONTACT) for answer in answers])
+        worst = np.where(each.any(axis=(0, -2)), np.arange(1, len(CONTACT) + 1), 0).max(axis=-1)
+        words = "whether contact follows the reactions; empty: not judged"
+        data["contact_loaded"] = Variable(own.dims, np.array(["", *CONTACT])[worst], "", words)
     attrs = {**result.attrs, "samples_loaded": answers[0].attrs["samples"]}
+    attrs |= {name: answers[0].attrs[name] for name in SPEEDS if name in answers[0].attrs}
     return _without_clash(replace(result, data=data, attrs=attrs))
 
 

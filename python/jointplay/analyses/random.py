@@ -32,7 +32,7 @@ from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .recorded import recorded
-from .running import motion_of, speeds
+from .running import add_contact, motion_of, speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
@@ -122,7 +122,9 @@ def random(
         `outside_loaded_low` and `outside_loaded_high` as well: the share where the load decides the offsets of the same
         specimens, of several load cases that with the largest share, `outside_loaded_case`. It is counted in the first
         16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all;
-        with `rare`, `outside_loaded_method` says how it was found.
+        with `rare`, `outside_loaded_method` says how it was found. Of a machine that runs `contact_loaded`: whether
+        contact follows there; where it is not asked beside another one, `contact_rate`, `contact` and `transit_time`
+        as of `loaded`.
         The attribute `contact` says how all other variables were found, where the file has loads.
 
         Of a determinate mechanism whose offsets scatter: `repeatability` of the output point (ISO 9283) with
@@ -191,14 +193,20 @@ def compute(
     at: Nominal | None = None,
     progress: Progress | None = None,
     path: bool = True,
+    follows: bool = True,
     scheduler: Any = None,
 ) -> Result:
-    """The light form of `random`; `path` asks for what is of all configurations together or of one specimen."""
+    """The light form of `random`.
+
+    `path` asks for what is of all configurations together or of one specimen, `follows` for whether contact follows
+    the reactions of a machine that runs.
+    """
     if rare:
         require_rare(m)
     both = contact is None and pressed.counts_too(m)
     own = contact or m.limits.contact or SCATTERED
     common: dict[str, Any] = {"sampling": sampling, "threads": threads, "rare": rare, "scheduler": scheduler}
+    common["follows"] = follows
     whole = 1 + len(pressed.cases(m)) if both else 1
     result = _of_contact(
         m,
@@ -244,6 +252,7 @@ def _of_contact(
     at: Nominal | None = None,
     progress: Progress | None = None,
     path: bool = True,
+    follows: bool = True,
     scheduler: Any = None,
 ) -> Result:
     """The scatter where clearances scatter, or where the load decides where they are."""
@@ -256,9 +265,8 @@ def _of_contact(
     if indices:
         require_determinate_scatter(m, is_loaded)
     at = (at or nominal(m)).with_errors
-    if is_loaded:
-        motion_of(m, at)
-    else:
+    motion = motion_of(m, at) if is_loaded else None
+    if not is_loaded:
         _require_room(m, law, at)
     limits = m.limits.bounds(m.quantities)
     # What is rounding is beyond no limit.
@@ -286,6 +294,8 @@ def _of_contact(
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
         builder.attrs |= {"contact": contact, **speeds(m)}
+    if motion is not None and follows:
+        add_contact(m, builder, at, motion.first(done))
     add_moments(builder, found)
     add_distribution(builder, found, levels, m)
     add_shares(builder, found, limits, samples, len(levels), sampling)

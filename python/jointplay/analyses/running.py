@@ -20,19 +20,19 @@ with m_r as m_t, but along R'.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics import poses
-from jointplay.basics.arrays import Floats
+from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import LENGTHS, DriveMotion
 from jointplay.errors import InputError
 from jointplay.model.inertia import Kinematics, components, kinematics, matrices, wrenches
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import ResultBuilder
+from jointplay.result import ResultBuilder, Variable
 
 from .nominal import OK, Nominal, at_drives
 
@@ -40,6 +40,8 @@ from .nominal import OK, Nominal, at_drives
 FOLLOWS, LOST = 0.3, 5.6
 #: the words for these, and for what is in between
 CONTACT = ("follows", "may be lost", "lost")
+#: what `speeds` tells
+SPEEDS = ("speeds", "inertia", "rounded")
 #: sets of offsets in a plane or in space that are the same in every direction; only they are judged
 ROUND = ("disc", "ball")
 #: motion of the drives by which reactions are differenced, in radians or characteristic lengths
@@ -135,11 +137,39 @@ def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal, motion: Drive
     rate, transit = contact_rates(m, at, motion)
     words = "turning of the reaction over the frequency of the play's pendulum (contact rate)"
     builder.add("contact_rate", ("configuration", "source"), rate, words)
-    named = np.where(np.isnan(rate), "", np.array(CONTACT)[(rate > FOLLOWS).astype(int) + (rate > LOST)])
     words = "whether contact follows the reaction; empty: not judged"
-    builder.add("contact", ("configuration", "source"), named, words)
+    builder.add("contact", ("configuration", "source"), _named(rate), words)
     words = "least time in which the pin crosses its play, where contact may be lost"
     builder.add("transit_time", ("configuration", "source"), np.where(rate > FOLLOWS, transit, np.nan), words, "time")
+
+
+def add_largest_rate(builder: ResultBuilder, parts: Iterable[tuple[Mechanism, Nominal]], when: str) -> None:
+    """Add to the figures of a result the largest contact rate of some mechanisms along their paths; none if at rest."""
+    top: tuple[float, str, int] | None = None
+    for m, at in parts:
+        motion = motion_of(m, at) if m.has_loads else None
+        if motion is None or not m.loads.inertial or not m.core.isostatic:
+            continue
+        rates, _ = contact_rates(m, at, motion)
+        if np.isnan(rates).all():
+            continue
+        place, source = np.unravel_index(int(np.nanargmax(rates)), rates.shape)
+        if top is None or rates[place, source] > top[0]:
+            top = float(rates[place, source]), m.sources[source], int(place)
+    if top is not None:
+        for name, value, words in (
+            ("contact_rate", top[0], f"largest contact rate {when}"),
+            ("contact", str(_named(np.array(top[0]))), "whether contact follows the reactions"),
+            ("contact_source", top[1], "where the contact rate is largest"),
+            ("contact_configuration", top[2], "near which configuration"),
+        ):
+            builder.data[name] = Variable((), np.array(value), "", words)
+
+
+def _named(rate: Floats) -> Array:
+    """The words for contact rates."""
+    words: Array = np.where(np.isnan(rate), "", np.array(CONTACT)[(rate > FOLLOWS).astype(int) + (rate > LOST)])
+    return words
 
 
 def contact_rates(m: Mechanism, at: Nominal, motion: DriveMotion) -> tuple[Floats, Floats]:

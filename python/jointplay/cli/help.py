@@ -33,6 +33,16 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay life press-running.toml": "",
         "jointplay life press-running.toml --cycles 0:1e6:5": "at these ages",
     },
+    "calibrate": {
+        "jointplay calibrate five-bar.toml --measured readings.csv": "",
+        "jointplay calibrate five-bar.toml --measured readings.csv -o built.toml": "",
+    },
+    "plan": {
+        "jointplay plan five-bar.toml -n 8 --columns x,y --sigma length=0.002": "",
+        "jointplay plan five-bar.toml -n 8 --sigma length=0.002 -o readings.csv": "a table to fill in",
+    },
+    "diagnose": {"jointplay diagnose five-bar.toml --reversal pushed-and-pulled.csv --sigma length=0.002": ""},
+    "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",

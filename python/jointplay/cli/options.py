@@ -60,6 +60,20 @@ class Passes(StrEnum):
     one_way = "one-way"
 
 
+class FrameAxes(StrEnum):
+    """Whether the axes of a measuring device are those of the ground."""
+
+    known = "known"
+    unknown = "unknown"
+
+
+class PlayContact(StrEnum):
+    """Where the play lies while a machine is measured."""
+
+    scattered = "scattered"
+    loaded = "loaded"
+
+
 Scheduler = Annotated[
     str | None,
     typer.Option(

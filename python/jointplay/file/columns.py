@@ -23,6 +23,8 @@ LARGEST_FILE = 8_000_000
 SEPARATORS = ";\t,"
 
 
+#: the name of a column, and its unit in brackets
+HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[\s*(?P<square>[^\]]*?)\s*\]|\(\s*(?P<round>[^)]*?)\s*\))?")
 #: what a spreadsheet takes for a formula, also behind apostrophes of the text's own, so that reading undoes writing
 FORMULA = re.compile(r"'*[=+\-@\t\r]")
 #: what it takes for a number, which stays one
@@ -38,6 +40,19 @@ def as_cell(text: str) -> str:
     ("'-arm", '-1.5', 'arm', "''=arm")
     """
     return f"'{text}" if FORMULA.match(text) and not NUMBER.fullmatch(text) else text
+
+
+def split(word: str) -> tuple[str, str]:
+    """Name and unit of a column.
+
+    Examples
+    --------
+    >>> split("theta [deg]"), split("x (mm)"), split("y")
+    (('theta', 'deg'), ('x', 'mm'), ('y', ''))
+    """
+    found = HEADER.fullmatch(word.strip())
+    assert found is not None
+    return found["name"], found["square"] or found["round"] or ""
 
 
 def from_cell(text: str) -> str:
@@ -144,12 +159,26 @@ class Tables:
         if isinstance(name, str) and name in self._known:
             return self._known[name]
         place = files.beside(self.path, name, self.file, key)
-        self._known[place.name] = _read(place, key)
+        self._known[place.name] = read(place, key)
         return self._known[place.name]
 
 
-def _read(place: Path, key: str) -> Columns:
-    """A table; the key is for messages."""
+def read(place: Path, key: str = "", *, decimals: str = "decimals have a point") -> Columns:
+    """A table.
+
+    Parameters
+    ----------
+    place : path
+    key : str
+        Of the mechanism file that names it, for messages.
+    decimals : str
+        What messages say of numbers.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, or is no table.
+    """
     said = one_line(str(place))
     lines = _text(place).splitlines()
     separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
@@ -163,7 +192,7 @@ def _read(place: Path, key: str) -> Columns:
         if len(row) > len(header) and any(word.strip() for word in row[len(header) :]):
             # 22,7 below a single name would be read as 22.
             columns = f"{len(header)} column{'s' * (len(header) != 1)}"
-            problem = f"row {number} has {len(row)} values for {columns}; decimals have a point"
+            problem = f"row {number} has {len(row)} values for {columns}; {decimals}"
             raise InputError(problem, file=said, key=key)
     return Columns(said, header, below)
 

@@ -7,7 +7,7 @@ import hashlib
 import importlib
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,7 @@ from jointplay import _core
 from jointplay.basics import files
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
-from jointplay.core.compile import Compiled, DriveMotion, Loads, compile_file
+from jointplay.core.compile import Compiled, CompiledSource, DriveMotion, Loads, compile_file
 from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml
@@ -291,11 +291,29 @@ class Mechanism(Compiled):
                 if key in size:
                     size[key] += sign * by
             sources[k] = replace(sources[k], spec={**sources[k].spec, "set": {shape: size}})
-        grown = object.__new__(Mechanism)
+        return self._resourced(sources)
+
+    def held(self, offsets: Mapping[int, float]) -> Mechanism:
+        """The mechanism with some of its backlash taken up: held at an offset.
+
+        Parameters
+        ----------
+        offsets : mapping
+            SI, by the index of the source.
+        """
+        sources = list(self.compiled_sources)
+        for k, offset in offsets.items():
+            nothing = {"interval": {"low": 0.0, "high": 0.0}}
+            sources[k] = replace(sources[k], centre=(offset,), spec={**sources[k].spec, "set": nothing})
+        return self._resourced(sources)
+
+    def _resourced(self, sources: Sequence[CompiledSource]) -> Mechanism:
+        """The same mechanism with other sets of its sources."""
+        changed = object.__new__(Mechanism)
         own = {name: value for name, value in vars(self).items() if name != "core"}
         spec = MappingProxyType({**self.core_spec, "sources": [source.as_spec for source in sources]})
-        vars(grown).update(own, compiled_sources=tuple(sources), core_spec=spec, _parts={})
-        return grown
+        vars(changed).update(own, compiled_sources=tuple(sources), core_spec=spec, _parts={})
+        return changed
 
     def varied(self, **changes: Unpack[Changes]) -> _core.Mechanism:
         """The mechanism in the compiled core with other parts.
@@ -306,6 +324,18 @@ class Mechanism(Compiled):
             What takes the place of parts of the specification.
         """
         return in_core(cast("Spec", {**self.core_spec, **changes}))
+
+    def watching(self, point: int, **changes: Unpack[Changes]) -> _core.Mechanism:
+        """The mechanism in the core with another output point.
+
+        Parameters
+        ----------
+        point : int
+            Its number.
+        **changes : Changes
+            As for `varied`.
+        """
+        return in_core(cast("Spec", {**self.core_spec, **changes, "output": {"point": point}}))
 
     def moved(self, places: Mapping[int, Floats]) -> list[PointSpec]:
         """The points for `varied`, some of them at other places on their bodies.

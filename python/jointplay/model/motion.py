@@ -5,18 +5,15 @@ A column may say its unit behind its name, ``x [mm]``; without one its numbers a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from jointplay.basics import units
 from jointplay.core.compile.drives import COMPONENTS, LENGTHS
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.file.columns import Columns, Tables
+from jointplay.file.columns import Columns, Tables, split
 from jointplay.file.schema import space_of, with_coordinate
 
-#: the name of a column, and its unit in brackets
-HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[\s*(?P<square>[^\]]*?)\s*\]|\(\s*(?P<round>[^)]*?)\s*\))?")
 #: what says where values are from, and what says them
 REFERENCE, VALUES = ("csv", "column", "time"), ("values", "times", "from", "to", "count")
 #: seconds per unit of a column of times
@@ -63,7 +60,7 @@ class _PathReader:
     def targets(self, table: Mapping[str, Any], components: Sequence[str]) -> dict[str, Any]:
         """The path with its values."""
         columns = self.tables.beside(table["csv"], "path.csv")
-        names = {_split(word)[0]: word for word in columns.header}
+        names = {split(word)[0]: word for word in columns.header}
         asked = [component for component in components if component in names]
         if not asked:
             problem = f"the first row has none of {listed(components)}, but {listed(columns.header)}"
@@ -95,7 +92,7 @@ class _PathReader:
         if not isinstance(names, list) or len(names) != 2 or set(follower) & {"at", "values", "polynomial"}:
             return follower
         columns = self.tables.beside(follower["csv"], f"{key}.csv")
-        words = {_split(word)[0]: word for word in columns.header}
+        words = {split(word)[0]: word for word in columns.header}
         found = {}
         for place, (name, given, joint) in enumerate(zip(names, ("at", "values"), ("follows", "joint"), strict=True)):
             word = name if name in columns.header else words.get(name)
@@ -111,7 +108,7 @@ class _PathReader:
             return drive
         columns = self.tables.beside(drive["csv"], f"{key}.csv")
         wanted = drive.get("column", name)
-        words = {_split(word)[0]: word for word in columns.header}
+        words = {split(word)[0]: word for word in columns.header}
         word = wanted if wanted in columns.header else words.get(wanted) if isinstance(wanted, str) else None
         if word is None:
             problem = not_known(str(wanted), "a column of its first row", columns.header)
@@ -126,12 +123,12 @@ class _PathReader:
 
     def _times(self, columns: Columns, name: Any, key: str) -> list[float]:
         """A column of times in seconds."""
-        words = {_split(word)[0]: word for word in columns.header}
+        words = {split(word)[0]: word for word in columns.header}
         word = name if name in columns.header else words.get(name) if isinstance(name, str) else None
         if word is None:
             problem = not_known(str(name), "a column of its first row", columns.header)
             raise InputError(problem, file=columns.name, key=key)
-        unit = _split(word)[1] or "s"
+        unit = split(word)[1] or "s"
         if unit not in TIMES:
             problem = f"the unit of column {shown(word)}: {not_known(unit, 'a unit of time', TIMES)}"
             raise InputError(problem, file=columns.name, key=key)
@@ -142,7 +139,7 @@ class _PathReader:
         values = columns.numbers(word, key, whole=True)
         if not values:
             raise InputError(f"column {shown(word)} has no values", file=columns.name, key=key)
-        unit = _split(word)[1]
+        unit = split(word)[1]
         known = units.LENGTHS if is_length else units.ANGLES
         own = self.units.get("length", "mm") if is_length else self.units.get("angle", "deg")
         if not unit or own not in known:
@@ -163,16 +160,3 @@ def _kind(joints: Any, name: object) -> Any:
 
 def _table(node: Any) -> Mapping[str, Any]:
     return node if isinstance(node, Mapping) else {}
-
-
-def _split(word: str) -> tuple[str, str]:
-    """Name and unit of a column.
-
-    Examples
-    --------
-    >>> _split("theta [deg]"), _split("x (mm)"), _split("y")
-    (('theta', 'deg'), ('x', 'mm'), ('y', ''))
-    """
-    found = HEADER.fullmatch(word.strip())
-    assert found is not None
-    return found["name"], found["square"] or found["round"] or ""

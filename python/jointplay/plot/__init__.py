@@ -15,6 +15,7 @@ if find_spec("matplotlib") is None:
 from .allocate import allocate, cost_curve
 from .allow import allow
 from .assembly import assembly
+from .calibrate import calibrate
 from .corrections import correction
 from .figures import blame, error, histogram
 from .life import life
@@ -36,6 +37,7 @@ __all__ = [
     "allow",
     "assembly",
     "blame",
+    "calibrate",
     "check_path",
     "correction",
     "cost_curve",

@@ -23,6 +23,7 @@ from jointplay.result import size as size_of
 from .allocate import allocate, cost_curve
 from .allow import allow
 from .bars import AROUND, BAR
+from .calibrate import REMAINING, RESIDUALS, calibrate
 from .corrections import correction
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 VISIBLE = 0.1
 #: poses that are drawn light between the first and the last one
 BETWEEN = 8
+#: measured columns whose residuals are drawn
+MOST_CHANNELS = 6
 #: panels with the sources of each size
 SOURCES = ("sources", "sources-rotation")
 
@@ -182,6 +185,19 @@ def _aged(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(life, sheet.first, name)) if name in sheet.first.data else None
 
 
+def _residual_names(sheet: Sheet) -> Iterable[str] | None:
+    """A panel of residuals for every measured column, and one of the error that is left."""
+    if not sheet.results:
+        return None
+    columns = sheet.first.labels("channel")[:MOST_CHANNELS]
+    return (*(f"{RESIDUALS}-{name}" for name in columns), REMAINING)
+
+
+def _calibrated(sheet: Sheet, name: str) -> Panel:
+    panel, _, channel = name.partition("-")
+    return Panel(_into(calibrate, sheet.first, panel, channel or None))
+
+
 def _drawings(sheet: Sheet) -> Iterable[str]:
     """The views of a mechanism in the order of a drawing: top above front, side beside it."""
     return ("top", "solid", "front", "side") if sheet.m.pose_size == poses.SPATIAL else ("mechanism",)
@@ -283,6 +299,7 @@ SHEETS: Mapping[str, Kind] = {
         )
     ),
     "allowed": Kind((_of_units(allow),), columns=1),
+    "calibrated": Kind((PanelEntry(_residual_names, _calibrated),), has_components=False),
     "life": Kind((PanelEntry(AGEING, _aged),), has_components=False),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }

@@ -76,6 +76,26 @@ impl Source {
 }
 
 impl Mechanism {
+    /// Mean and covariance of all parameters as specimens scatter, row by row; the mean counts from the known deviations.
+    #[must_use]
+    pub fn parameter_moments(&self) -> (Vec<f64>, Vec<f64>) {
+        let n = self.n_parameters();
+        let (mut mean, mut covariance) = (vec![0.0; n], vec![0.0; n * n]);
+        for source in &self.sources {
+            let (means, variances) = source.moments(source.law);
+            for (k, p) in source.range().enumerate() {
+                mean[p] = means[k];
+                covariance[p * n + p] = variances[k];
+            }
+        }
+        for (a, b, together) in self.covariances() {
+            let [a, b] = [a, b].map(|s| self.sources[s].first);
+            covariance[a * n + b] = together;
+            covariance[b * n + a] = together;
+        }
+        (mean, covariance)
+    }
+
     /// The covariances of two sources that scatter together, each pair once.
     pub(crate) fn covariances(&self) -> Vec<(usize, usize, f64)> {
         let mut all = Vec::new();

@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
-from jointplay.analyses.running import speeds
+from jointplay.analyses.running import FOLLOWS, add_largest_rate, speeds
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
@@ -98,7 +98,9 @@ def allow(
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
         share that may be outside), with `used_not_assembled`, the share of the specimens that cannot be assembled
-        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is.
+        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is. Of a
+        machine that runs `contact_rate`, the largest with the sizes as they are, with `contact`, `contact_source` and
+        `contact_configuration`, see `loaded`.
 
     Raises
     ------
@@ -163,7 +165,8 @@ def compute(
 
 def keeps(result: Result) -> bool:
     """Whether every configuration can be assembled, and the limits hold with the sizes as they are."""
-    return "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
+    loose = "contact_rate" in result.data and float(result.get("contact_rate")) > FOLLOWS
+    return not loose and "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
 
 
 def prepared(
@@ -289,6 +292,7 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
     if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
         builder.attrs |= speeds(m)
+        add_largest_rate(builder, every.asked.pressed(every.asked.parts(m)), "with the sizes as they are")
     if question == "loaded" and "size" in m.source_kinds:
         builder.attrs["sizes"] = options.get("sizes", "middle")
     if without := every.asked.without_error:

@@ -133,6 +133,11 @@ class Asked:
         whole = m if self.question == "loaded" else m.without_load_cases()
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
+    def pressed(self, parts: Sequence[Assumed]) -> list[tuple[Mechanism, Nominal]]:
+        """Parts in which the load decides where clearances are, with their configurations."""
+        each = zip(parts, self.at, strict=True)
+        return [(one.part, at) for one, at in each if one.is_loaded or self.question == "loaded"]
+
     @property
     def without_error(self) -> dict[int, str]:
         """Configurations that count and have no error as drawn, and why."""

@@ -23,7 +23,7 @@ from jointplay.analyses.allow.search import AllowSearch
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.recorded import recorded
-from jointplay.analyses.running import speeds
+from jointplay.analyses.running import FOLLOWS, add_largest_rate, speeds
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
@@ -105,6 +105,8 @@ def life(
         they hold with all that was tried; ``undetermined``, where from there on the loads do not say how joints share
         them; ``no_limit``, where the file has none; ``no_wear``, where nothing grows; ``no_pose``, where some
         configuration has no pose, so that the cycle is not known. The attribute `cycle` says what a cycle is.
+        Of a machine that runs `contact_rate`, the largest at the end of the life, with `contact`, `contact_source` and
+        `contact_configuration`, see `loaded`.
 
     Raises
     ------
@@ -154,6 +156,8 @@ def compute(
 
 def holds(result: Result) -> bool:
     """Whether the limits hold at all ages that were asked for, and how the clearances wear is known."""
+    if "contact_rate" in result.data and float(result.get("contact_rate")) > FOLLOWS:
+        return False
     status = str(result.get("status"))
     if status in ("no_pose", "missed") or (status == "undetermined" and not np.isfinite(result.get("life"))):
         return False
@@ -336,6 +340,10 @@ class _Life:
         m, asked = self.m, self.asked
         builder = ResultBuilder(m, "life", asked=asked.question, tolerance=self.tolerance, rate_factor=FACTOR)
         builder.attrs |= speeds(m)
+        if self.duty.by_load or asked.by_load:
+            grown = self._grown(found.life) if math.isfinite(found.life) else np.zeros(len(self.worn))
+            when = "at the end of the life; where there is none, with the clearances as they are"
+            add_largest_rate(builder, self.duty.worn_at(np.nan_to_num(grown)), when)
         if self.duty.cycle is not None:
             builder.attrs["cycle"] = self.duty.cycle.name
         if m.load_cases and self.duty.by_load:

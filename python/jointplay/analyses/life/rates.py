@@ -71,7 +71,7 @@ class Duty:
         self.by_load = not all(one.is_measured for one in worn)
         cases = m.load_cases or (None,)
         first = m.outputs[0] if m.outputs else None
-        self.cases = [m.only(first, case) for case in cases] if self.by_load else [m.first]
+        self.cases = [m.only(first, case) for case in cases]
         if self.by_load:
             for case in self.cases:
                 require_loads(case)
@@ -98,14 +98,18 @@ class Duty:
         if not self.by_load:
             return Rates(measured, measured, nothing, nothing)
         assert self.cycle is not None
-        each = zip(self.cases, self.at, self.loads, strict=True)
-        found = [self._case(part, at, loads, self.cycle, grown) for part, at, loads in each]
+        each = zip(self.worn_at(grown), self.loads, strict=True)
+        found = [self._case(copy, at, loads, self.cycle) for (copy, at), loads in each]
         mean = {name: np.mean([getattr(one, name) for one in found], axis=0) for name in ("growth", "coarse")}
         sliding = np.mean([one.sliding for one in found], axis=0)
         return Rates(mean["growth"], mean["coarse"], sliding, np.max([one.pressure for one in found], axis=0))
 
-    def _case(self, part: Mechanism, at: Nominal, loads: Floats | None, cycle: Cycle, grown: Floats) -> Rates:
-        copy = part.worn(changes(part, self.m, self.worn, grown))
+    def worn_at(self, grown: Floats) -> list[tuple[Mechanism, Nominal]]:
+        """The mechanism in each load case, with clearances that have grown, and its configurations."""
+        worn = [part.worn(changes(part, self.m, self.worn, grown)) for part in self.cases]
+        return list(zip(worn, self.at, strict=True))
+
+    def _case(self, copy: Mechanism, at: Nominal, loads: Floats | None, cycle: Cycle) -> Rates:
         found = copy.core.loaded(at.drives, at.poses, True, False, True, partly=True, loads=loads)
         if len(found["status"]) < len(at):
             raise KeyboardInterrupt

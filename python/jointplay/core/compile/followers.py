@@ -90,11 +90,10 @@ def of_followers(data: MechanismFile, graph: Graph) -> Iterator[CompiledSource]:
             yield CompiledSource(
                 f"{name}.backlash", "backlash", component, (factor,), (0.0,), spec | {"kind": "clearance"}, at
             )
-        if entry.error is not None:
+        if entry.error is not None or entry.deviation:
             part = interval(entry.error, entry.law or "uniform", factor) | {"joint": index}
-            yield CompiledSource(
-                f"{name}.error", "ratio", component, (factor,), (0.0,), part, f"followers.{name}.error"
-            )
+            known = (entry.deviation * factor,)
+            yield CompiledSource(f"{name}.error", "ratio", component, (factor,), known, part, f"followers.{name}.error")
 
 
 def _joints(entry: Follower) -> tuple[tuple[str, str], tuple[str, str]]:

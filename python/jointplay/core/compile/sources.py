@@ -63,11 +63,12 @@ def compile_sources(
     sources.extend(of_links(data, graph, outputs, length))
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
-        if drive.error is not None:
+        if drive.error is not None or drive.deviation:
             label = f"drive {name}" if name in taken else name
             factor = float(commands.factors[index])
-            spec = interval(drive.error, drive.law or "uniform", factor)
-            sources.append(CompiledSource(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
+            spec = interval(drive.error, drive.law or "uniform", factor) | {"drive": index}
+            known = (drive.deviation * factor,)
+            sources.append(CompiledSource(label, "drive", ("value",), (factor,), known, spec))
         sources.extend(_of_backlash(graph, name, drive, index))
     if grown is not None:
         sources.append(_of_temperature(data, grown.moves(graph), {source.name for source in sources}))

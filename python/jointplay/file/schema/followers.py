@@ -60,6 +60,7 @@ class Follower(Table):
         "uniform", description="how it lies in its backlash in random specimens: uniform, boundary (on a flank), normal"
     )
     error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the following coordinate may be off")
+    deviation: Number = Field(0.0, description="the known error of the following coordinate in one built specimen")
     law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform if left out")
     stiffness: Positive | SkipJsonSchema[None] = Field(
         None, description="force per length, or moment per angle, by which the following coordinate gives way"

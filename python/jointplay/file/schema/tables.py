@@ -94,6 +94,9 @@ class Drive(Table):
         None, description="how many equally spaced values"
     )
     error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
+    deviation: Number = Field(
+        0.0, description="the known error of its zero in one built specimen: actual minus commanded value"
+    )
     law: ToleranceLaw | SkipJsonSchema[None] = Field(
         None, description="how it scatters: uniform if left out; see tolerances"
     )

@@ -1153,6 +1153,7 @@ class Parts(Writing):
         to: NumberLike | None = None,
         count: Count | None = None,
         error: NumberLike | ToleranceDict | None = None,
+        deviation: NumberLike | None = None,
         law: Literal["normal", "uniform", "triangular"] | LawDict | None = None,
         backlash: NumberLike | Mapping[str, NumberLike | BacklashDict] | BacklashDict | None = None,
         backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
@@ -1191,6 +1192,8 @@ class Parts(Writing):
             How many equally spaced values.
         error : optional
             How far the drive may be off its command.
+        deviation : optional
+            The known error of its zero in one built specimen: actual minus commanded value.
         law : optional
             How it scatters: uniform if left out; see tolerances.
         backlash : optional
@@ -1234,6 +1237,7 @@ class Parts(Writing):
                 "to": to,
                 "count": count,
                 "error": error,
+                "deviation": deviation,
                 "law": law,
                 "backlash": backlash,
                 "backlash_law": backlash_law,
@@ -1266,6 +1270,7 @@ class Parts(Writing):
         backlash: NumberLike | BacklashDict | None = None,
         backlash_law: Literal["uniform", "boundary", "normal"] | None = None,
         error: NumberLike | ToleranceDict | None = None,
+        deviation: NumberLike | None = None,
         law: Literal["normal", "uniform", "triangular"] | LawDict | None = None,
         stiffness: NumberLike | None = None,
     ) -> None:
@@ -1302,6 +1307,8 @@ class Parts(Writing):
             How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
         error : optional
             How far the following coordinate may be off.
+        deviation : optional
+            The known error of the following coordinate in one built specimen.
         law : optional
             How it scatters: uniform if left out.
         stiffness : optional
@@ -1323,6 +1330,7 @@ class Parts(Writing):
                 "backlash": backlash,
                 "backlash_law": backlash_law,
                 "error": error,
+                "deviation": deviation,
                 "law": law,
                 "stiffness": stiffness,
             },

@@ -35,17 +35,19 @@ def of_speeds(result: Result) -> Iterator[Sentence]:
     counted = "inertia acts at the nominal motion; impacts and vibrations are left out"
     if result.attrs["inertia"] == "none":
         counted = "no body has a mass, so that speed changes nothing"
-    elif "contact_rate" not in result.data:
+    elif not {"contact_rate", "contact_loaded"} & {*result.data}:
         counted += "; whether contact follows is not judged "
-        is_redundant = result.attrs["question"] == "loaded" and "clearance_factor" in result.data
-        counted += "in over-constrained and elastic mechanisms" if is_redundant else "here, but by `error -q loaded`"
+        counted += "in over-constrained and elastic mechanisms"
     yield Sentence(f"Quasi-static at {speeds}: {counted}.", is_common=True)
 
 
 def _of_contact(result: Result) -> Iterator[Sentence]:
     if "contact_rate" not in result.data:
         return
-    rates, names = result.get("contact_rate"), result.labels("source")
+    rates = result.get("contact_rate")
+    if not rates.ndim:  # said where sizes are judged
+        return
+    names = result.labels("source")
     judged = np.isfinite(rates) | np.isinf(rates)
     if not judged.any():
         return
@@ -72,3 +74,13 @@ def _of_contact(result: Result) -> Iterator[Sentence]:
     most = safe.max(axis=0)
     who = int(most.argmax())
     yield Sentence(f"Contact follows the reactions: contact rate at most {float(most[who]):.2g}, in {names[who]}.")
+
+
+def loose(result: Result) -> str:
+    """``may be lost in main near configuration 18 (contact rate 1.2)`` of an answer about sizes, if it may be."""
+    if "contact_source" not in result.data or str(result.get("contact")) not in LOOSE:
+        return ""
+    rate, place = float(result.get("contact_rate")), int(result.get("contact_configuration"))
+    how = "the reaction goes through zero" if rate > THROUGH else f"contact rate {rate:.2g}"
+    state = "is lost" if str(result.get("contact")) == "lost" else "may be lost"
+    return f"{state} in {result.get('contact_source')} near configuration {place} ({how})"

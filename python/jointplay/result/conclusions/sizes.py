@@ -9,7 +9,7 @@ import numpy as np
 from jointplay.result import Result, first_largest
 from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations, left_out
 
-from .running import of_speeds
+from .running import loose, of_running
 from .words import Conclusion, Sentence
 
 #: what misses its limit, in words
@@ -27,9 +27,9 @@ MOST_NAMES = 4
 def of_allow(result: Result) -> Conclusion:
     """Whether the limits hold, how much larger all sizes may be, and which source to tighten."""
     used = float(result.get("used"))
-    speeds = of_speeds(result)
+    running = of_running(result)
     return Conclusion(
-        (*_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used)), *speeds)
+        (*_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used)), *running)
     )
 
 
@@ -38,7 +38,7 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
     said, place = _said(result, used), int(result.get("used_configuration"))
     without, out = (_numbers(str(result.attrs.get(name, ""))) for name in ("without_pose", "left_out"))
     end = left_out(out)
-    basis = _contacts(result)
+    basis, contact = _contacts(result), loose(result)
     match str(result.attrs.get("sizes", "")):
         case "largest" | "smallest" as play:
             basis += f" {TAKEN[play]}"
@@ -48,6 +48,12 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
     if used > 1.0:
         at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
         yield Sentence(f"The limits are missed{basis}: {said}{at}{end}.", is_alarm=True, state=MISSED)
+        if contact:
+            yield Sentence(f"Contact {contact}; impacts are left out.", is_alarm=True)
+    elif contact:
+        text = f"Not shown: whether the limits hold{basis}; contact {contact}{end}."
+        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
+        yield Sentence(f"Where each reaction presses, they hold: {said}, at configuration {place}.")
     elif without:
         status = str(result.attrs["without_pose_status"]).replace("_", " ")
         verb = "are" if len(without) > 1 else "is"

@@ -12,7 +12,7 @@ from jointplay.questions import QUESTIONS
 from jointplay.result import Result
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, configurations
 
-from .running import of_running
+from .running import loose, of_running
 from .sizes import MOST_NAMES, first_missed, share_of
 from .words import Conclusion, Sentence, say
 
@@ -25,13 +25,18 @@ CYCLES = {
     "back-and-forth": "along the path and back",
     "one-way": "along the path, one way",
 }
+#: statuses with an answer that depends on contact
+SAID = ("ok", "unlimited")
 #: cycles by which growth is told
 MANY = 1_000_000
 
 
 def of_life(result: Result) -> Conclusion:
     """How long the limits hold, what ends it, and what a cycle is."""
-    return Conclusion((*_answer(result), *_about_ages(result), *_about_cycle(result), *of_running(result)))
+    answer = list(_answer(result))
+    if (contact := loose(result)) and str(result.get("status")) not in SAID:
+        answer.append(Sentence(f"Contact {contact}; impacts are left out.", is_alarm=True))
+    return Conclusion((*answer, *_about_ages(result), *_about_cycle(result), *of_running(result)))
 
 
 def rounded_down(cycles: float) -> str:
@@ -59,6 +64,10 @@ def _answer(result: Result) -> Iterator[Sentence]:
     status, life = str(result.get("status")), float(result.get("life"))
     limits = f"The limits hold {judged(result)}"
     match status:
+        case "ok" | "unlimited" if contact := loose(result):
+            text = f"Not shown: for how long the limits hold; contact {contact}"
+            without = f"Without impacts they would hold {judged(result)} for {rounded_down(life)} cycles"
+            yield Sentence(f"{text}. {without}.", is_alarm=True, state=NOT_SHOWN)
         case "ok":
             low, high = (rounded_down(float(result.get(name))) for name in ("life_low", "life_high"))
             spread = f"{low} to {high} with wear rates twice or half as large"

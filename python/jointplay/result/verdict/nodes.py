@@ -25,6 +25,8 @@ def of_nodes(result: Result) -> tuple[Array, str] | None:
     known = counts & ~np.isin(status, UNRELIABLE)
     if "contact" in result.data:
         known &= ~np.isin(result.get("contact"), LOOSE).any(axis=-1)
+    if "contact_loaded" in result.data:
+        known &= ~np.isin(result.get("contact_loaded"), LOOSE)
     if "outside" in result.data:
         missed, is_open, has_number = _of_shares(result)
         basis = _contacts(result)

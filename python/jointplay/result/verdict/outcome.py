@@ -90,15 +90,17 @@ class Rows:
         """Those of a result of one output in one load case."""
         status = result.get("status")
         counts = counted(status)
-        known = counts & ~np.isin(status, UNRELIABLE)
-        loose = np.zeros(len(known), dtype=bool)
-        if "contact" in result.data:
-            loose = known & np.isin(result.get("contact"), LOOSE).any(axis=1)
-        return cls(counts, known & ~loose, "incomplete" not in result.attrs, bool(loose.any()))
+        found = cls(counts, counts & ~np.isin(status, UNRELIABLE), "incomplete" not in result.attrs)
+        return found.following(result.get("contact").T) if "contact" in result.data else found
 
     def but(self, known: Array) -> Rows:
         """The same where other numbers have to be known as well."""
         return replace(self, known=self.known & known)
+
+    def following(self, contact: Array) -> Rows:
+        """The same where contact has to follow the reactions, by the words for that, the last axis configurations."""
+        loose = self.known & np.isin(contact, LOOSE).reshape(-1, len(self.known)).any(axis=0)
+        return replace(self.but(~loose), is_loose=self.is_loose or bool(loose.any()))
 
     @property
     def unknown(self) -> list[int]:

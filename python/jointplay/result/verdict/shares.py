@@ -85,8 +85,9 @@ def yields(outside: Array, low: Array, high: Array, required: float) -> tuple[Ar
 def of_shares(result: Result) -> Verdict:
     """The verdict on a result that has shares outside."""
     rows = Rows.of(result)
-    contacts = _contacts(result, rows)
-    rows = rows.but(np.logical_and.reduce([np.isfinite(one.outside) for one in contacts]))
+    pressed = rows.following(result.get("contact_loaded")) if "contact_loaded" in result.data else rows
+    contacts = _contacts(result, rows, pressed)
+    rows = pressed.but(np.logical_and.reduce([np.isfinite(one.outside) for one in contacts]))
     required = float(result.attrs.get("required_yield", np.nan))
     is_required = bool(np.isfinite(required))
     seen = [one for one in contacts if np.isfinite(one.outside).any()]
@@ -121,19 +122,19 @@ def of_shares(result: Result) -> Verdict:
     return Verdict(tuple(sentences), marks, outcome, 1, alarms, used, basis=basis, gist=gist)
 
 
-def _contacts(result: Result, rows: Rows) -> list[_Contact]:
-    """The assumptions that count, that of the other variables first."""
+def _contacts(result: Result, rows: Rows, pressed: Rows) -> list[_Contact]:
+    """The assumptions that count, that of the other variables first; `pressed` are the rows where the load decides."""
 
-    def shares(name: str) -> tuple[Array, Array, Array, Array | None]:
+    def shares(name: str, rows: Rows) -> tuple[Array, Array, Array, Array | None]:
         outside, low, high = (np.where(rows.known, result.get(f"{name}{end}"), np.nan) for end in ("", "_low", "_high"))
         return outside, low, high, result.get(f"{name}_method") if f"{name}_method" in result.data else None
 
     words = CONTACTS.get(str(result.attrs.get("contact", "")), "")
-    found = [_Contact(words, *shares("outside"), None, True)]
+    found = [_Contact(words, *shares("outside", rows), None, True)]
     # Where nothing acts on the mechanism of one value of a sweep, no load decides.
     if "outside_loaded" in result.data and np.isfinite(result.get("outside_loaded")).any():
         case = result.get("outside_loaded_case") if "outside_loaded_case" in result.data else None
-        found.append(_Contact(CONTACTS["loaded"], *shares("outside_loaded"), case, False))
+        found.append(_Contact(CONTACTS["loaded"], *shares("outside_loaded", pressed), case, False))
     return found
 
 

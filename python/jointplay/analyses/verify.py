@@ -1,0 +1,295 @@
+"""`verify`: whether a machine keeps to its limits where it was measured, with which risk, and how well it repeats.
+
+    error = reading - pose that was commanded,   s = sigma / sqrt(readings of the same approach)
+    risk  = P(error beyond a limit),   normal, along the direction of the error where a size is limited
+
+The limits are accepted where the sum of the risks over all poses, which no risk of missing one anywhere exceeds, is
+small; rejected where one of them is certain; and undecided in between (the rule of ISO 14253-1, with a risk in place of
+a guard band).
+
+    accuracy       AP = |mean - commanded|                       ISO 9283
+    repeatability  RP = mean(l) + 3 s(l),   l the distance from the mean
+    of a column    B, R, E, M and A                              ISO 230-2, from both sides
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, readings
+from jointplay.analyses.recorded import recorded
+from jointplay.basics.arrays import Floats
+from jointplay.basics.typed import typed
+from jointplay.core.compile import LENGTHS
+from jointplay.errors import InputError, shown
+from jointplay.model.mechanism import Mechanism
+from jointplay.result import Result, ResultBuilder, Variable, to_dataset
+from jointplay.result.build import Labels
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ACCEPTED, REJECTED, UNDECIDED, NO_LIMIT = "accepted", "rejected", "undecided", "no_limit"
+#: risk with which limits are accepted
+RISK = 0.05
+#: what ISO 230-2 takes: standard deviations of positions to either side
+COVERED = 2.0
+
+
+@typed
+def verify(
+    m: Mechanism,
+    measured: str | os.PathLike[str] | Mapping[str, Any] | Any,
+    *,
+    sigma: str | Mapping[str, float] | None = None,
+    risk: float = RISK,
+) -> xr.Dataset:
+    """Find whether a machine keeps to its limits where it was measured, and how well it repeats.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With limits.
+    measured : path or mapping
+        A table, or columns by name, as for `calibrate`. What was commanded is the nominal pose of the `configuration`,
+        or at the drive values of the row: of drives that were corrected give the configuration. Readings of one
+        `approach` are averaged. With a `side`, forward or backward, reversal is evaluated, too.
+    sigma : mapping or "auto", optional
+        Standard deviations of single readings, as for `calibrate`.
+    risk : float
+        With which limits are accepted, or rejected.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `visit`, every approach, labelled by its first row: `error` (by `channel`), and by `limited`, what has a
+        limit and is read: `risk` (that the limit is missed there) and `used` (part of the limit). Over `place` and
+        `point`: `accuracy` and `repeatability` of position (ISO 9283), nan with a single visit; over `place`: `visits`.
+        Over `channel`, where every place is read twice or more from both sides (ISO 230-2): `reversal` (B),
+        `bidirectional_repeatability` (R), `systematic_deviation` (E), `mean_deviation` (M) and
+        `bidirectional_accuracy` (A). And `total_risk`, which no risk that a limit is missed exceeds, and `status`:
+        ``accepted``, ``rejected``, ``undecided`` or ``no_limit``.
+
+    Raises
+    ------
+    InputError
+        When a column or a value is not valid, or nothing that is limited is read.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar")).with_({"limits.position": 1.0})
+    >>> poses = jp.solve(m).nominal.sel(component=["x", "y"])
+    >>> table = {"configuration": [0, 1, 2], "x": poses[:3, 0].values + 0.3, "y": poses[:3, 1].values}
+    >>> jp.verify(m, table, sigma={"length": 0.01}).status.item()
+    'accepted'
+    """
+    return to_dataset(compute(m, measured, sigma=sigma, risk=risk))
+
+
+@recorded
+def compute(m: Mechanism, measured: Any, *, sigma: Any = None, risk: float = RISK) -> Result:
+    """The light form of `verify`."""
+    if not 0.0 < risk < 0.5:
+        raise InputError(f"{shown(risk)} is no risk between 0 and 0.5", key="risk")
+    if m.chosen != (None, None):
+        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    visits = _Visits(m, readings(m, measured, sigma))
+    return visits.result(risk)
+
+
+def holds(result: Result) -> bool:
+    """Whether the limits are accepted."""
+    return str(result.get("status")) in (ACCEPTED, NO_LIMIT)
+
+
+@dataclass(frozen=True)
+class _Limited:
+    """A quantity that has a limit and is read.
+
+    Attributes
+    ----------
+    name : str
+        ``x``, ``jaw.position``.
+    columns : tuple of int
+        Of what it is made.
+    low, high : float
+        SI.
+    """
+
+    name: str
+    columns: tuple[int, ...]
+    low: float
+    high: float
+
+    def risk(self, error: Floats, sigma: Floats) -> Floats:
+        """Probability that the true value is beyond a limit."""
+        from scipy.special import ndtr
+
+        own, spread = error[:, self.columns], sigma[:, self.columns]
+        if len(self.columns) == 1:
+            value, along = own[:, 0], spread[:, 0]
+            return np.asarray(ndtr((value - self.high) / along) + ndtr((self.low - value) / along))
+        size = np.linalg.norm(own, axis=1)
+        way = own / np.where(size > 0.0, size, 1.0)[:, None]
+        along = np.where(size > 0.0, np.linalg.norm(way * spread, axis=1), spread.max(axis=1))
+        return np.asarray(ndtr((size - self.high) / along))
+
+    def used(self, error: Floats) -> Floats:
+        """Part of the limit that is used, more than one where it is missed."""
+        own = error[:, self.columns]
+        if len(self.columns) > 1:
+            return np.asarray(np.linalg.norm(own, axis=1) / self.high)
+        half, middle = 0.5 * (self.high - self.low), 0.5 * (self.high + self.low)
+        if np.isfinite(half):
+            return np.asarray(np.abs(own[:, 0] - middle) / half)
+        return np.asarray(own[:, 0] / (self.high if np.isfinite(self.high) else self.low))
+
+
+class _Visits:
+    """All approaches of a table: their errors, and where they are."""
+
+    def __init__(self, m: Mechanism, table: Readings) -> None:
+        self.m = m
+        model = ReadingModel(m, table, scattered=True)
+        every = model.compare(table.values, model.commanded())
+        names, first, owner = np.unique(table.approaches, return_index=True, return_inverse=True)
+        counts = np.zeros((len(names), len(table.channels)))
+        np.add.at(counts, owner, np.isfinite(every))
+        error, variance = np.zeros_like(counts), np.zeros_like(counts)
+        np.add.at(error, owner, np.nan_to_num(every))
+        np.add.at(variance, owner, np.where(np.isfinite(every), table.sigma**2, 0.0))
+        known = counts > 0
+        size = np.where(known, counts, 1.0)
+        #: mean over the readings of the approach, and its standard deviation
+        self.error = np.where(known, error / size, np.nan)
+        self.sigma = np.where(known, np.sqrt(variance) / size, np.nan)
+        self.table = table.chosen(first)
+        keys: dict[tuple[bytes, str], int] = {}
+        rows = zip(self.table.drives, self.table.cases, strict=True)
+        self.place = np.array([keys.setdefault((drives.tobytes(), case), len(keys)) for drives, case in rows])
+        self.points = [point for point in m.outputs or (OUTPUT,) if self._of(point, lengths=True)]
+
+    def _of(self, point: str, *, lengths: bool) -> tuple[int, ...]:
+        """The columns of the position or the rotation of a point; none where one of them is not read."""
+        wanted = [k for k, name in enumerate(self.m.components) if (name in LENGTHS) == lengths]
+        channels = enumerate(self.table.channels)
+        own = {one.component: k for k, one in channels if one.form == "component" and one.points[0] == point}
+        return tuple(own[k] for k in wanted) if wanted and set(wanted) <= set(own) else ()
+
+    def limited(self) -> tuple[list[_Limited], list[str]]:
+        """What has a limit: read, and not read."""
+        found, missing = [], []
+        for name in self.m.outputs or (None,):
+            part = self.m.only(output=name)
+            bounds = part.limits.bounds(part.quantities).tolist()
+            for quantity, (low, high) in zip(part.quantities, bounds, strict=True):
+                if not (np.isfinite(low) or np.isfinite(high)):
+                    continue
+                title = f"{name}.{quantity}" if name else quantity
+                point = name or OUTPUT
+                if quantity in part.components:
+                    own = [k for k, one in enumerate(self.table.channels) if self._is(one, point, quantity)]
+                    columns = tuple(own[:1])
+                else:
+                    columns = self._of(point, lengths=quantity == "position")
+                if columns:
+                    found.append(_Limited(title, columns, low, high))
+                else:
+                    missing.append(title)
+        return found, missing
+
+    def _is(self, one: Any, point: str, component: str) -> bool:
+        is_own = one.form == "component" and one.points[0] == point
+        return bool(is_own and self.m.components[one.component] == component)
+
+    def result(self, risk: float) -> Result:
+        m, table = self.m, self.table
+        limited, missing = self.limited()
+        if missing and not limited:
+            raise table.sheet.refuse(f"nothing is read that has a limit: {', '.join(missing)}")
+        builder = ResultBuilder(m, "verify", measured=table.sheet.name, risk=risk)
+        if missing:
+            builder.attrs["not_read"] = ", ".join(missing)
+        channels = table.channels
+        builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+        builder.labels("visit", table.lines, "first row of the approach")
+        builder.add("error", ("visit", "channel"), self.error, "reading - what was commanded", "channel")
+        status = self._risks(builder, limited, risk)
+        self._sizes(builder)
+        self._both_sides(builder)
+        builder.data["status"] = Variable((), np.array(status), "", "whether the limits are accepted")
+        return builder.result()
+
+    def _risks(self, builder: ResultBuilder, limited: Sequence[_Limited], risk: float) -> str:
+        """Add the risks; what becomes of the limits."""
+        if not limited:
+            return NO_LIMIT
+        each = np.nan_to_num(np.column_stack([one.risk(self.error, self.sigma) for one in limited]))
+        builder.labels("limited", [one.name for one in limited], "quantity with a limit")
+        words = "risk that the limit is missed there"
+        builder.data["risk"] = Variable(("visit", "limited"), each, "", words)
+        total = float(min(each.sum(), 1.0))
+        builder.data["total_risk"] = Variable((), np.array(total), "", "no risk that a limit is missed is larger")
+        used = np.column_stack([one.used(self.error) for one in limited])
+        builder.data["used"] = Variable(("visit", "limited"), used, "", "part of the limit that is used")
+        if total <= risk:
+            return ACCEPTED
+        return REJECTED if each.max() >= 1.0 - risk else UNDECIDED
+
+    def _sizes(self, builder: ResultBuilder) -> None:
+        """Add accuracy and repeatability of position."""
+        count = int(self.place.max()) + 1
+        first = [int(np.flatnonzero(self.place == k)[0]) for k in range(count)]
+        builder.labels("place", [self.table.lines[k] for k in first], "first row of the place")
+        visits = np.bincount(self.place)
+        builder.data["visits"] = Variable(("place",), visits, "", "approaches of the place")
+        if not self.points:
+            return
+        builder.labels("point", self.points, "output")
+        found = np.full((2, count, len(self.points)), np.nan)
+        for k, point in enumerate(self.points):
+            own = self.error[:, self._of(point, lengths=True)]
+            for place in range(count):
+                rows = own[(self.place == place) & np.isfinite(own).all(axis=1)]
+                if not len(rows):
+                    continue
+                found[0, place, k] = np.linalg.norm(rows.mean(axis=0))
+                if len(rows) > 1:
+                    away = np.linalg.norm(rows - rows.mean(axis=0), axis=1)
+                    found[1, place, k] = away.mean() + 3.0 * away.std(ddof=1)
+        for name, values, words in (
+            ("accuracy", found[0], "distance of the mean from what was commanded (AP of ISO 9283)"),
+            ("repeatability", found[1], "mean + 3 standard deviations of the distance from the mean (RP of ISO 9283)"),
+        ):
+            builder.add(name, ("place", "point"), values, words, "length")
+
+    def _both_sides(self, builder: ResultBuilder) -> None:
+        """Add what ISO 230-2 evaluates, where every place is read twice or more from both sides."""
+        count = int(self.place.max()) + 1
+        sides = self.table.sides
+        rows = [[np.flatnonzero((self.place == k) & (sides == side)) for side in (1, -1)] for k in range(count)]
+        if any(len(own) < 2 for both in rows for own in both):
+            return
+        mean, std = (np.empty((2, count, len(self.table.channels))) for _ in range(2))
+        for k, both in enumerate(rows):
+            for side, own in enumerate(both):
+                mean[side, k], std[side, k] = self.error[own].mean(axis=0), self.error[own].std(axis=0, ddof=1)
+        reversal = mean[0] - mean[1]
+        alone = 2.0 * COVERED * std
+        together = COVERED * (std[0] + std[1]) + np.abs(reversal)
+        low, high = (mean - COVERED * std).min(axis=(0, 1)), (mean + COVERED * std).max(axis=(0, 1))
+        middle = mean.mean(axis=0)
+        for name, values, words in (
+            ("reversal", np.abs(reversal).max(axis=0), "largest reversal error (B)"),
+            ("bidirectional_repeatability", np.max([*alone, together], axis=(0, 1)), "from both sides (R)"),
+            ("systematic_deviation", mean.max(axis=(0, 1)) - mean.min(axis=(0, 1)), "range of the means (E)"),
+            ("mean_deviation", middle.max(axis=0) - middle.min(axis=0), "range of the means of both sides (M)"),
+            ("bidirectional_accuracy", high - low, "range of the means -+ 2 standard deviations (A)"),
+        ):
+            builder.add(name, "channel", values, f"{words}, ISO 230-2", "channel")

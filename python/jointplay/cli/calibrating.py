@@ -1,0 +1,284 @@
+"""The subcommand that finds the deviations of one built machine from readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from jointplay.basics.files import put, require_writable
+from jointplay.errors import InputError, shown
+
+from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from .drawing import NO_FIGURE, FigureFile, with_figure
+from .options import File, FrameAxes, OutputPath, PlayContact, Seed, Settings
+from .printing import prints
+from .streams import hold, tell
+
+if TYPE_CHECKING:
+    from jointplay.model.mechanism import Mechanism
+    from jointplay.result import Result
+
+
+Sigma = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sigma",
+        metavar="NAME=VALUE",
+        help="Standard deviation of a reading: x=0.002, length=0.002, angle=0.001; or auto, by repeated ones.",
+    ),
+]
+Free = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="NAME[=SIGMA]",
+        help="Unknown as well, or with this standard deviation before any reading.",
+    ),
+]
+Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Held as the file has it.")]
+Axes = Annotated[
+    FrameAxes, typer.Option("--frame", help="Whether the measuring device has the ground axes of the file.")
+]
+Zeroed = Annotated[
+    list[str] | None,
+    typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
+]
+ClearanceSizes = Annotated[
+    bool, typer.Option("--sizes", help="ClearanceSizes of clearances and backlash, too, from readings under loads.")
+]
+ContactChoice = Annotated[
+    PlayContact | None,
+    typer.Option(
+        "--contact",
+        help="Play scatters, or lies where the loads of the file press it. [default: loaded where something loads]",
+    ),
+]
+MEASURED = "Readings: a CSV with the names of columns and units."
+
+
+@prints()
+@with_figure("panel")
+def calibrate(
+    file: File,
+    measured: Annotated[str, typer.Option("--measured", metavar="TABLE", help=MEASURED)],
+    sigma: Sigma = None,
+    free: Free = None,
+    fix: Fix = None,
+    frame: Axes = FrameAxes.known,
+    zeroed: Zeroed = None,
+    sizes: ClearanceSizes = False,
+    contact: ContactChoice = None,
+    hold_out: Annotated[
+        float, typer.Option("--hold-out", metavar="SHARE", help="Share of the rows that is predicted and not fitted.")
+    ] = 0.0,
+    seed: Seed = 0,
+    posterior: Annotated[
+        bool,
+        typer.Option("--posterior", help="-o .toml: tolerances become what is left open, with its correlations."),
+    ] = False,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Write the file as built: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+        ),
+    ] = None,
+    plot: FigureFile = NO_FIGURE,
+) -> int:
+    """Find the deviations of a built machine from readings.
+
+    The tolerances of the file say what is unknown. Exit code 1: the readings do not fit.
+    """
+    from jointplay.analyses.calibrate import as_built, compute, holds
+
+    m = answer.mechanism(file, settings)
+    to_file = output is not None and output.suffix.lower() == ".toml"
+    if posterior and not to_file:
+        raise InputError("goes with -o NAME.toml", key="--posterior")
+    if to_file and output is not None:
+        require_writable(output)
+    options = _options(sigma, free, fix, frame, zeroed, sizes, contact) | {"hold_out": hold_out, "seed": seed}
+    found: list[Result] = []
+
+    def ask(m: Mechanism) -> Result:
+        found.append(compute(m, measured, **options))
+        return found[0]
+
+    code = answer.answer({"calibrate": ask}, m, None if to_file else output, plot)
+    if to_file and output is not None:
+        as_built(m, found[0], posterior=posterior).write(output)
+        hold([f"{output}: the file as built; {_about(posterior)}"])
+        tell()
+    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+
+
+@prints(csv=False)
+def plan(
+    file: File,
+    count: Annotated[
+        int, typer.Option("--readings", "-n", metavar="N", min=1, help="How many readings are wanted.")
+    ] = 8,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            "--columns",
+            metavar="NAMES",
+            help="What is read each time: x,y or dial:tip:z. [default: all components of all outputs]",
+        ),
+    ] = None,
+    sigma: Sigma = None,
+    measured: Annotated[
+        str | None, typer.Option("--measured", metavar="TABLE", help="Readings that are there already.")
+    ] = None,
+    free: Free = None,
+    fix: Fix = None,
+    frame: Axes = FrameAxes.known,
+    zeroed: Zeroed = None,
+    sizes: ClearanceSizes = False,
+    contact: ContactChoice = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx.",
+        ),
+    ] = None,
+) -> int:
+    """Say which readings tell most about the errors of a built machine.
+
+    They are chosen from the path or the grid of the file, without load and in each load case.
+    """
+    from jointplay.analyses.plan import compute, sheet_of
+
+    m = answer.mechanism(file, settings)
+    to_sheet = output is not None and output.suffix.lower() == ".csv"
+    if to_sheet and output is not None:
+        require_writable(output)
+    names = None if columns is None else tuple(arguments.parts(columns, ","))
+    options = _options(sigma, free, fix, frame, zeroed, sizes, contact)
+    found: list[Result] = []
+
+    def ask(m: Mechanism) -> Result:
+        found.append(compute(m, count, columns=names, measured=measured, **options))
+        return found[0]
+
+    code = answer.answer({"plan": ask}, m, None if to_sheet else output, NO_FIGURE)
+    if to_sheet and output is not None and found:
+        put(sheet_of(m, found[0]).encode(), output)
+        hold([f"{output}: a table to fill in"])
+        tell()
+    return code
+
+
+@prints()
+def diagnose(
+    file: File,
+    reversal: Annotated[
+        str,
+        typer.Option(
+            "--reversal",
+            metavar="TABLE",
+            help="Readings at the same places under loads that push and pull: a CSV with a column load_case.",
+        ),
+    ],
+    sigma: Sigma = None,
+    settings: Settings = None,
+    output: OutputPath = None,
+) -> int:
+    """Say which joints of a built machine are worn.
+
+    Exit code 1: a joint has more or less play than the file allows, or the readings do not fit.
+    """
+    from jointplay.analyses.diagnose import compute, holds
+
+    m = answer.mechanism(file, settings)
+    return _judged(m, {"diagnose": lambda m: compute(m, reversal, sigma=_sigma(sigma))}, output, holds)
+
+
+@prints()
+def verify(
+    file: File,
+    measured: Annotated[str, typer.Option("--measured", metavar="TABLE", help=MEASURED)],
+    sigma: Sigma = None,
+    risk: Annotated[
+        float, typer.Option("--risk", metavar="SHARE", help="Risk with which limits are accepted, or rejected.")
+    ] = 0.05,
+    settings: Settings = None,
+    output: OutputPath = None,
+) -> int:
+    """Say whether a machine keeps to its limits where it was measured, and how well it repeats.
+
+    Exit code 1: the limits are rejected, or undecided.
+    """
+    from jointplay.analyses.verify import compute, holds
+
+    m = answer.mechanism(file, settings)
+    return _judged(m, {"verify": lambda m: compute(m, measured, sigma=_sigma(sigma), risk=risk)}, output, holds)
+
+
+def _judged(m: Mechanism, asked: dict[str, Any], output: Path | None, holds: Callable[[Result], bool]) -> int:
+    """Ask one question; the exit code says whether its answer is good."""
+    found: list[Result] = []
+    ((name, ask),) = asked.items()
+
+    def keep(m: Mechanism) -> Result:
+        found.append(ask(m))
+        return found[0]
+
+    code = answer.answer({name: keep}, m, output, NO_FIGURE)
+    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+
+
+def _options(
+    sigma: Sequence[str] | None,
+    free: Sequence[str] | None,
+    fix: Sequence[str] | None,
+    frame: FrameAxes,
+    zeroed: Sequence[str] | None,
+    sizes: bool,
+    contact: PlayContact | None,
+) -> dict[str, Any]:
+    """What both are asked with."""
+    found: dict[str, Any] = {"sigma": _sigma(sigma), "free": _free(free), "fix": (*(fix or ()),)}
+    found |= {"frame": frame.value, "zeroed": (*(zeroed or ()),), "sizes": sizes}
+    return found | {"contact": None if contact is None else contact.value}
+
+
+def _about(posterior: bool) -> str:
+    if posterior:
+        return "its tolerances are what is left open"
+    return "its tolerances stay as they were; --posterior writes what is left open"
+
+
+def _sigma(given: Sequence[str] | None) -> Any:
+    """Standard deviations by name; several may stand in one option."""
+    if not given:
+        return None
+    if [*given] == ["auto"]:
+        return "auto"
+    pairs = arguments.assignments([part for one in given for part in arguments.parts(one, ",")], "--sigma")
+    return {name: _number(text, f"--sigma {name}") for name, text in pairs.items()}
+
+
+def _free(given: Sequence[str] | None) -> dict[str, float | None]:
+    found: dict[str, float | None] = {}
+    for one in given or ():
+        name, mark, text = one.partition("=")
+        found[name.strip()] = _number(text, f"--free {name}") if mark else None
+    return found
+
+
+def _number(text: str, option: str) -> float:
+    value = arguments.numbers(text, option)
+    if isinstance(value, tuple) or not value > 0.0:
+        raise InputError(f"{shown(text)} is no standard deviation, which is above zero", key=option)
+    return value
