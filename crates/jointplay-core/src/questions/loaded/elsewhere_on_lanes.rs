@@ -15,7 +15,7 @@ use crate::mechanism::Mechanism;
 use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps};
 
 /// Steps in which the load has to press back.
-const STEPS: usize = 10;
+const STEPS: usize = 5;
 
 /// By lane, the numbers of clearances with one of their other ends.
 pub(super) type Ends = Vec<Vec<(usize, [f64; MAX_SIZE])>>;
