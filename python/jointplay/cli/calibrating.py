@@ -172,8 +172,7 @@ def plan(
     code = answer.answer({"plan": ask}, m, None if to_sheet else output, NO_FIGURE)
     if to_sheet and output is not None and found:
         put(sheet_of(m, found[0]).encode(), output)
-        hold([f"{output}: a table to fill in"])
-        tell()
+        typer.echo(f"  {output} is a table to fill in.")
     return code
 
 
