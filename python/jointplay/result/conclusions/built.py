@@ -218,7 +218,7 @@ def _planned(result: Result) -> Iterator[Sentence]:
 
 
 def of_diagnose(result: Result) -> Conclusion:
-    """Which clearances are worn, which are not told apart, and whether the readings fit."""
+    """Which clearances are worn, which are not distinguished, and whether the readings fit."""
     return Conclusion(tuple(_diagnosed(result)))
 
 
