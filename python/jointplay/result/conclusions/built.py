@@ -13,7 +13,7 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, percent
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
-#: share of its prior variance from which on an unknown is determined better than by its tolerance
+#: part of its prior variance that readings have to take away from an unknown that counts as determined
 TOLD = 0.5
 #: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
@@ -40,7 +40,7 @@ def of_calibrate(result: Result) -> Conclusion:
 
 
 def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Which unknowns are determined better than by what was known beforehand."""
+    """Of which unknowns the readings leave less than half of the variance that they had beforehand."""
     return np.asarray(result.get("determined") & (result.get("share_determined") > TOLD))
 
 
@@ -54,9 +54,8 @@ def _determined(result: Result) -> Iterator[Sentence]:
         own = [row for row in sums if which[np.flatnonzero(row)].all()]
         summed = np.any(own, axis=0) if own else np.zeros(len(names), dtype=bool)
         rest = [name for name, here in zip(names, which & ~determined & ~summed, strict=True) if here]
-        than = "by the tolerances" if kind == "deviation" else "before"
         verb = "is" if 1 in (count, every) else "are"
-        text = f"{count} of {plural(every, kind)} {verb} determined better than {than}"
+        text = f"{count} of {plural(every, kind)} {verb} determined (less than half of the variance is left)"
         text += f"; not {_some(rest)}" if rest else ""
         if own:
             said = [_sum([names[k] for k in np.flatnonzero(row)], row[row != 0.0]) for row in own]
@@ -126,7 +125,7 @@ def _left(result: Result) -> Iterator[Sentence]:
         of = f"'{name}'" if name else "the output"
         first = f"{before[k]:.3g} -> " if math.isfinite(before[k]) else ""
         yield Sentence(
-            f"Error of {of} on the path by what is unknown: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
+            f"Error of {of} by what is unknown, rms on the path: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
         )
 
 
@@ -218,7 +217,7 @@ def _planned(result: Result) -> Iterator[Sentence]:
 
 
 def of_diagnose(result: Result) -> Conclusion:
-    """Which clearances are worn, which are not told apart, and whether the readings fit."""
+    """Which clearances are worn, which the readings do not distinguish, and whether the readings fit."""
     return Conclusion(tuple(_diagnosed(result)))
 
 
