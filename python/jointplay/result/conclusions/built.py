@@ -34,8 +34,13 @@ WHOLE = 1e-4
 
 
 def of_calibrate(result: Result) -> Conclusion:
-    """What is determined, the error that is left, how well the readings fit, and which of them do not."""
-    parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
+    """What is determined, the error that is left, how well the readings fit, and which of them do not.
+
+    Where the fit is doubted this comes first, because nothing that follows holds without it.
+    """
+    fits = str(result.get("status")) == "ok"
+    first = (_determined, _left, _fit) if fits else (_fit, _determined, _left)
+    parts = (*first, _rows, _together, _held_out, _beyond)
     return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
 
 
@@ -147,6 +152,9 @@ def _fit(result: Result) -> Iterator[Sentence]:
     if status == "doubtful":
         why = "the file lacks something that this machine has, or readings are less exact than was said"
         yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
+    elif status == "many_missed":
+        why = "more than 10 % of the rows are missed by the others, and none is left out"
+        yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
     elif p > 1.0 - SMALL:
         yield Sentence(f"{said}: less than expected. Was the play pressed to one side? Then name the load.")
     else:
@@ -158,9 +166,6 @@ def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
 
 
 def _rows(result: Result) -> Iterator[Sentence]:
-    if str(result.get("status")) == "many_missed":
-        text = "More than 10 % of the rows are missed by the others; none is left out."
-        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
     rows = np.flatnonzero(result.get("left_out")).tolist()
     lines, names = result.labels("reading"), result.labels("channel")
     units = result.labels("channel_unit")
