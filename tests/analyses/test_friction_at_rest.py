@@ -104,6 +104,6 @@ def test_command(tmp_path, capsys):
     (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
     assert run(["error", str(tmp_path / "crank.toml"), "-q", "loaded", "--approach", "rest"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "Largest position error without friction: 0.09509 mm" in said
+    assert "Largest position error that friction can hold: 0.09815 mm" in said
     assert "At rest friction can hold the output anywhere in a range of up to 0.01999 mm in y" in said
     assert "does not prove that nothing is beyond" in said

@@ -136,6 +136,12 @@ def three_cranks() -> Machine:
     return Machine(m, nominal(m).drives, ("x", "y", "angle"), {"length": 0.002, "angle": 0.002})
 
 
+def belt_arm() -> Machine:
+    """An arm whose elbow a belt drives: transmission error, and a pulley that runs out."""
+    m = jp.loads(jp.examples.text("belt-arm")).with_({"loads": None, "gravity": None})
+    return Machine(m, nominal(m).drives, m.components, {"length": 0.005, "angle": 0.002})
+
+
 MACHINES: dict[str, Callable[[], Machine]] = {
     "four-bar": cache(four_bar),
     "five-bar": cache(five_bar),
@@ -143,6 +149,7 @@ MACHINES: dict[str, Callable[[], Machine]] = {
     "6r": cache(six_axes),
     "delta": cache(delta),
     "3-upu": cache(three_upu),
+    "belt-arm": cache(belt_arm),
     "three-cranks": cache(three_cranks),
 }
 

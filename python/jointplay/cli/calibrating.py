@@ -151,7 +151,7 @@ def plan(
         ),
     ] = None,
 ) -> int:
-    """Say which readings tell most about the errors of a built machine.
+    """Say which readings determine most of a built machine.
 
     They are chosen from the path or the grid of the file, without load and in each load case.
     """
@@ -212,7 +212,7 @@ def verify(
     settings: Settings = None,
     output: OutputPath = None,
 ) -> int:
-    """Say whether a machine keeps to its limits where it was measured, and how well it repeats.
+    """Say whether measured poses keep to the limits.
 
     Exit code 1: the limits are rejected, or undecided.
     """

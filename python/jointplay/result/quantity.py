@@ -30,7 +30,10 @@ ROUNDING = 1e-9
 TYPICAL = 0.95
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
 #: variables that the limits of errors are about
-ERRORS = ("error", "worst_component", "worst_position", "worst_rotation", "error_quantile")
+ERRORS = (
+    *("error", "friction_position", "friction_rotation"),
+    *("worst_component", "worst_position", "worst_rotation", "error_quantile"),
+)
 
 
 def split(components: list[str]) -> tuple[list[str], list[str]]:
@@ -172,8 +175,10 @@ def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
 
 
 def _behind(result: Result | xr.Dataset) -> dict[str, str]:
-    """The variable behind each quantity."""
-    return {name: one.variable for name, one in figures(result).items()}
+    """The variable behind each quantity; at rest what friction can hold."""
+    names = _names(result)
+    held = {name: f"friction_{name}" for name in WORDS if f"friction_{name}" in names}
+    return {name: one.variable for name, one in figures(result).items()} | held
 
 
 def _of_quantity(result: Result, source: str, name: str) -> Variable:

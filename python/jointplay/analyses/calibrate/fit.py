@@ -152,7 +152,7 @@ class Fitter:
         return System(own, self._jacobian[own.rows, own.columns], self.scale, self._correlation())
 
     def fit(self, used: Flags) -> FitOutcome:
-        """FitOutcome some rows, without those that are wrong."""
+        """Fit some rows, without those that are wrong."""
         found = self._fit(used)
         if not self._wrong(found).size:
             return found

@@ -172,7 +172,7 @@ class _Writer:
                 }
             }
         ways = np.array(source.spec["ways"])[:, 0] if kind == "position" else np.eye(2)
-        axes = AXES[: len(self.m.components) // 2 + 1] if kind == "position" else SHIFTS_ACROSS
+        axes = [axis for axis in AXES if axis in self.m.components] if kind == "position" else SHIFTS_ACROSS
         components: dict[str, Any] = {}
         for axis, row in zip(axes, ways.T, strict=False):
             parts = {k: float(row[labels[self.names[k]]]) for k in own}

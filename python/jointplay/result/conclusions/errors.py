@@ -74,12 +74,14 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
             yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
             continue
         where = there(result, configuration)
-        words += " without friction" if "friction_low" in result.data else ""
+        at_rest = "friction_low" in result.data
+        words += " that friction can hold" if at_rest else ""
         if result.attrs["question"] == "random":
             text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
         else:
             text = f"Largest {words}: {say(value, unit)}{where}"
-        yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
+        # Shares are those without friction.
+        yield Sentence(f"{text}{'' if at_rest else blamed(result, quantity, configuration)}.")
 
 
 def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
