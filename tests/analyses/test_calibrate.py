@@ -23,6 +23,7 @@ from jointplay.analyses.readings import DeviceFrame, ReadingModel
 from jointplay.analyses.readings import readings as as_readings
 from jointplay.basics import poses
 from jointplay.cli import run
+from jointplay.result.conclusions import conclude
 
 FITS = json.loads((DATA / "fits.json").read_text())
 SEEDS = 6
@@ -209,6 +210,8 @@ def test_more_wrong_rows_than_a_tenth_are_not_left_out() -> None:
     found = compute(machine.m, table, sigma=machine.sigma)
     assert found.get("status") == "many_missed"
     assert not found.get("left_out").any()
+    # What does not fit determines nothing: the answer began with "4 of 4 deviations are determined".
+    assert conclude(found).sentences[0].is_alarm
 
 
 def test_the_load_has_to_be_said() -> None:
