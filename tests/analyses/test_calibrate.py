@@ -474,7 +474,7 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
     more = ["-o", str(out), "--plot", str(figure)]
     assert run([*words, "--sigma", "length=0.001", *more]) == 0
     said = capsys.readouterr()
-    assert "4 of 4 deviations are determined better" in said.out
+    assert "4 of 4 deviations are determined (less than half of the variance is left)" in said.out
     assert not said.err
     built, drawn = jp.load(out), (DATA / "four-bar.toml").read_text(encoding="utf-8")
     assert built.value("drives.theta.deviation") == pytest.approx(-0.029859)
