@@ -219,7 +219,7 @@ mod tests {
         let angle = Symbol::whole_angle(recorder.varying(0), recorder.varying(1));
         let program = Program::new(&recorder, 2, &[angle], 0..0);
         let mut registers = program.registers(&[]);
-        let near = |lane: usize| 10.0_f64.powi(-(lane as i32 / 4));
+        let near = |lane: usize| 0.1_f64.powf((lane / 4) as f64);
         let angles: [f64; LANES] = std::array::from_fn(|lane| {
             let turned = if lane & 1 == 0 { PI - near(lane) } else { near(lane) };
             if lane & 2 == 0 { turned } else { -turned }
