@@ -11,6 +11,7 @@ from helpers.graphs import graph
 from helpers.longer import some
 from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
 from helpers.rubbing import RSSP, SLIDER_CRANK, contacts, with_friction
+from jointplay import examples
 from jointplay.analyses import friction
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.friction.laws import contacts as of_joints
@@ -397,3 +398,19 @@ def test_the_largest_play_is_judged_from_both_sides():
         for side, end in (("low", np.minimum), ("high", np.maximum)):
             found = result[f"play_{play}"].sel(side=side, quantity=list(m.components))
             assert_allclose(found, end(*(error.values for error in both)), rtol=1e-12)
+
+
+def test_a_coefficient_for_the_file() -> None:
+    """Joints that name none take that of the file; one that has its own keeps it, and a ball bearing rolls."""
+    text = examples.text("five-bar-friction")
+    each = jp.loads(text)
+    none = each.with_({f"joints.{name}.friction.coefficient": None for name in "ABCD"} | {"friction": 0.15})
+    same = [jp.loaded(m, approach="forward") for m in (each, none)]
+    np.testing.assert_array_equal(same[0].error, same[1].error)
+    np.testing.assert_array_equal(same[0].reversal, same[1].reversal)
+    twice = jp.loaded(none.with_({"friction": 0.3}), approach="forward")
+    assert (abs(twice.reversal) > abs(same[0].reversal)).any()
+    rolls = none.with_({"joints.A.friction": None, "joints.A.clearance": {"bearing": "C3", "bore": 20}})
+    assert rolls.data.joints["A"].rubs is None
+    with pytest.raises(jp.InputError, match=r"joints\.A: friction: 'diameter' is missing"):
+        none.with_({"joints.A.friction": None})

@@ -1,7 +1,7 @@
 """The mechanism file as a whole, `format = 1`: what is common to plane and space, then either."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -39,7 +39,7 @@ from .tables import (
     UnitsTable,
     VariableName,
 )
-from .values import Name, Number, Pair, Plain, Table, Triple, problem, short
+from .values import Name, NonNegative, Number, Pair, Plain, Table, Triple, problem, short
 
 #: what the key `patterns` is
 PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
@@ -73,6 +73,21 @@ REQUIRED: dict[str, JsonValue] = {
     "oneOf": [{"required": ["output"]}, {"required": ["outputs"]}],
     "anyOf": [{"required": ["joints"]}, {"required": ["patterns"]}],
 }
+
+
+#: kinds of joints in which faces slide on one another
+RUBBING = ("revolute", "prismatic", "pin_in_slot", "spherical", "universal")
+
+
+def _rubbing(joint: object, coefficient: object) -> object:
+    """A joint with the coefficient of the file, if it rubs and says none; bearings roll."""
+    if not isinstance(joint, dict) or joint.get("type") not in RUBBING:
+        return joint
+    play, own = joint.get("clearance"), joint.get("friction", {})
+    rolls = isinstance(play, dict) and "bearing" in play
+    if rolls or not isinstance(own, dict) or own.keys() & {"coefficient", "torque", "force"}:
+        return joint
+    return {**joint, "friction": {**own, "coefficient": coefficient}}
 
 
 class MechanismFile(Table):
@@ -109,6 +124,9 @@ class MechanismFile(Table):
     expansion: Expansion | SkipJsonSchema[None] = Field(
         None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
     )
+    friction: NonNegative | SkipJsonSchema[None] = Field(
+        None, description="coefficient of friction of every pin, guide, slot and ball that names none; bearings roll"
+    )
     followers: dict[Name, Follower] = Field({}, description="joint coordinates that depend on those of other joints")
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
     links: Mapping[str, LinkTable]
@@ -118,6 +136,15 @@ class MechanismFile(Table):
     costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: LimitsTable
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rubs_everywhere(cls, data: Any) -> Any:
+        """Give joints the friction of the file where they have none of their own."""
+        if not isinstance(data, dict) or data.get("friction") is None or not isinstance(data.get("joints"), dict):
+            return data
+        joints = {name: _rubbing(joint, data["friction"]) for name, joint in data["joints"].items()}
+        return {**data, "joints": joints}
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:

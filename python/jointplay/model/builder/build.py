@@ -52,6 +52,8 @@ class Builder(Whole):
         Difference in kelvin from the temperature at which the lengths hold.
     expansion : float, optional
         Coefficient of thermal expansion in 1/K of every body without its own.
+    friction : float, optional
+        Coefficient of friction of every joint that names none.
 
     Examples
     --------
@@ -74,8 +76,10 @@ class Builder(Whole):
         gravity: NumbersLike | None = None,
         temperature: NumberLike | TemperatureDict | None = None,
         expansion: NumberLike | None = None,
+        friction: NumberLike | None = None,
     ) -> None:
         head = {"title": title, "gravity": gravity, "temperature": temperature, "expansion": expansion}
+        head["friction"] = friction
         given = {key: value for key, value in head.items() if value is not None}
         self._tables = WrittenTables({"format": 1})
         self._above = ()
