@@ -7,6 +7,7 @@ of `given`, with the same priors); ranks by brute force; finite differences; sum
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from jointplay.analyses.nominal import at_drives, nominal
 from jointplay.analyses.readings import DeviceFrame, ReadingModel
 from jointplay.analyses.readings import readings as as_readings
 from jointplay.basics import poses
+from jointplay.cli import run
+from jointplay.result.conclusions import conclude
 
 FITS = json.loads((DATA / "fits.json").read_text())
 SEEDS = 6
@@ -207,6 +210,8 @@ def test_more_wrong_rows_than_a_tenth_are_not_left_out() -> None:
     found = compute(machine.m, table, sigma=machine.sigma)
     assert found.get("status") == "many_missed"
     assert not found.get("left_out").any()
+    # What does not fit determines nothing: the answer began with "4 of 4 deviations are determined".
+    assert conclude(found).sentences[0].is_alarm
 
 
 def test_the_load_has_to_be_said() -> None:
@@ -458,3 +463,26 @@ def test_a_play_of_nothing_is_not_less_than_nothing() -> None:
     # A sum is zero, or as far above as its standard error lets it be.
     assert sizes[:2].sum() < 4.5 * found.get("combination_standard_error")[0]
     assert found.get("status") == "ok"
+
+
+def test_the_command_writes_the_machine_and_says_whether_readings_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    out, figure = tmp_path / "built.toml", tmp_path / "fit.svg"
+    words = ["calibrate", str(DATA / "four-bar.toml"), "--measured", str(DATA / "four-bar.csv")]
+    more = ["-o", str(out), "--plot", str(figure)]
+    assert run([*words, "--sigma", "length=0.001", *more]) == 0
+    said = capsys.readouterr()
+    assert "4 of 4 deviations are determined (less than half of the variance is left)" in said.out
+    assert not said.err
+    built, drawn = jp.load(out), (DATA / "four-bar.toml").read_text(encoding="utf-8")
+    assert built.value("drives.theta.deviation") == pytest.approx(-0.029859)
+    # What has not changed stays as it was typed.
+    kept = [line for line in drawn.splitlines() if not line.startswith("title")]
+    assert [line for line in out.read_text(encoding="utf-8").splitlines() if line in kept] == kept
+    assert figure.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    # Without play the readings scatter more than their noise lets them.
+    tight = ["-s", "joints.*.clearance.radial=0"]
+    assert run([*words, "--sigma", "length=0.001", *tight]) == 1
+    assert "p = " in capsys.readouterr().out

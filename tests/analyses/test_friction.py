@@ -183,7 +183,7 @@ def test_commands_ask_for_a_direction(tmp_path, capsys):
     file = str(tmp_path / "crank.toml")
     assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "Coming from the other side, the output is up to 0.02187 mm at configuration 2" in said
+    assert "Coming from the other side, the output differs by up to 0.02187 mm at configuration 2" in said
     assert run(["error", file, "-q", "loaded"]) == 0
     assert "Without friction; `--approach forward` counts that of the file." in capsys.readouterr().out
     changes = "joints.shaft.friction.torque=0:300:2"

@@ -648,7 +648,8 @@ def test_without_limits_there_is_growth_and_no_life() -> None:
 def test_limits_that_are_missed_already() -> None:
     status, first, good = said(jp.loads(BUSH).with_({"limits.position": 0.01}))
     assert (status, good) == ("missed", False)
-    assert first == "The limits are missed in the worst case before anything wears; position #0 is first."
+    missed = "The limits are missed in the worst case before anything wears"
+    assert first == f"{missed}; the limit of position at configuration 0 comes first."
 
 
 def test_what_does_not_slide_or_is_not_pressed_does_not_wear() -> None:

@@ -128,7 +128,7 @@ def test_the_table_to_fill_in_is_read_again(tmp_path: Path, capsys: pytest.Captu
     ("options", "message"),
     [
         (["--columns", "x,z"], "columns: 'z' is not something that is measured; known: x, y, angle"),
-        (["--columns", "x", "--sigma", "angle=1"], "sigma: how exact the readings of 'x' are is not said"),
+        (["--columns", "x", "--sigma", "angle=1"], "sigma: the standard deviation of the readings of 'x' is missing"),
         (["--sigma", "length=1,angle=1", "--zeroed", "q"], "zeroed: 'q' is not a measured column"),
         (["--sigma", "length=1,angle=1", "--free", "nothing"], "nothing"),
         (["--sigma", "length=1,angle=1", "--sizes"], "sizes follow from readings under loads"),

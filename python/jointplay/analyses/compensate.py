@@ -251,7 +251,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     require_known(question, asked_by("compensate"), "an error that drives can correct")
     if offsets is not None or deviations is not None:
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
-    require_loads(m)
+    require_loads(m, "; or correct known deviations alone, by an offset of zero (--offset NAME=0,0; question 'given')")
     loads = loads_of(m, at)
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:

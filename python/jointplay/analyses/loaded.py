@@ -354,10 +354,16 @@ def _strain(m: Mechanism, builder: ResultBuilder, found: Loaded) -> None:
         builder.add("member_elongation", ("configuration", "member"), elongation, words, "length")
 
 
-def require_loads(m: Mechanism) -> None:
-    """Refuse a mechanism on which nothing acts; redundant members may load each other."""
+def require_loads(m: Mechanism, otherwise: str = "") -> None:
+    """Refuse a mechanism on which nothing acts; redundant members may load each other.
+
+    Parameters
+    ----------
+    otherwise : str
+        What may be asked instead.
+    """
     if not m.has_loads and m.core.isostatic:
         where = f" in load case '{m.of[1]}'" if m.of[1] else ""
         what = "[[loads]] with a force or a moment, [springs.NAME], or gravity and masses"
-        problem = f"nothing loads the mechanism{where}: add {what}"
+        problem = f"nothing loads the mechanism{where}: add {what}{otherwise}"
         raise InputError(problem, file=m.file, key="loads")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
@@ -74,6 +74,7 @@ def _residuals(axes: Axes, part: Result, channel: str | None) -> None:
     if out.any():
         axes.plot(rows[out], after[out], "x", color=theme().alarm, label="left out")
     axes.axhline(0.0, **limit_line())
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="row of the table", ylabel=labelled(f"residual of {names[k]}", unit))
 
 
@@ -88,7 +89,9 @@ def _remaining(axes: Axes, part: Result) -> None:
             if (size > 0.0).any():
                 axes.set_yscale("log")
                 axes.plot(size, label=f"{output} {name}".strip(), **series(len(outputs) * number + k))
-    # On both kinds of ticks, as plain numbers.
-    for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-        ticks(FuncFormatter(lambda value, _: f"{value:g}"))
+    if axes.get_yscale() == "log":
+        # Over a decade or two, plain numbers.
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel="configuration", ylabel=labelled("position, std", part.unit("position_after")))

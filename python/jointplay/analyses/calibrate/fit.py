@@ -186,6 +186,8 @@ class Fitter:
             away = (state.x - self.mean)[known] / sigma
             lowest = {k: -float(state.x[k]) for k in self.sizes}
             step = system.step(whitened, away, system.huber(whitened) if robust else None, lowest)
+            if not np.isfinite(step).all():
+                break
             state = self._moved(state, step)
             determined = errors > 0.0
             if float((np.abs(step[determined]) / errors[determined]).max(initial=0.0)) <= last:

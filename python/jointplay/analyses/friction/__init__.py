@@ -12,7 +12,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
-from .rest import Held, held
+from .rest import RestRange, held
 from .states import SIDES, Setting, Sliding, setting, sliding
 
 __all__ = ["REST", "SIDES", "add", "add_rest", "both", "held", "require", "setting", "sliding", "told"]
@@ -84,7 +84,7 @@ def add(builder: ResultBuilder, sides: dict[str, Sliding], approach: str, *, det
     builder.add("jam_coefficient", "configuration", own.jam, words)
 
 
-def add_rest(builder: ResultBuilder, found: Held) -> None:
+def add_rest(builder: ResultBuilder, found: RestRange) -> None:
     """Add where friction can hold the mechanism, beside the columns without friction."""
     pose, drive = ("configuration", "component"), ("configuration", "drive")
     for which, errors, torques in (

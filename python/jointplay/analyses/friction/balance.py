@@ -425,7 +425,7 @@ def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: F
 
 
 @dataclass(frozen=True)
-class Solved:
+class SlidingState:
     """What came of Newton's method: whether it ended, the sign of the determinant, the largest force."""
 
     good: NDArray[np.bool_]
@@ -433,7 +433,7 @@ class Solved:
     forces: Floats
 
 
-def solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> Solved:
+def solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: Floats) -> SlidingState:
     """Newton's method at a part of the coefficients, into the unknowns."""
     active = np.arange(len(places))
     good, sign, forces = np.zeros(len(places), bool), np.zeros(len(places)), np.zeros(len(places))
@@ -475,4 +475,4 @@ def solve(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], part: F
         ends = done | (~better & (size <= ROUNDED * np.maximum(forces[active], 1.0)) & regular)
         good[active[ends]] = True
         active = active[~ends & better]
-    return Solved(good, sign, forces)
+    return SlidingState(good, sign, forces)

@@ -31,7 +31,7 @@ TOGETHER = 1024
 
 
 @dataclass(frozen=True)
-class Held:
+class RestRange:
     """What friction can hold at rest, nan where the mechanism is not in equilibrium without it.
 
     Attributes
@@ -52,7 +52,7 @@ class Held:
     torque_high: Floats
 
 
-def held(asked: Setting) -> Held:
+def held(asked: Setting) -> RestRange:
     """What friction can hold at rest.
 
     Parameters
@@ -68,7 +68,7 @@ def held(asked: Setting) -> Held:
         low[places], high[places] = Search(asked, places).extremes()
     position, rotation = high[:, components : components + 2].T
     torques = slice(components + 2, None)
-    return Held(low[:, :components], high[:, :components], position, rotation, low[:, torques], high[:, torques])
+    return RestRange(low[:, :components], high[:, :components], position, rotation, low[:, torques], high[:, torques])
 
 
 def _size(kind: str) -> int:

@@ -363,8 +363,8 @@ class _Reader:
             else:
                 either = ", ".join(dict.fromkeys((f"{one.name}=VALUE", f"{one.kind}=VALUE")))
                 problem = (
-                    f"how exact the readings of '{one.name}' are is not said: {either}, a column '{column}', or 'auto'"
-                    " where readings are repeated"
+                    f"the standard deviation of the readings of '{one.name}' is missing: {either}, a column '{column}',"
+                    " or 'auto' where readings are repeated"
                 )
                 raise InputError(problem, key="sigma")
             wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > 0.0))

@@ -13,7 +13,7 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, percent
 
 from .words import FEW, Conclusion, Sentence, plural, say
 
-#: share of its prior variance from which on an unknown is determined better than by its tolerance
+#: part of its prior variance that readings have to take away from an unknown that counts as determined
 TOLD = 0.5
 #: probability of a smaller sum of squares from which on it is named
 SMALL = 1e-3
@@ -34,13 +34,18 @@ WHOLE = 1e-4
 
 
 def of_calibrate(result: Result) -> Conclusion:
-    """What is determined, the error that is left, how well the readings fit, and which of them do not."""
-    parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
+    """What is determined, the error that is left, how well the readings fit, and which of them do not.
+
+    Where the fit is doubted this comes first, because nothing that follows holds without it.
+    """
+    fits = str(result.get("status")) == "ok"
+    first = (_determined, _left, _fit) if fits else (_fit, _determined, _left)
+    parts = (*first, _rows, _together, _held_out, _beyond)
     return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
 
 
 def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Which unknowns are determined better than by what was known beforehand."""
+    """Of which unknowns the readings leave less than half of the variance that they had beforehand."""
     return np.asarray(result.get("determined") & (result.get("share_determined") > TOLD))
 
 
@@ -54,9 +59,8 @@ def _determined(result: Result) -> Iterator[Sentence]:
         own = [row for row in sums if which[np.flatnonzero(row)].all()]
         summed = np.any(own, axis=0) if own else np.zeros(len(names), dtype=bool)
         rest = [name for name, here in zip(names, which & ~determined & ~summed, strict=True) if here]
-        than = "by the tolerances" if kind == "deviation" else "before"
         verb = "is" if 1 in (count, every) else "are"
-        text = f"{count} of {plural(every, kind)} {verb} determined better than {than}"
+        text = f"{count} of {plural(every, kind)} {verb} determined (less than half of the variance is left)"
         text += f"; not {_some(rest)}" if rest else ""
         if own:
             said = [_sum([names[k] for k in np.flatnonzero(row)], row[row != 0.0]) for row in own]
@@ -126,7 +130,7 @@ def _left(result: Result) -> Iterator[Sentence]:
         of = f"'{name}'" if name else "the output"
         first = f"{before[k]:.3g} -> " if math.isfinite(before[k]) else ""
         yield Sentence(
-            f"Error of {of} on the path by what is unknown: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
+            f"Error of {of} by what is unknown, rms on the path: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
         )
 
 
@@ -148,6 +152,9 @@ def _fit(result: Result) -> Iterator[Sentence]:
     if status == "doubtful":
         why = "the file lacks something that this machine has, or readings are less exact than was said"
         yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
+    elif status == "many_missed":
+        why = "more than 10 % of the rows are missed by the others, and none is left out"
+        yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
     elif p > 1.0 - SMALL:
         yield Sentence(f"{said}: less than expected. Was the play pressed to one side? Then name the load.")
     else:
@@ -159,9 +166,6 @@ def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
 
 
 def _rows(result: Result) -> Iterator[Sentence]:
-    if str(result.get("status")) == "many_missed":
-        text = "More than 10 % of the rows are missed by the others; none is left out."
-        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
     rows = np.flatnonzero(result.get("left_out")).tolist()
     lines, names = result.labels("reading"), result.labels("channel")
     units = result.labels("channel_unit")
@@ -218,7 +222,7 @@ def _planned(result: Result) -> Iterator[Sentence]:
 
 
 def of_diagnose(result: Result) -> Conclusion:
-    """Which clearances are worn, which are not told apart, and whether the readings fit."""
+    """Which clearances are worn, which the readings do not distinguish, and whether the readings fit."""
     return Conclusion(tuple(_diagnosed(result)))
 
 

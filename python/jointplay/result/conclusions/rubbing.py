@@ -34,7 +34,9 @@ def of_friction(result: Result) -> Iterator[Sentence]:
             k = int(np.nanargmax(values))
             apart.append(f"{say(float(values[k]), unit)}{words}{there(result, k)}")
     if apart:
-        yield Sentence(f"Coming from the other side, the output is up to {' and '.join(apart)} away (reversal error).")
+        yield Sentence(
+            f"Coming from the other side, the output differs by up to {' and '.join(apart)} (reversal error)."
+        )
     elif np.isfinite(result.get("reversal")).any():
         yield Sentence("Coming from the other side, the output is at the same place.")
     yield from _of_power(result)

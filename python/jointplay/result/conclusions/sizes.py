@@ -109,9 +109,7 @@ def _factor(result: Result) -> str:
     if factor < NONE:
         return "All sizes together: the limits hold with none of them only."
     verb = "may be" if factor >= 1.0 else "have to be"
-    return (
-        f"All sizes together {verb} {_down(factor)} times as large; {first_missed(result, 'factor_binding')} is first."
-    )
+    return f"All sizes together {verb} {_down(factor)} times as large; {comes_first(result, 'factor_binding')}."
 
 
 def _down(value: float) -> str:
@@ -135,15 +133,21 @@ def _tighten(result: Result, used: float) -> Iterator[str]:
     yield f"To tighten {names} brings most: without it {share_of(least)} would be used."
 
 
-def first_missed(result: Result, what: str, k: int | None = None) -> str:
+def first_missed(result: Result, what: str, k: int) -> str:
     """``position #10``: what misses its limit first when a size grows, and at which configuration."""
-    quantity, place = (result.get(f"{what}_{name}") for name in ("quantity", "configuration"))
-    quantity, place = (quantity, place) if k is None else (quantity[k], place[k])
-    text = f"{quantity} #{int(place)}"
+    text = f"{result.get(f'{what}_quantity')[k]} #{int(result.get(f'{what}_configuration')[k])}"
     for name in ("output", "load_case"):
-        if k is not None and f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
+        if f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
             text += f" {label}"
     return text
+
+
+def comes_first(result: Result, what: str) -> str:
+    """The same in words, where it is one for the whole result."""
+    quantity, place = str(result.get(f"{what}_quantity")), int(result.get(f"{what}_configuration"))
+    if quantity == "assembly":
+        return f"configuration {place} has no pose then"
+    return f"the limit of {quantity} at configuration {place} comes first"
 
 
 def share_of(part: float, digits: int = 4) -> str:

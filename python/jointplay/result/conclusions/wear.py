@@ -13,7 +13,7 @@ from jointplay.result import Result
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, configurations
 
 from .running import loose, of_running
-from .sizes import MOST_NAMES, first_missed, share_of
+from .sizes import MOST_NAMES, comes_first, share_of
 from .words import Conclusion, Sentence, say
 
 #: sources that wear as much of the limits away are named together
@@ -71,10 +71,12 @@ def _answer(result: Result) -> Iterator[Sentence]:
         case "ok":
             low, high = (rounded_down(float(result.get(name))) for name in ("life_low", "life_high"))
             spread = f"{low} to {high} with wear rates twice or half as large"
-            yield Sentence(f"{limits} for {rounded_down(life)} cycles ({spread}); {_first(result)}.", state=HELD)
+            yield Sentence(
+                f"{limits} for {rounded_down(life)} cycles ({spread}); {comes_first(result, 'binding')}.", state=HELD
+            )
             yield from map(Sentence, _wears_out(result))
         case "missed":
-            text = f"The limits are missed {judged(result)} before anything wears; {_first(result)}."
+            text = f"The limits are missed {judged(result)} before anything wears; {comes_first(result, 'binding')}."
             yield Sentence(text, is_alarm=True, state=MISSED)
         case "unlimited":
             yield Sentence(f"{limits} for more than {rounded_down(life)} cycles; no more were tried.", state=HELD)
@@ -96,13 +98,6 @@ def _answer(result: Result) -> Iterator[Sentence]:
             text = "Not shown: for how long the limits hold; a cycle needs all configurations, and"
             verb = "are" if len(places) > 1 else "is"
             yield Sentence(f"{text} {configurations(places)} {verb} {why}.", is_alarm=True, state=NOT_SHOWN)
-
-
-def _first(result: Result) -> str:
-    """``x #2 is first``: what misses its limit first."""
-    if str(result.get("binding_quantity")) == "assembly":
-        return f"configuration {int(result.get('binding_configuration'))} has no pose then"
-    return f"{first_missed(result, 'binding')} is first"
 
 
 def _wears_out(result: Result) -> Iterator[str]:
