@@ -54,7 +54,7 @@ def write_parts(b: Any, tables: Mapping[str, Any]) -> None:
 
 def rebuilt(raw: Mapping[str, Any]) -> jp.Builder:
     """A builder that has been called once for every entry of a file."""
-    head = ("space", "units", "title", "gravity", "temperature", "expansion")
+    head = ("space", "units", "title", "gravity", "temperature", "expansion", "friction")
     b = jp.Builder(**{"space": "planar"} | {key: raw[key] for key in head if key in raw})
     b.variables(**raw.get("variables", {}))
     for name, pattern in raw.get("patterns", {}).items():
