@@ -17,6 +17,7 @@ from typing import Any
 from jointplay.errors import InputError, shown
 
 from .columns import from_cell, read, split
+from .schema.values import LARGEST
 
 #: no device reads more, and all of them are fitted at once
 MOST_ROWS = 20_000
@@ -91,7 +92,7 @@ class ReadingSheet:
             except ValueError:
                 problem = f"a number is needed, not {shown(cell)}; an empty cell says that nothing was read"
                 raise self.refuse(problem, column, row) from None
-        if not math.isfinite(value):
+        if not abs(value) <= LARGEST:
             problem = f"{shown(cell)} is no reading; leave the cell empty where nothing was read"
             raise self.refuse(problem, column, row)
         return value
@@ -137,7 +138,7 @@ def _plain(value: Any) -> Cell:
         return value
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return "" if value is None else str(value)
     return "" if math.isnan(number) else number
 
