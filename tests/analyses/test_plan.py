@@ -132,9 +132,28 @@ def test_the_table_to_fill_in_is_read_again(tmp_path: Path, capsys: pytest.Captu
         (["--sigma", "length=1,angle=1", "--zeroed", "q"], "zeroed: 'q' is not a measured column"),
         (["--sigma", "length=1,angle=1", "--free", "nothing"], "nothing"),
         (["--sigma", "length=1,angle=1", "--sizes"], "sizes follow from readings under loads"),
+        (["--columns", "x,x"], 'columns: "x" is there twice'),
+        (["--sigma", "length=1,angle=1", "--free", "theta", "--fix", "theta"], "theta would be free and held"),
         (["-n", "5000"], "count"),
     ],
 )
 def test_what_is_refused(options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["plan", str(DATA / "four-bar.toml"), *options]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_mechanism_without_drives_is_read_where_it_stands(tmp_path: Path) -> None:
+    """Its table of drive values was asked for, and the command ended in a traceback."""
+    path, out = tmp_path / "m.toml", tmp_path / "to-read.csv"
+    path.write_text(jp.examples.text("x-braced-square"), encoding="utf-8")
+    assert run(["plan", str(path), "-n", "2", "--columns", "x,y", "--sigma", "length=0.01", "-o", str(out)]) == 0
+    assert out.read_text(encoding="utf-8").splitlines() == ["x [mm],y [mm]", ",", ","]
+
+
+def test_a_component_that_is_called_as_a_drive_is_that_of_the_output(tmp_path: Path) -> None:
+    """A drive of the name angle made a table with two columns of one name."""
+    path, out = tmp_path / "m.toml", tmp_path / "to-read.csv"
+    path.write_text(jp.examples.text("press"), encoding="utf-8")
+    sizes = ["--sigma", "length=0.01,output.angle=0.01"]
+    assert run(["plan", str(path), "-n", "2", *sizes, "-o", str(out)]) == 0
+    assert out.read_text(encoding="utf-8").splitlines()[0] == "angle [deg],x [mm],y [mm],output.angle [deg]"

@@ -75,6 +75,8 @@ def test_standard_deviations_come_from_the_table_first(tmp_path: Path) -> None:
         ({"x [mm]": "x [kg]"}, "'kg' is not a unit of a length"),
         ({"70.5": "nan"}, "row 2, column \"x\": \"nan\" is no reading"),
         ({"70.5": "inf"}, "row 2, column \"x\": \"inf\" is no reading"),
+        ({"70.5": "1e308"}, "row 2, column \"x\": \"1e308\" is no reading"),
+        ({"77.7": "77.\f7"}, "row 3, column \"x\": a number is needed"),
         ({"77.7": "seven"}, "row 3, column \"x\": a number is needed, not \"seven\""),
         ({"15,": ","}, "row 3, column \"theta\": is empty"),
         ({"y [mm]": "x [mm]"}, "has \"x\" more than once"),
@@ -99,6 +101,36 @@ def test_a_bad_table_gets_one_message(change: Mapping[str, str], message: str, t
         table(text, tmp_path)
     assert message in str(problem.value)
     assert "readings.csv" in str(problem.value)
+
+
+@pytest.mark.parametrize("name", ["a" + " " * 60_000 + "b", "[" * 60_000, "(" * 60_000 + "]"])
+def test_names_of_columns_are_read_in_bounded_time(name: str, tmp_path: Path) -> None:
+    """A cell full of blanks or brackets in the first row took minutes."""
+    with pytest.raises(jp.InputError, match="nothing that is measured"):
+        table(GOOD.replace("x [mm]", name), tmp_path)
+
+
+def test_a_standard_deviation_whose_square_is_no_number_is_none(tmp_path: Path) -> None:
+    text = GOOD.replace("y [mm]\n", "y [mm],sigma_x [mm]\n").replace(".7\n", ".7,1e-320\n")
+    with pytest.raises(jp.InputError, match='row 2, column "sigma_x": a standard deviation is larger'):
+        table(text, tmp_path)
+
+
+def test_a_distance_of_nothing_is_refused(tmp_path: Path) -> None:
+    """Its derivative is none, and calibrate ended in a traceback."""
+    file = tmp_path / "m.toml"
+    file.write_text(jp.examples.text("five-bar"), encoding="utf-8")
+    m = jp.load(file)
+    path = _written("configuration,distance:C-output\n0,0.001\n1,0\n", tmp_path)
+    with pytest.raises(jp.InputError, match='row 2, column "distance:C-output": C and output are at one place'):
+        jp.calibrate(m, path, sigma=SIGMA)
+
+
+def test_standard_deviations_too_far_apart_are_refused(tmp_path: Path) -> None:
+    m = jp.load(DATA / "four-bar.toml")
+    sigma = {"theta": 1e12, "length": 1e-3}
+    with pytest.raises(jp.InputError, match=r"row 2: standard deviations .* too far apart"):
+        jp.calibrate(m, _written(GOOD, tmp_path), sigma=sigma, free={"theta": 1.0})
 
 
 def test_drives_out_of_their_limits_are_refused(tmp_path: Path) -> None:

@@ -39,7 +39,18 @@ SINGLE = ("path", "assembly", "limits")
 #: sections that are a list of tables
 LISTED = {"correlations": "correlation", "loads": "load"}
 #: what build.py writes by hand: values, and what is both one and several
-BY_HAND = ("title", "space", "units", "gravity", "temperature", "expansion", "friction", "variables", "grid", "patterns")
+BY_HAND = (
+    "title",
+    "space",
+    "units",
+    "gravity",
+    "temperature",
+    "expansion",
+    "friction",
+    "variables",
+    "grid",
+    "patterns",
+)
 #: what a file has and data has not
 OF_FILES = ("format", "include")
 #: what is written together with another section

@@ -31,7 +31,7 @@ from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS
-from jointplay.errors import InputError, in_range, not_known
+from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 
@@ -154,7 +154,9 @@ def compute(
         )
         raise InputError(problem, file=m.file, key="drives")
     names = columns or tuple(names_of(unknowns.m))
-    for name in names:
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise InputError(f"{shown(name)} is there twice; a number of readings says how often", key="columns")
         if channel(unknowns.m, name) is None:
             forms = "; or distance:POINT-POINT, dial:POINT:DIRECTION"
             raise InputError(not_known(name, "something that is measured", names_of(unknowns.m)) + forms, key="columns")
@@ -378,13 +380,13 @@ def _told(
 def sheet_of(m: Mechanism, result: Result) -> str:
     """A table in which the readings of a plan are written: a CSV with empty columns, rows in the order of the path."""
     columns = str(result.attrs["columns"]).split(", ")
-    values, units = result.get("drive_value"), result.labels("drive_unit")
-    names = result.labels("drive")
+    values = result.get("drive_value")
     cases = result.get("load_case") if "load_case" in result.data else None
     numbers = result.get("configuration")
     order = sorted(range(len(values)), key=lambda k: (cases[k] if cases is not None else "", numbers[k], *values[k]))
     kinds = [channel(m, name) for name in columns]
-    heads = [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
+    units = result.labels("drive_unit") if values.shape[1] else []
+    heads = [f"{name} [{unit}]" for name, unit in zip(result.labels("drive"), units, strict=True)]
     heads += [LOAD_CASE] * (cases is not None)
     heads += [
         f"{name} [{result_unit}]" for name, result_unit in zip(columns, (_unit(m, one) for one in kinds), strict=True)

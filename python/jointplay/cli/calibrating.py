@@ -46,7 +46,7 @@ Zeroed = Annotated[
     typer.Option("--zeroed", metavar="COLUMN", help="This column counts from an unknown zero, as a dial does."),
 ]
 ClearanceSizes = Annotated[
-    bool, typer.Option("--sizes", help="ClearanceSizes of clearances and backlash, too, from readings under loads.")
+    bool, typer.Option("--sizes", help="Sizes of clearances and backlash, too, from readings under loads.")
 ]
 ContactChoice = Annotated[
     PlayContact | None,

@@ -8,6 +8,7 @@ text. Where a table is read it is taken away again.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from dataclasses import dataclass
@@ -23,8 +24,8 @@ LARGEST_FILE = 8_000_000
 SEPARATORS = ";\t,"
 
 
-#: the name of a column, and its unit in brackets
-HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[\s*(?P<square>[^\]]*?)\s*\]|\(\s*(?P<round>[^)]*?)\s*\))?")
+#: what stands around the unit in the name of a column
+BRACKETS = (("[", "]"), ("(", ")"))
 #: what a spreadsheet takes for a formula, also behind apostrophes of the text's own, so that reading undoes writing
 FORMULA = re.compile(r"'*[=+\-@\t\r]")
 #: what it takes for a number, which stays one
@@ -50,9 +51,12 @@ def split(word: str) -> tuple[str, str]:
     >>> split("theta [deg]"), split("x (mm)"), split("y")
     (('theta', 'deg'), ('x', 'mm'), ('y', ''))
     """
-    found = HEADER.fullmatch(word.strip())
-    assert found is not None
-    return found["name"], found["square"] or found["round"] or ""
+    name = word.strip()
+    for opening, closing in BRACKETS:
+        start, mark, unit = name.removesuffix(closing).rpartition(opening)
+        if mark and name.endswith(closing) and closing not in unit:
+            return start.rstrip(), unit.strip()
+    return name, ""
 
 
 def from_cell(text: str) -> str:
@@ -180,8 +184,11 @@ def read(place: Path, key: str = "", *, decimals: str = "decimals have a point")
         When it cannot be read, or is no table.
     """
     said = one_line(str(place))
-    lines = _text(place).splitlines()
-    separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
+    # Lines end as in a spreadsheet; a form feed, or what else Unicode has, ends none.
+    lines = io.StringIO(_text(place), newline=None)
+    first = lines.readline()
+    lines.seek(0)
+    separator = next((mark for mark in SEPARATORS if mark in first), ",")
     try:
         rows = [*csv.reader(lines, delimiter=separator)]
     except csv.Error as error:
@@ -204,6 +211,8 @@ def _text(place: Path) -> str:
             content = stream.read(LARGEST_FILE + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=name) from None
+    except ValueError as error:
+        raise InputError(f"is no name of a file: {error}", file=name) from None
     if len(content) > LARGEST_FILE:
         raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a table", file=name)
     try:

@@ -138,7 +138,7 @@ def _plain(value: Any) -> Cell:
         return value
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return "" if value is None else str(value)
     return "" if math.isnan(number) else number
 

@@ -93,7 +93,11 @@ def weights(readings: Readings, play: Floats, used: NDArray[np.bool_]) -> Weight
         own = columns[block]
         covariance = play[rows[block][0]][np.ix_(own, own)] + np.diag(noise[block])
         variance[block] = np.diagonal(covariance)
-        factors.append(np.linalg.inv(np.linalg.cholesky(covariance)))
+        try:
+            factors.append(np.linalg.inv(np.linalg.cholesky(covariance)))
+        except np.linalg.LinAlgError:
+            problem = "standard deviations of readings, drives and play are too far apart to count with"
+            raise readings.sheet.refuse(problem, row=int(rows[block][0])) from None
     return Weights(rows, columns, blocks, tuple(factors), variance)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, listed, not_known
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings
 from jointplay.result import axes_of
@@ -134,11 +134,15 @@ def unknowns_of(
     numbers: list[Unknown] = []
     for word, sigma in free.items():
         if not names.known(word) and (value := _number(base, word)) is not None:
+            if sigma is not None and not sigma > 0.0:
+                raise InputError(f"{sigma:g} is no standard deviation, which is above zero", key=f"free {word}")
             numbers.append(Unknown(word, word, "", 1.0, -1, value, np.inf if sigma is None else sigma))
             continue
         for parameter in names.meant(word, "free"):
             freed[parameter] = sigma
     held = {parameter for word in fixed for parameter in names.meant(word, "fix")}
+    if both := sorted(names.of(parameter) for parameter in held & set(freed)):
+        raise InputError(f"{listed(both)} would be free and held; choose one", key="fix")
     mean, covariance = _prior(base)
     kinds = axes_of(base)["parameter"].kinds
     found: list[Unknown] = []

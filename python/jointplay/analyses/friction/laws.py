@@ -245,7 +245,8 @@ class JointContact:
             first = ((self.radius - self.parts[0][3]) * sine * size)[:, None] * about + against
             return ContactForces(v @ inverse.T, normal @ self.transform, force, second, first)
         mu, own, sine = mu * motion, own * motion, sine * motion
-        cosine = np.sqrt(1.0 - sine * sine)
+        # Of a coefficient beyond all measure the sine rounds to more than one.
+        cosine = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
         if self.kind in ("pin", "journal"):
             moment = own.copy()
             for begin, end, _, _ in self.parts:

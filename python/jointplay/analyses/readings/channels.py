@@ -9,6 +9,7 @@ A point is that of an output, or a joint: its place on the first of its bodies.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -110,8 +111,10 @@ def channel(m: Mechanism, name: str) -> Channel | None:
 
 
 def names_of(m: Mechanism) -> list[str]:
-    """What columns of components are called."""
-    return [f"{output}.{one}" for output in m.outputs for one in m.components] if m.outputs else list(m.components)
+    """What columns of components are called; a drive has its name for itself."""
+    if m.outputs:
+        return [f"{output}.{one}" for output in m.outputs for one in m.components]
+    return [f"{OUTPUT}.{one}" if one in m.drives else one for one in m.components]
 
 
 def unknown(m: Mechanism, name: str, more: Sequence[str]) -> str:
@@ -156,7 +159,7 @@ def _direction(m: Mechanism, name: str, text: str) -> tuple[float, ...]:
         way = [float(word) for word in text.split()]
     except ValueError:
         way = []
-    size = float(np.linalg.norm(way)) if way else 0.0
+    size = math.hypot(*way)
     if len(way) != len(axes) or not np.isfinite(size) or size == 0.0:
         problem = f"{shown(text)} is no direction: {', '.join(axes)}, with - in front, or {len(axes)} numbers"
         raise InputError(problem, key=name)

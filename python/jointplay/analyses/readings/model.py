@@ -29,13 +29,15 @@ from jointplay.model.mobility import require_determinate
 from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
-from .channels import OUTPUT, Channel, Poses
+from .channels import DISTANCE, OUTPUT, Channel, Poses
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
 SPECIMENS = 512
 #: step of a difference where the file has no tolerance, in radians and parts of the mechanism's length
 STEP = 1e-5
+#: part of the mechanism's length within which two points are at one place
+TOGETHER = 1e-9
 #: part of a tolerance that stands for none, where only the play is to scatter
 NOTHING = 1e-9
 
@@ -121,6 +123,19 @@ class ReadingModel:
             for k in np.flatnonzero(load.at.status != 0)[:1].tolist():
                 row, status = int(first[load.stations[k]]), STATUSES[load.at.status[k]].replace("_", " ")
                 raise readings.sheet.refuse(f"at these drive values the mechanism of the file is {status}", row=row)
+        self._require_apart(first)
+
+    def _require_apart(self, first: NDArray[np.int64]) -> None:
+        """A distance of nothing has no direction, and no derivative."""
+        at = self._nominal()
+        for channel in self.readings.channels:
+            if channel.form != DISTANCE:
+                continue
+            together = np.flatnonzero(channel.value(at, self.axes) <= TOGETHER * self.m.length)
+            if together.size:
+                both = " and ".join(channel.points)
+                problem = f"{both} are at one place here; a distance is read between places that are apart"
+                raise self.readings.sheet.refuse(problem, channel.name, int(first[together[0]]))
 
     @property
     def is_loaded(self) -> bool:

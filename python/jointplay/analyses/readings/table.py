@@ -37,6 +37,8 @@ SPECIAL = (CONFIGURATION, LOAD_CASE, APPROACH, SIDE)
 AUTO = "auto"
 #: repeated readings beyond the first of each place from which on their scatter says how large the noise is
 FEWEST_REPEATS = 10
+#: no reading is more exact, SI: below it squares of standard deviations are no numbers any more
+FINEST = 1e-100
 #: part of the largest drive value within which two are the same
 SAME = 1e-9
 
@@ -344,7 +346,7 @@ class _Reader:
                 deviations[:, k] = np.nan_to_num(self._in_si(column, kind, found.sheet))
             else:
                 deviations[:, k] = value * m.drive_factors[k]
-            if (deviations[:, k] < 0.0).any():
+            if not (deviations[:, k] >= 0.0).all():
                 raise found.sheet.refuse("a standard deviation is not below zero", column)
         return deviations
 
@@ -361,16 +363,18 @@ class _Reader:
             elif name is not None:
                 deviations[:, k] = given[name] * getattr(self.m.units, one.kind)
             else:
-                either = ", ".join(dict.fromkeys((f"{one.name}=VALUE", f"{one.kind}=VALUE")))
+                # A word that names a drive is the scatter of that drive.
+                free = [word for word in (one.name, one.kind) if word not in self.m.drives]
+                either = ", ".join(f"{word}=VALUE" for word in dict.fromkeys(free))
                 problem = (
                     f"the standard deviation of the readings of '{one.name}' is missing: {either}, a column '{column}',"
                     " or 'auto' where readings are repeated"
                 )
                 raise InputError(problem, key="sigma")
-            wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > 0.0))
+            wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > FINEST))
             if wrong.size:
                 if column in found.sheet.columns:
-                    raise found.sheet.refuse("a standard deviation is above zero", column, int(wrong[0]))
+                    raise found.sheet.refuse("a standard deviation is larger than that", column, int(wrong[0]))
                 raise InputError(f"{given[name or '']:g} is no standard deviation, which is above zero", key="sigma")
         if rest := set(given) - used:
             known = dict.fromkeys(name for one in found.channels for name in (one.name, one.form, one.kind))

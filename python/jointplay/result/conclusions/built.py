@@ -36,12 +36,11 @@ WHOLE = 1e-4
 def of_calibrate(result: Result) -> Conclusion:
     """What is determined, the error that is left, how well the readings fit, and which of them do not.
 
-    Where the fit is doubted this comes first, because nothing that follows holds without it.
+    What puts all of it in doubt comes first.
     """
-    fits = str(result.get("status")) == "ok"
-    first = (_determined, _left, _fit) if fits else (_fit, _determined, _left)
-    parts = (*first, _rows, _together, _held_out, _beyond)
-    return Conclusion(tuple(sentence for part in parts for sentence in part(result)))
+    parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
+    said = [sentence for part in parts for sentence in part(result)]
+    return Conclusion(tuple(sorted(said, key=lambda sentence: sentence.state != NOT_SHOWN)))
 
 
 def is_determined(result: Result) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:

@@ -122,8 +122,10 @@ def of_plan(result: Result) -> list[ResultTable]:
     numbers_ = result.get("configuration")
     if (numbers_ >= 0).all():
         columns.append(Column("configuration", "", tuple(map(str, numbers_.tolist()))))
-    for k, (name, unit) in enumerate(zip(result.labels("drive"), result.labels("drive_unit"), strict=True)):
-        columns.append(numbers(name, unit, result.get("drive_value")[:, k]))
+    values = result.get("drive_value")
+    if values.shape[1]:
+        units = result.labels("drive_unit")
+        columns += [numbers(name, units[k], values[:, k]) for k, name in enumerate(result.labels("drive"))]
     if "load_case" in result.data:
         columns.append(words("load case", result.get("load_case").tolist()))
     columns.append(Column("takes away", "%", tuple(f"{100.0 * gain:.1f}" for gain in result.get("gain").tolist())))
