@@ -56,6 +56,9 @@ SHORT = example("slider-crank").with_({"drives": {"theta": {"joint": "main", "va
 #: one unknown, and readings of it
 TOLERANT = SHORT.with_({"drives.theta.error": 0.1, "output": {"body": "crank"}, "outputs": None, "loads": None})
 READ = {"configuration": [0], "angle": [30.05]}
+#: the same of a machine that is pushed and pulled
+PUSHED = example("five-bar", load_cases={"push": [{"force": [0, -60]}], "pull": [{"force": [0, 60]}]})
+PUSHED_READ = {"configuration": [0, 0], "load_case": ["push", "pull"], "x": [-60.0, -60.1]}
 GRID = {"theta1": [30.0, 40.0]}
 
 
@@ -66,6 +69,9 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "allow", jp.allow, {"m": M, "tolerance": 0.1}
     yield "assemble", jp.assemble, {"m": M, "samples": 10}
     yield "best_order", jp.best_order, {"m": M}
+    yield "plan", jp.plan, {"m": TOLERANT, "count": 1, "columns": ["angle"], "sigma": {"angle": 0.1}}
+    yield "diagnose", jp.diagnose, {"m": PUSHED, "measured": PUSHED_READ, "sigma": {"length": 0.1}}
+    yield "verify", jp.verify, {"m": TOLERANT, "measured": READ, "sigma": {"angle": 0.1}}
     yield "calibrate", jp.calibrate, {"m": TOLERANT, "measured": READ, "sigma": {"angle": 0.1}}
     yield "as_built", jp.as_built, {"m": TOLERANT, "result": jp.calibrate(TOLERANT, READ, sigma={"angle": 0.1})}
     yield "check", jp.check, {"m": M}

@@ -35,7 +35,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("COLUMNS", "80")
     for name in jp.examples.names():
         Path(f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
-    for name in ("robots/arm.urdf", "drawings/coupler.dxf", "readings/readings.csv"):
+    for name in (
+        "robots/arm.urdf",
+        "drawings/coupler.dxf",
+        "readings/readings.csv",
+        "readings/pushed.toml",
+        "readings/pushed.csv",
+    ):
         shutil.copy(Path(__file__).resolve().parents[2] / "docs" / name, Path(name).name)
     return tmp_path
 
@@ -390,7 +396,8 @@ def test_shells_are_told_how_to_complete(shell: str) -> None:
 def test_a_question_that_is_asked_of_a_file_says_what_to_do(question: str) -> None:
     """A text, a path, and the content of a file."""
     ask = getattr(jp, question)
-    more = {"compare": [example("p3r")], "sweep": ["title", ["a", "b"]], "calibrate": [{}]}.get(question, [])
+    more = {"compare": [example("p3r")], "sweep": ["title", ["a", "b"]], "plan": [2]}.get(question, [])
+    more = [{}] if question in ("calibrate", "diagnose", "verify") else more
     for file in ("arm.toml", Path("arm.toml")):
         with pytest.raises(TypeError, match=r"is a Mechanism, .*; read the file first: jointplay\.load\('arm\.toml'\)"):
             ask(file, *more)

@@ -352,7 +352,8 @@ def _told(
     where = np.array([place for place, _ in picked])
     left = np.sqrt([search.left(chosen[: n + 1]) for n in range(len(chosen))])
     before = float(np.sqrt(search.left(())))
-    gain = 1.0 - left / np.array([before, *left[:-1]])
+    earlier = np.array([before, *left[:-1]])
+    gain = np.where(earlier > 0.0, 1.0 - left / np.where(earlier > 0.0, earlier, 1.0), 0.0)
     builder.labels("choice", np.arange(len(chosen)), "number of the reading, from 0")
     builder.add("drive_value", ("choice", "drive"), places.drives[where], "drive value", "drive")
     numbers = places.numbers[where]

@@ -39,9 +39,9 @@ LINES: dict[str, dict[str, str]] = {
     },
     "plan": {
         "jointplay plan five-bar.toml -n 8 --columns x,y --sigma length=0.002": "",
-        "jointplay plan five-bar.toml -n 8 --sigma length=0.002 -o readings.csv": "a table to fill in",
+        "jointplay plan five-bar.toml --columns x,y --sigma length=0.002 -o todo.csv": "",
     },
-    "diagnose": {"jointplay diagnose five-bar.toml --reversal pushed-and-pulled.csv --sigma length=0.002": ""},
+    "diagnose": {"jointplay diagnose pushed.toml --reversal pushed.csv --sigma length=0.001": ""},
     "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "map": {

@@ -125,7 +125,7 @@ def calibrate(
     --------
     >>> import jointplay as jp
     >>> m = jp.loads(jp.examples.text("five-bar")).with_({"loads": None, "load_cases": None})
-    >>> built = jp.given(m, deviations={"left": 0.02, "base": -0.03})
+    >>> built = jp.given(m, deviations={"left": 0.02, "left_rod": 0.015})
     >>> places = (built.nominal + built.error).sel(component=["x", "y"])
     >>> table = {name: built[name].values for name in built.attrs["drives"].split(", ")}
     >>> table |= {name: places.sel(component=name).values for name in ("x", "y")}
