@@ -270,11 +270,7 @@ class Mechanism(Compiled):
 
     def _under(self, loads: list[LoadSpec], motion: DriveMotion | None) -> Mechanism:
         """The same mechanism under loads that do not change, moving as it does in one configuration."""
-        steady = object.__new__(Mechanism)
-        own = {name: value for name, value in vars(self).items() if name != "core"}
-        spec = MappingProxyType({**self.core_spec, "loads": loads})
-        vars(steady).update(own, loads=Loads(loads), motion=motion, core_spec=spec, _parts={})
-        return steady
+        return self._copied({"loads": loads}, loads=Loads(loads), motion=motion)
 
     def worn(self, growth: Mapping[int, float]) -> Mechanism:
         """The mechanism with larger clearances; their sizes scatter as before, about a larger play.
@@ -309,11 +305,16 @@ class Mechanism(Compiled):
 
     def _resourced(self, sources: Sequence[CompiledSource]) -> Mechanism:
         """The same mechanism with other sets of its sources."""
-        changed = object.__new__(Mechanism)
-        own = {name: value for name, value in vars(self).items() if name != "core"}
-        spec = MappingProxyType({**self.core_spec, "sources": [source.as_spec for source in sources]})
-        vars(changed).update(own, compiled_sources=tuple(sources), core_spec=spec, _parts={})
-        return changed
+        specs = [source.as_spec for source in sources]
+        return self._copied({"sources": specs}, compiled_sources=tuple(sources))
+
+    def _copied(self, in_core: Changes, **own: object) -> Mechanism:
+        """A copy with other parts in the core, and with what is kept here of them."""
+        copy = object.__new__(Mechanism)
+        kept = {name: value for name, value in vars(self).items() if name != "core"}
+        spec = MappingProxyType({**self.core_spec, **in_core})
+        vars(copy).update(kept, core_spec=spec, _parts={}, **own)
+        return copy
 
     def varied(self, **changes: Unpack[Changes]) -> _core.Mechanism:
         """The mechanism in the compiled core with other parts.
