@@ -15,7 +15,7 @@ zero, the contact may go over to its other side at once, and equilibrium is look
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -126,6 +126,10 @@ class Equilibrium:
     forces: Floats
     steps: NDArray[np.int64]
 
+    def chosen(self, places: NDArray[np.intp]) -> Equilibrium:
+        """A copy of some configurations."""
+        return Equilibrium(*(getattr(self, field.name)[places] for field in fields(self)))
+
 
 class EquilibriumAt:
     """Equilibrium of some configurations at some unknowns."""
@@ -217,7 +221,7 @@ class EquilibriumAt:
             if len(contact.parameters):
                 offset[:, contact.parameters, d] = slope.offset
         left += np.swapaxes(self.geometry["jacobian"], 1, 2) @ multiplier
-        moved = np.linalg.solve(self.derivative, -(left / self._units[..., None] + self._stiffness @ offset))
+        moved = _solved(self.derivative, -(left / self._units[..., None] + self._stiffness @ offset))
         by_multiplier, by_offset = self._by_unknown
         return np.asarray(offset + by_offset @ moved), np.asarray(multiplier + by_multiplier @ moved)
 
@@ -245,9 +249,7 @@ class EquilibriumAt:
         right = np.zeros((n, len(moving)))
         for k, (_, row) in enumerate(moving):
             right[row, k] = 1.0
-        motions = np.swapaxes(
-            np.linalg.solve(self.geometry["jacobian"], np.broadcast_to(right, (count, n, len(moving)))), 1, 2
-        )
+        motions = np.swapaxes(_solved(self.geometry["jacobian"], np.broadcast_to(right, (count, n, len(moving)))), 1, 2)
         sizes = np.abs(motions / _twist_units(m)).max(axis=2, keepdims=True)
         steps = MOVE / np.where(sizes > 0.0, sizes, 1.0)
         ends = []
@@ -261,6 +263,14 @@ class EquilibriumAt:
         for k, (parameter, _) in enumerate(moving):
             found[:, :, parameter] += slopes[:, k]
         return found
+
+
+def _solved(matrices: Floats, right: Floats) -> Floats:
+    """Solutions, nan of a singular matrix: a search may have tried a state there."""
+    found = np.full(right.shape, np.nan)
+    regular = np.linalg.slogdet(matrices)[0] != 0.0
+    found[regular] = np.linalg.solve(matrices[regular], right[regular])
+    return found
 
 
 def _difference(after: ContactForces, before: ContactForces, by: float) -> ContactForces:
@@ -379,10 +389,10 @@ def _grow(of: SlidingTask, found: Equilibrium) -> None:
         at = solve(of, found, places, to)
         good = at.good & (at.sign == sign[places])
         found.y[places[~good]] = before[~good]
-        for n in np.flatnonzero(~good & _is_between(step[places])):
-            turned = _turned(of, found, places[n], to, sign)
-            if turned is not None:
-                good[n], at.forces[n] = True, turned
+        between = np.flatnonzero(~good & _is_between(step[places]))
+        turned = _turned(of, found, places[between], to, sign)
+        good[between] = ~np.isnan(turned)
+        at.forces[between] = turned
         failed, done = places[~good], places[good]
         part[done] = to[done]
         found.part[done] = to[done]
@@ -397,10 +407,27 @@ def _is_between(step: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.any([(step <= least) & (2.0 * step > least) for least in TURNING], axis=0))
 
 
-def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: Floats) -> float | None:
-    """Equilibrium with contacts on their other sides, where the forces on them have vanished; the largest force."""
-    before = found.y[place].copy()
-    loose = []
+def _turned(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], to: Floats, sign: Floats) -> Floats:
+    """Equilibrium with contacts on their other sides, where the forces on them have vanished; the largest force, or nan."""
+    tries = [(place, y) for place in places.tolist() for y in _on_other_sides(of, found, place)]
+    forces = np.full(len(places), np.nan)
+    if not tries:
+        return forces
+    which = np.array([place for place, _ in tries])
+    tried = found.chosen(which)
+    tried.y[:] = [y for _, y in tries]
+    at = solve(of.chosen(which), tried, np.arange(len(which)), to[which])
+    good = at.good & (at.sign == sign[which])
+    for n, place in enumerate(places.tolist()):
+        first = np.flatnonzero(good & (which == place))[:1]
+        if len(first):
+            found.y[place], forces[n] = tried.y[first[0]], at.forces[first[0]]
+    return forces
+
+
+def _on_other_sides(of: SlidingTask, found: Equilibrium, place: int) -> list[Floats]:
+    """Unknowns with some of the contacts with the least forces on their other sides, fewest first."""
+    before, loose = found.y[place], []
     for contact in of.contacts:
         for begin, end, low, high in contact.parts:
             rows = contact.rows[begin:end]
@@ -412,16 +439,13 @@ def _turned(of: SlidingTask, found: Equilibrium, place: int, to: Floats, sign: F
                 if size > 0.0 and normal <= WEAK:
                     loose.append((normal, rows, middle - v * (1.0 + PRESSED / size)))
     loose = sorted(loose, key=lambda one: one[0])[:LOOSE]
+    turned = []
     for count in range(1, len(loose) + 1):
         for some in combinations(loose, count):
-            found.y[place] = before
+            turned.append(before.copy())
             for _, rows, there in some:
-                found.y[place, rows] = there
-            at = solve(of, found, np.array([place]), to)
-            if at.good[0] and at.sign[0] == sign[place]:
-                return float(at.forces[0])
-    found.y[place] = before
-    return None
+                turned[-1][rows] = there
+    return turned
 
 
 @dataclass(frozen=True)

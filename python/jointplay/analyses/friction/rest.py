@@ -2,14 +2,15 @@
 
 At rest a joint holds any part q of its friction, from -1 to 1 (of a ball, a vector across its force, not longer than
 1). With the equilibrium of the sliding state for every q, each component of the error, and each torque of a drive, is
-as low and as high as q can make it. The search begins in the middle and at all corners, or at some where they are many,
-and goes on from the best along the derivatives by Newton's steps of each q by itself, within the bounds. What it ends
-at is an extreme nearby; that there is none beyond is not proved.
+as low and as high as q can make it. The search begins at all corners, or at some where they are many, and at as many
+points inside, where contacts that change sides can have an extreme. From the best of both it goes on along the
+derivatives by Newton's steps of each q by itself, within the bounds. What it ends at is an extreme nearby; that there
+is none beyond is not proved.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -22,7 +23,7 @@ from .balance import Equilibrium, EquilibriumAt, SlidingTask, equilibrium, solve
 from .laws import FLANK
 from .states import Setting, torque
 
-#: corners at which the search begins, in opposite pairs where there are more
+#: corners at which the search begins, in opposite pairs where there are more, and points inside
 CORNERS = 32
 #: steps of the search; changes of q, parts of a value, and of a step, below which it ends
 STEPS, STILL, GAIN, SHORT = 40, 1e-9, 1e-11, 1e-2
@@ -63,7 +64,7 @@ def held(asked: Setting) -> RestRange:
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)
     dims = sum(_size(contact.kind) for contact in asked.contacts if contact.rubs)
-    many = max(1, TOGETHER // max(2 * low.shape[1], min(2**dims, CORNERS)))
+    many = max(1, TOGETHER // max(4 * low.shape[1], 2 * min(2**dims, CORNERS)))
     for places in asked.parts(many):
         low[places], high[places] = Search(asked, places).extremes()
     position, rotation = high[:, components : components + 2].T
@@ -97,7 +98,8 @@ class Search:
     def extremes(self) -> tuple[Floats, Floats]:
         """Lowest and highest values, each (configuration, value)."""
         count = len(self.of.scale)
-        starts = np.vstack([np.zeros((1, self.dims)), self._corners()])
+        corners = self._corners()
+        starts = np.vstack([corners, np.zeros((1, self.dims)), self._between(len(corners) - 1)])
         which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
         task = self.task(which, q)
         solved = equilibrium(task)
@@ -106,9 +108,12 @@ class Search:
         n = values.shape[1]
         signs = np.repeat([-1.0, 1.0], n)
         reached = np.nan_to_num(signs * np.tile(values, 2), nan=-np.inf).reshape(count, len(starts), 2 * n)
-        rows = (np.arange(count)[:, None] * len(starts) + reached.argmax(axis=1)).ravel()
-        climb = _Climb(self, which[rows], np.tile(np.arange(2 * n) % n, count), np.tile(signs, count))
-        ends = climb.best(q[rows], _chosen(solved, rows), reached.max(axis=1).ravel()).reshape(count, 2, n)
+        kinds = reached.reshape(count, 2, len(corners), 2 * n)
+        first = np.arange(2 * count).reshape(count, 2, 1) * len(corners)
+        rows = (first + kinds.argmax(axis=2)).ravel()
+        climb = _Climb(self, which[rows], np.tile(np.arange(2 * n) % n, 2 * count), np.tile(signs, 2 * count))
+        ends = climb.best(q[rows], solved.chosen(rows), kinds.max(axis=2).ravel()).reshape(count, 2, 2, n)
+        ends = np.fmax(ends[:, 0], ends[:, 1])
         return -ends[:, 0], ends[:, 1]
 
     def _corners(self) -> Floats:
@@ -116,6 +121,10 @@ class Search:
             return np.array(list(product((-1.0, 1.0), repeat=self.dims)))
         half = np.random.default_rng(0).choice((-1.0, 1.0), (CORNERS // 2, self.dims))
         return np.vstack([half, -half])
+
+    def _between(self, many: int) -> Floats:
+        """Points inside, always the same."""
+        return np.random.default_rng(1).uniform(-1.0, 1.0, (many, self.dims))
 
     def look(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> tuple[Floats, Floats]:
         """All values at some states, and their derivatives by q, (state, value, q)."""
@@ -192,7 +201,7 @@ class _Climb:
         slope, curve, length = np.zeros(q.shape), np.full(q.shape, np.nan), np.ones(len(q))
         active = np.flatnonzero(np.isfinite(reached))
         reached = np.where(np.isfinite(reached), reached, np.nan)
-        slope[active] = self._look(active, q[active], _chosen(solved, active))[1]
+        slope[active] = self._look(active, q[active], solved.chosen(active))[1]
         for _ in range(STEPS):
             straight = self.of.farthest(slope[active])
             bent = self.of.inside(q[active] - slope[active] / np.where(curve[active] < 0.0, curve[active], -1.0))
@@ -202,7 +211,7 @@ class _Climb:
             active, step = active[moves], step[moves]
             if not len(active):
                 break
-            there, trial = self.of.inside(q[active] + step), _chosen(solved, active)
+            there, trial = self.of.inside(q[active] + step), solved.chosen(active)
             step = there - q[active]
             ended = solve(self.of.task(self.which[active], there), trial, np.arange(len(active)), np.ones(len(active)))
             value, turned = self._look(active, there, trial)
@@ -222,7 +231,3 @@ class _Climb:
         values, slopes = self.of.look(self.which[places], q, solved)
         each, own, sign = np.arange(len(places)), self.value[places], self.sign[places]
         return sign * values[each, own], sign[:, None] * slopes[each, own]
-
-
-def _chosen(solved: Equilibrium, rows: NDArray[np.intp]) -> Equilibrium:
-    return Equilibrium(*(getattr(solved, field.name)[rows] for field in fields(solved)))
