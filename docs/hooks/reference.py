@@ -304,7 +304,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
         jp.random(_fits(), samples=2000),
         jp.random(_strained(), samples=200),
     ],
-    "compensate": lambda: [jp.compensate(_four_bar())],
+    "compensate": lambda: [jp.compensate(_four_bar()), jp.compensate(_four_bar(), "worst")],
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
     "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],

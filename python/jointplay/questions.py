@@ -112,7 +112,7 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
-                *("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble"),
+                *("error", "map", "sweep", "compare", "compensate", "allow", "life", "allocate", "assemble"),
                 # While sliders move.
                 studio={"exact": False},
             ),

@@ -113,7 +113,7 @@ class TestCompensate:
     @pytest.mark.parametrize(
         ("arguments", "part"),
         [
-            ({"question": "worst"}, "'worst' is not an error that drives can correct"),
+            ({"question": "random"}, "'random' is not an error that drives can correct"),
             ({"offsets": {"J1": [0, 0]}}, "ask for the question 'given'"),
             ({"weights": (0, 0)}, "not both zero"),
             ({"weights": (-1, 0)}, "not negative"),

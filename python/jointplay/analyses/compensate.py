@@ -5,12 +5,14 @@
 E is the error of the non-linear model at the drives q, found anew at every step, so that a load may move its contacts.
 A step counts only when it makes |W (E - target)| smaller: where contact flips back and forth the best drives met are
 kept. W weighs lengths against angles. What no drive can remove is what remains of E.
+
+Of the worst case, and of all load cases with one table of drive values, the largest error is made least; see `minimax`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,22 +20,25 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Codes, Floats
 from jointplay.basics.typed import typed
+from jointplay.core.answers import Worst
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
-from jointplay.result import Result, split, to_dataset
+from jointplay.result import Result, ResultBuilder, align, beside, split, to_dataset
 from jointplay.result.verdict import judge
 
 from . import worst
 from .given import OF_WORST
 from .loaded import loads_of, require_loads
-from .nominal import Nominal, nominal, report
+from .minimax import PlaceIndices, least_largest, slopes
+from .nominal import Nominal, at_drives, nominal, report, without_singular
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
 from .running import add_contact, drive_units, motion_of, speeds
-from .several import of_each
+from .several import of_each, of_outputs, places_of
+from .worst import STARTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,10 +50,13 @@ SHORTEST = 2.0**-10
 STILL = 1e-11
 #: the longest step (radians, characteristic lengths)
 FARTHEST = 0.5
-#: half the distance of the drive values whose errors give J; its square is the error of J
-PROBE = 1e-5
+#: rounds in which offsets of the worst case are added, and the part by which the largest error of all may be more than
+#: that of those which were
+ROUNDS, MISSED = 40, 1e-8
+#: starts of the searches on the way; the last has those of `worst`
+ON_THE_WAY = 6
+GIVEN = "offsets are given; ask for the question 'given'"
 
-PlaceIndices = NDArray[np.intp]
 #: error, (place, component), and status at drive values, (place, drive), of the configurations at some places
 Errors = Callable[[Floats, PlaceIndices], tuple[Floats, Codes]]
 
@@ -62,37 +70,52 @@ def compensate(
     *,
     weights: tuple[float, float] | None = None,
     target: Sequence[float] | NDArray[np.float64] | None = None,
+    one_table: bool = False,
 ) -> xr.Dataset:
     """Correct the drives so that the output returns as near as possible to its nominal pose.
 
     Parameters
     ----------
     m : Mechanism
-    question : {"loaded", "given"}
-        Which error is corrected.
+    question : {"loaded", "worst", "given"}
+        Which error is corrected. Of the worst case the largest error over all offsets is made least.
     offsets, deviations : optional
         As for `given`; with that question only. Without them and without a `target` they are those of the largest
         position error of the worst case.
     weights : (float, float), optional
         Weights of position and rotation: a position error counts as many times its length, a rotation as
         many times the arc it makes at the radius `weights[1]`, in the length unit of the file per radian. Default:
-        (1, 0) with fewer drives than the output has components, else (1, characteristic length).
+        (1, 0) with fewer drives than the output has components, else (1, characteristic length). Of the worst case
+        the larger of the weighted largest position error and the weighted largest rotation counts; by default each as
+        a part of what it is before, so that neither grows.
     target : array, optional
         Error to reach in place of zero: (x, y) or (x, y, angle), in space (x, y, z) or (x, y, z, rx, ry, rz), for all
         or for each configuration. With ``"given"`` and no offsets this is the inverse kinematics of a displaced output
         point.
+    one_table : bool
+        Whether all load cases get the same drive values, with which the largest error over them is least. With
+        ``"loaded"`` only.
 
     Returns
     -------
     xarray.Dataset
         Over `configuration`: `drive_nominal`, `drive_corrected` and `correction` (along `drive`), `error` (before),
-        `residual` (after: what no drive can remove), `residual_position`, `residual_rotation` (sizes), of `loaded`
-        `residual_undetermined` (half-width of what the load leaves open after), `target` (the error to reach), `limit`,
-        `limit_met` and `margin` (whether and by how much what is left keeps to the limits of the file; what differs
-        from the target counts), `at_limit` (drives held by their range in the file), `settled` (whether the correction
-        has converged; elsewhere contact alternates between two sides, and the best drives found are given),
-        `iterations`, `nominal`, `status` (of the corrected mechanism). Where drives have speeds `contact_rate`,
-        `contact` and `transit_time` as of `loaded`.
+        `residual` (after: what no drive can remove), `error_position`, `error_rotation`, `residual_position`,
+        `residual_rotation` (sizes), of `loaded` `residual_undetermined` (half-width of what the load leaves open
+        after), `target` (the error to reach), `limit`, `limit_met` and `margin` (whether and by how much what is left
+        keeps to the limits of the file; what differs from the target counts), `at_limit` (drives held by their range
+        in the file), `settled` (whether the correction has converged; elsewhere contact alternates between two sides,
+        and the best drives found are given), `iterations`, `nominal`, `status` (of the corrected mechanism). Where
+        drives have speeds `contact_rate`, `contact` and `transit_time` as of `loaded`. Of `worst` the sizes are the
+        largest ones, `residual_component` is the lowest and highest error of each component (along `side`), and `error`
+        and `residual` are the errors where the position error is largest. Of `loaded` and `worst` as well
+        `between_position` and `between_rotation`: what a controller that takes straight lines between the rows of the
+        table leaves half-way to the next one; not where drives have speeds.
+
+    Raises
+    ------
+    InputError
+        When there is no drive, a name is unknown, an array has the wrong shape, or options do not go together.
 
     Examples
     --------
@@ -101,22 +124,33 @@ def compensate(
     >>> result.drive_corrected[0].item() > result.theta1[0].item()
     True
     """
-    return to_dataset(compute(m, question, offsets, deviations, weights=weights, target=target))
+    return to_dataset(compute(m, question, offsets, deviations, weights=weights, target=target, one_table=one_table))
 
 
 @dataclass(frozen=True)
 class Correction:
-    """Corrected drives of all configurations, SI."""
+    """Corrected drives of all configurations, SI.
+
+    Attributes
+    ----------
+    drives, error : ndarray
+        Of the worst case the error is that at the largest position error.
+    status : ndarray
+    iterations : ndarray of int
+    settled : ndarray of bool
+    largest : dict of ndarray
+        Of the worst case: the largest position and rotation, before and after, and the ends of all components after.
+    """
 
     drives: Floats
     error: Floats
     status: Codes
     iterations: NDArray[np.int64]
     settled: NDArray[np.bool_]
+    largest: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @recorded
-@of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,
     question: str = "loaded",
@@ -125,12 +159,40 @@ def compute(
     *,
     weights: tuple[float, float] | None = None,
     target: Sequence[float] | NDArray[np.float64] | None = None,
+    one_table: bool = False,
     at: Nominal | None = None,
 ) -> Result:
     """The light form of `compensate`."""
-    if not m.drives:
-        raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
+    if not one_table:
+        return _of_each_case(m, question, offsets, deviations, weights=weights, target=target, at=at)
+    if question != "loaded" or not m.load_cases:
+        has = "" if m.load_cases else "; the file has no load cases"
+        raise InputError(f"one table is for all load cases of the question 'loaded'{has}", file=m.file, key="one_table")
+    require_known(question, asked_by("compensate"), "an error that drives can correct")
+    if offsets is not None or deviations is not None:
+        raise InputError(GIVEN, file=m.file, key="offsets")
+    found = [
+        _of_all_cases([m.only(output, case) for case in m.load_cases], m.load_cases, weights, target)
+        for output in m.outputs or (None,)
+    ]
+    return of_outputs(m, found) if m.outputs else found[0]
+
+
+@of_each(lambda given: given["question"] == "loaded")
+def _of_each_case(
+    m: Mechanism,
+    question: str,
+    offsets: Offsets | xr.DataArray | xr.Dataset | None,
+    deviations: Mapping[str, Any] | None,
+    *,
+    weights: tuple[float, float] | None,
+    target: Sequence[float] | NDArray[np.float64] | None,
+    at: Nominal | None,
+) -> Result:
+    _require_drives(m)
     at = (at or nominal(m)).with_errors
+    if question == "worst":
+        return _of_worst(m, at, offsets, deviations, weights, target)
     of_worst = question == "given" and offsets is None and deviations is None and target is None
     if of_worst:
         offsets = worst.compute(m, at=at).get("worst_offset", extreme="position")
@@ -143,15 +205,128 @@ def compute(
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
+def _require_drives(m: Mechanism) -> None:
+    if not m.drives:
+        raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
+
+
+def _of_all_cases(
+    parts: list[Mechanism], cases: Sequence[str], weights: tuple[float, float] | None, target: Any
+) -> Result:
+    """One table of drive values, with which the largest error over all load cases is least."""
+    first = parts[0]
+    _require_drives(first)
+    places = [at.with_errors for at in places_of(parts)]
+    of_cases = [_errors(m, at, "loaded", None, None) for m, at in zip(parts, places, strict=True)]
+    weight, wanted = _weights(first, weights), _target(first, len(places[0]), target)
+
+    def errors(drives: Floats, some: PlaceIndices) -> tuple[Floats, Codes]:
+        found = [of_case(drives, some) for of_case in of_cases]
+        return np.stack([error - wanted[some] for error, _ in found], axis=1), np.max(
+            [code for _, code in found], axis=0
+        )
+
+    everywhere, drives = np.arange(len(places[0])), places[0].drives
+    found = least_largest(
+        errors,
+        drives,
+        everywhere,
+        np.broadcast_to(weight, (len(drives), 1, len(weight))),
+        drive_units(first),
+        _ranges(first),
+    )
+    answers = []
+    for m, at, of_case in zip(parts, places, of_cases, strict=True):
+        before, _ = of_case(drives, everywhere)
+        error, status = of_case(found.drives, everywhere)
+        correction = Correction(found.drives, error, status, found.iterations, found.settled)
+        answers.append(_report(m, at, "loaded", before, correction, weight, wanted, one_table=1))
+    return beside(align(answers), "load_case", cases, "load case", same=("nominal", "limit"))
+
+
+def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights: Any, target: Any) -> Result:
+    """Drive values with which the largest error over all offsets is least; see `minimax`."""
+    for name, value in (("offsets", offsets), ("deviations", deviations)):
+        if value is not None:
+            raise InputError(GIVEN, file=m.file, key=name)
+    if target is not None:
+        raise InputError("the largest error is made least, and has no target", file=m.file, key="target")
+    weight, low_high = _weights(m, weights), _ranges(m)
+    drives, everywhere = np.clip(at.drives, *low_high), np.arange(len(at))
+    begin = without_singular(m.core.worst(drives, at.poses, STARTS, partly=True))
+    before = np.stack([begin["position"], begin["rotation"]], axis=1)
+    moves = np.isin(m.components, LENGTHS)
+    by_size = np.tile([weight[moves].max(), weight[~moves].max()], (len(at), 1))
+    if weights is None:
+        # Neither size gets larger than it is without a correction.
+        by_size = np.divide(by_size > 0.0, before, out=np.zeros_like(before), where=before > 0.0)
+    asked = np.flatnonzero(by_size.any(axis=0))
+    by_size = by_size[:, asked]
+    measures = by_size[:, :, None] * np.stack([moves, ~moves])[asked]
+
+    def weighed(found: Worst, some: PlaceIndices) -> Floats:
+        sizes = np.stack([found["position"], found["rotation"]], axis=1)[:, asked] * by_size[some]
+        return np.asarray(np.where(np.isfinite(sizes), sizes, np.inf).max(axis=1, initial=0.0))
+
+    def look(drives: Floats, some: PlaceIndices, starts: int) -> tuple[Worst, Floats]:
+        found = without_singular(m.core.worst(drives, at.poses[some], starts, partly=True))
+        return found, weighed(found, some)
+
+    largest = weighed(begin, everywhere)
+    offset = begin["offset"][:, asked]
+
+    def errors(drives: Floats, some: PlaceIndices) -> tuple[Floats, Codes]:
+        u = offset[some]
+        each = np.repeat(np.arange(len(some)), u.shape[1])
+        found = m.core.given(drives[each], at.poses[some][each], u.reshape(len(each), -1))
+        status = found["status"].reshape(len(some), -1).max(axis=1)
+        return found["error"].reshape(*u.shape[:2], -1), at.worse(status, some)
+
+    best, iterations, settled = drives.copy(), np.zeros(len(at), np.int64), np.zeros(len(at), bool)
+    active = np.flatnonzero(np.isfinite(largest))
+    for _ in range(ROUNDS):
+        if not len(active):
+            break
+        found = least_largest(errors, drives[active], active, measures[active], drive_units(m), low_high)
+        drives[active] = found.drives
+        iterations[active] += found.iterations
+        seen, size = look(drives[active], active, ON_THE_WAY)
+        near = np.flatnonzero(size <= found.largest * (1.0 + MISSED))
+        if len(near):
+            # Only here is a thorough search worth its time.
+            again, size[near] = look(drives[active[near]], active[near], STARTS)
+            seen["offset"][near] = again["offset"]
+        less = size < largest[active]
+        best[active[less]], largest[active[less]] = drives[active[less]], size[less]
+        done = size <= found.largest * (1.0 + MISSED)
+        settled[active[done]] = True
+        more = offset[:, : len(asked)].copy()
+        more[active] = seen["offset"][:, asked]
+        offset = np.concatenate([offset, more], axis=1)
+        active = active[~done]
+    end, _ = look(best, everywhere, STARTS)
+    ends = {"position": end["position"], "rotation": end["rotation"], "component": end["component"]}
+    sizes = {**ends, "position_before": begin["position"], "rotation_before": begin["rotation"]}
+
+    def at_largest(drives: Floats, found: Worst) -> Floats:
+        return np.asarray(m.core.given(drives, at.poses, found["offset"][:, 0])["error"])
+
+    correction = Correction(best, at_largest(best, end), at.worse(end["status"]), iterations, settled, sizes)
+    return _report(
+        m, at, "worst", at_largest(at.drives, begin), correction, weight, np.zeros((len(at), len(m.components)))
+    )
+
+
 def corrected(
     m: Mechanism,
     *,
     corrects: str | None = None,
     weights: tuple[float, float] | None = None,
     target: Sequence[float] | NDArray[np.float64] | None = None,
+    one_table: bool = False,
 ) -> Result:
     """`compensate` as others ask it: of the error under the load where there is one."""
-    return compute_corrected(m, corrects=corrects, weights=weights, target=target)
+    return compute_corrected(m, corrects=corrects, weights=weights, target=target, one_table=one_table)
 
 
 def compute_corrected(
@@ -188,9 +363,9 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
     for _ in range(STEPS):
         if not len(active):
             break
-        slopes = _slopes(errors, drives[active], active, unit)
+        slope_of = slopes(errors, drives[active], active, unit)
         step = np.zeros_like(drives)
-        for k, slope in zip(active.tolist(), slopes, strict=True):
+        for k, slope in zip(active.tolist(), slope_of, strict=True):
             outward = _step(slope, weight, error[k] - wanted[k], unit, drives[k], ranges)
             # Where the output hardly follows, the way to its target is long: as far as errors are linear, and no turns.
             outward *= min(1.0, FARTHEST / max(float(np.abs(outward / unit).max()), FARTHEST))
@@ -212,17 +387,6 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
         settled[searching] = length[searching] < 1e3 * STILL
         active = active[~np.isin(active, searching)]
     return Correction(drives, error, status, iterations, settled)
-
-
-def _slopes(errors: Errors, drives: Floats, places: PlaceIndices, unit: Floats) -> Floats:
-    """dE/dq by central differences of the non-linear model, shape (place, component, drive)."""
-    columns = []
-    for d in range(drives.shape[1]):
-        shift = np.zeros(drives.shape[1])
-        shift[d] = PROBE * unit[d]
-        above, below = errors(drives + shift, places)[0], errors(drives - shift, places)[0]
-        columns.append((above - below) / (2.0 * shift[d]))
-    return np.stack(columns, axis=2)
 
 
 def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
@@ -250,7 +414,7 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
         return by_offsets
     require_known(question, asked_by("compensate"), "an error that drives can correct")
     if offsets is not None or deviations is not None:
-        raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
+        raise InputError(GIVEN, file=m.file, key="offsets")
     require_loads(m, "; or correct known deviations alone, by an offset of zero (--offset NAME=0,0; question 'given')")
     loads = loads_of(m, at)
 
@@ -295,12 +459,39 @@ def _ranges(m: Mechanism) -> Floats:
     return np.array([m.limits.drives.get(name, free) for name in m.drives]).T
 
 
+def _add_between(m: Mechanism, builder: ResultBuilder, at: Nominal, drives: Floats) -> None:
+    """Add what is left half-way to the next configuration, with corrected drives on a straight line to it."""
+    question = builder.attrs["corrects"]
+    if question == "given" or len(at) < 2 or motion_of(m, at) is not None:
+        return
+    middle = at_drives(m, (at.drives[:-1] + at.drives[1:]) / 2.0)
+    corrected = (drives[:-1] + drives[1:]) / 2.0
+    lengths = np.isin(m.components, LENGTHS)
+    if question == "worst":
+        found = without_singular(m.core.worst(corrected, middle.poses, ON_THE_WAY, partly=True))
+        sizes = [found["position"], found["rotation"]]
+    else:
+        error, _ = _errors(m, middle, "loaded", None, None)(corrected, np.arange(len(middle)))
+        sizes = [np.linalg.norm(error[:, some], axis=1) for some in (lengths, ~lengths)]
+    both = at.counts[:-1] & at.counts[1:]
+    for name, kind, size in zip(("position", "rotation"), ("length", "angle"), sizes, strict=True):
+        values = np.append(np.where(both, size, np.nan), np.nan)
+        words = f"{name} error half-way to the next configuration, with corrected drives in between"
+        builder.add(f"between_{name}", "configuration", values, words, kind)
+
+
 def _report(
-    m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats, wanted: Floats
+    m: Mechanism,
+    at: Nominal,
+    question: str,
+    before: Floats,
+    found: Correction,
+    weight: Floats,
+    wanted: Floats,
+    **attrs: str | int | float,
 ) -> Result:
-    builder = report(
-        m, "compensate", at, corrects=question, **attributes(m), **(speeds(m) if question == "loaded" else {})
-    )
+    of_load = question == "loaded"
+    builder = report(m, "compensate", at, corrects=question, **attributes(m), **(speeds(m) if of_load else {}), **attrs)
     builder.attrs["weight_position"] = float(weight[0])
     builder.attrs["weight_rotation"] = float(weight[-1]) / m.units.length
     pose, drive = ("configuration", "component"), ("configuration", "drive")
@@ -309,21 +500,29 @@ def _report(
     builder.add("drive_nominal", drive, at.drives, "drive value as commanded", "drive")
     builder.add("drive_corrected", drive, corrected, "corrected drive value", "drive")
     builder.add("correction", drive, corrected - at.drives, "corrected - nominal drive value", "drive")
-    builder.add("error", pose, before, "error with the drives as commanded", "component")
-    builder.add("residual", pose, found.error, "error with the drives corrected", "component")
+    there = " at the largest position error" if found.largest else ""
+    builder.add("error", pose, before, f"error with the drives as commanded{there}", "component")
+    builder.add("residual", pose, found.error, f"error with the drives corrected{there}", "component")
     builder.add("target", pose, wanted, "error to reach", "component")
-    if question == "loaded":
+    if of_load:
         loads = loads_of(m, at)
         half = m.core.loaded(found.drives, at.poses, loads=loads)["undetermined"]
         words = "half-width of the indeterminacy that the load leaves with the drives corrected"
         builder.add("residual_undetermined", pose, half, words, "component")
         if (motion := motion_of(m, at)) is not None:
             add_contact(m, builder, at, motion)
+    _add_between(m, builder, at, found.drives)
     lengths = np.isin(m.components, LENGTHS)
-    position = np.linalg.norm(found.error[:, lengths], axis=1)
-    builder.add("residual_position", "configuration", position, "position error with the drives corrected", "length")
-    rotation = np.linalg.norm(found.error[:, ~lengths], axis=1)
-    builder.add("residual_rotation", "configuration", rotation, "rotation with the drives corrected", "angle")
+    for name, kind, some in (("position", "length", lengths), ("rotation", "angle", ~lengths)):
+        sizes = [np.linalg.norm(error[:, some], axis=1) for error in (before, found.error)]
+        first, last = (found.largest.get(key, size) for key, size in zip((f"{name}_before", name), sizes, strict=True))
+        words = f"largest {name} error" if found.largest else f"{name} error"
+        builder.add(f"error_{name}", "configuration", first, f"{words} with the drives as commanded", kind)
+        builder.add(f"residual_{name}", "configuration", last, f"{words} with the drives corrected", kind)
+    if found.largest:
+        words = "lowest and highest error of the component with the drives corrected"
+        sides = ("configuration", "component", "side")
+        builder.add("residual_component", sides, found.largest["component"], words, "component")
     low, high = _ranges(m)
     builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")
     builder.add("settled", "configuration", found.settled, "whether the correction has converged")

@@ -101,6 +101,12 @@ def compensate(
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
     target: Target = None,
+    one_table: Annotated[
+        bool,
+        typer.Option(
+            "--one-table", help="loaded: the same drive values in all load cases; the largest error is made least."
+        ),
+    ] = False,
     output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -109,7 +115,8 @@ def compensate(
 ) -> int:
     """Correct the drives so that the output returns to its place.
 
-    It comes as near as possible to its nominal pose; what no drive can remove is left. Exit code 1: some configuration
+    It comes as near as possible to its nominal pose; what no drive can remove is left. worst: the largest error that
+    the clearances and tolerances allow is made least. Exit code 1: some configuration
     is not ok, or what is left misses a limit of the file.
     """
     from jointplay.analyses.compensate import compute
@@ -121,6 +128,6 @@ def compensate(
     aim: Any = answer.target(m, target)
 
     def correct(m: Mechanism) -> Result:
-        return compute(m, which, put or None, weights=pair, target=aim)
+        return compute(m, which, put or None, weights=pair, target=aim, one_table=one_table)
 
     return answer.answer({"compensate": correct}, m, output, plot)

@@ -320,6 +320,11 @@ def curves(result: Result, quantity: str) -> list[Curve]:
         return [Curve(f"{100 * level:g} %", values, result.unit("error_quantile", quantity=quantity))]
     if "correction" in result.data:
         pairs = (("as commanded", "error"), ("corrected", "residual"))
+        if quantity in SIZES:
+            unit = unit_of(result, quantity)
+            return [Curve(words, result.get(f"{name}_{quantity}"), unit) for words, name in pairs]
+        if "residual_component" in result.data:
+            raise InputError("of the worst case only its sizes are drawn", key="quantity")
         return [Curve(words, *_of_error(result, name, quantity)) for words, name in pairs]
     if "error" in result.data:
         return [Curve(asked, *_of_error(result, "error", quantity), *_left_open(result, quantity))]

@@ -408,7 +408,7 @@ def _is_between(step: Floats) -> NDArray[np.bool_]:
 
 
 def _turned(of: SlidingTask, found: Equilibrium, places: NDArray[np.intp], to: Floats, sign: Floats) -> Floats:
-    """Equilibrium with contacts on their other sides, where the forces on them have vanished; the largest force, or nan."""
+    """Equilibrium with contacts on their other sides, where forces on them have vanished; the largest force, or nan."""
     tries = [(place, y) for place in places.tolist() for y in _on_other_sides(of, found, place)]
     forces = np.full(len(places), np.nan)
     if not tries:

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result, size, unit_of
+from jointplay.result import Result, unit_of
 from jointplay.result.verdict import RANK, rounding, there, verdict
 
 from .errors import judged_in
@@ -119,7 +119,7 @@ def of_compensate(result: Result) -> Conclusion:
     status, found = result.get("status"), verdict(result)
     sentences, left = [], []
     for which, words in (("position", "position error"), ("rotation", "rotation")):
-        before, after = size(result, "error", which), result.get(f"residual_{which}")
+        before, after = result.get(f"error_{which}"), result.get(f"residual_{which}")
         unit = unit_of(result, which)
         first, last = farthest(before, status), farthest(after, status)
         if first is None or last is None or before[first] <= rounding(result, unit):
@@ -131,8 +131,23 @@ def of_compensate(result: Result) -> Conclusion:
         sentences.append(Sentence(f"{text}{rest}."))
     change = largest_change(result)
     sentences += [Sentence(f"Largest change{change}.")] if change else []
+    if "one_table" in result.attrs:
+        sentences.append(Sentence("The drive values are the same in all load cases; the largest error is made least."))
+    sentences += _between_rows(result)
     severity = (float(RANK[found.outcome]), found.used, *left)
     return Conclusion((*judged_in(found), *of_statuses(result), *sentences, *of_running(result)), severity)
+
+
+def _between_rows(result: Result) -> list[Sentence]:
+    """Where straight lines between the rows of the table leave clearly more than is left at the rows."""
+    if "between_position" not in result.data:
+        return []
+    status, between, unit = result.get("status"), result.get("between_position"), unit_of(result, "position")
+    k, most = farthest(between, status), farthest(left := result.get("residual_position"), status)
+    if k is None or most is None or between[k] <= max(1.01 * left[most], rounding(result, unit)):
+        return []
+    text = f"Between the rows of the table, on straight lines, up to {say(between[k], unit)} of position error are left"
+    return [Sentence(f"{text}, after the row{there(result, k)}.")]
 
 
 def largest_change(result: Result) -> str:

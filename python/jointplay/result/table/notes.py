@@ -225,11 +225,14 @@ def _outside(result: Result) -> Iterable[str]:
 
 
 def _correction(result: Result) -> Iterable[str]:
-    if float(result.attrs["weight_rotation"]) == 0.0:
-        yield "The drives are corrected for position; left: what no drive can remove."
-    else:
+    what = "position"
+    if float(result.attrs["weight_rotation"]) > 0.0:
         weights = f"{result.attrs['weight_position']:g} : {result.attrs['weight_rotation']:g} per radian"
-        yield f"The drives are corrected for position and rotation, weighted {weights}; left: what no drive can remove."
+        what = f"position and rotation, weighted {weights}"
+    if result.attrs["corrects"] == "worst":
+        yield f"The drives make the largest error of all offsets least, by {what}; left: what no drive can remove."
+    else:
+        yield f"The drives are corrected for {what}; left: what no drive can remove."
     # Of two mechanisms each has drives that the other one has not.
     held = result.get("at_limit").astype(bool) & np.isfinite(result.get("correction"))
     limited = [drive for k, drive in enumerate(result.labels("drive")) if held[..., k].any()]
@@ -238,7 +241,12 @@ def _correction(result: Result) -> Iterable[str]:
     unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))
     if unsettled.any():
         places = which(np.flatnonzero(unsettled).tolist())
-        yield f"{places}: contact alternates between two sides as the drives change; the best values found are shown."
+        why = (
+            "the search ended before its end"
+            if result.attrs["corrects"] == "worst"
+            else ("contact alternates between two sides as the drives change")
+        )
+        yield f"{places}: {why}; the best values found are shown."
 
 
 def _mismatch(result: Result) -> Iterable[str]:

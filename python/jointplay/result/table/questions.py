@@ -298,9 +298,9 @@ def of_compensate(result: Result) -> list[Column]:
         cells = tuple(f"{v:.{places}f}" if np.isfinite(v) else NOTHING for v in corrected)
         columns += [Column(f"{name} corrected", unit, cells), change_column]
     length, angle = unit_of(result, "position"), unit_of(result, "rotation")
-    columns.append(numbers("position\nerror", length, size(result, "error", "position"), rounding(result, length)))
+    columns.append(numbers("position\nerror", length, result.get("error_position"), rounding(result, length)))
     columns.append(numbers("position\nleft", length, result.get("residual_position"), rounding(result, length)))
-    columns.append(numbers("rotation\nerror", angle, size(result, "error", "rotation"), rounding(result, angle)))
+    columns.append(numbers("rotation\nerror", angle, result.get("error_rotation"), rounding(result, angle)))
     columns.append(numbers("rotation\nleft", angle, result.get("residual_rotation"), rounding(result, angle)))
     return columns
 

@@ -76,9 +76,11 @@ def ends(result: Result) -> tuple[Array, Array]:
     the farthest corner. Of corrected drives it is what is left that counts. With friction both sides count from which a
     configuration is reached, or all that it can hold at rest.
     """
-    if "worst_component" in result.data:
-        low, high = (result.get("worst_component", side=side) for side in SIDES)
-        sizes = [result.get(f"worst_{which}") for which in SIZES]
+    for found in ("worst", "residual"):
+        if f"{found}_component" not in result.data:
+            continue
+        low, high = (result.get(f"{found}_component", side=side) for side in SIDES)
+        sizes = [result.get(f"{found}_{which}") for which in SIZES]
         return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
     error, half = judged(result)
     components = result.labels("component")
