@@ -74,7 +74,7 @@ def test_a_pin_can_lie_anywhere_up_to_the_angle_of_friction():
 def test_no_state_with_any_part_of_friction_is_outside(seed):
     """Each is in equilibrium with friction that its joints can bear; at the ends the range is attained.
 
-    The search is local, and says so: where contacts change sides it may miss a hundredth of the range.
+    The search is local, and says so: where contacts change sides it may miss two hundredths of the range.
     """
     if seed is None:
         m = jp.loads(RSSP).with_({"drives.q.values": [30.0]})
@@ -93,7 +93,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
     found = friction.held(setting)
     units = {"length": (m.length, m.units.length), "angle": (1.0, m.units.angle)}
     scale, factors = np.transpose([units["length" if name in "xyz" else "angle"] for name in m.components])
-    missed = 1e-9 * scale + 0.01 * (found.high - found.low)
+    missed = 1e-9 * scale + 0.02 * (found.high - found.low)
     assert (error >= found.low - missed).all()
     assert (error <= found.high + missed).all()
     for side in ("forward", "backward"):

@@ -2,7 +2,7 @@
 
 At rest a joint holds any part q of its friction, from -1 to 1 (of a ball, a vector across its force, not longer than
 1). With the equilibrium of the sliding state for every q, each component of the error, and each torque of a drive, is
-as low and as high as q can make it. The search begins at all corners, or at some where they are many, and at as many
+as low and as high as q can make it. The search begins at all corners, or at some where they are many, and at some
 points inside, where contacts that change sides can have an extreme. From the best of both it goes on along the
 derivatives by Newton's steps of each q by itself, within the bounds. What it ends at is an extreme nearby; that there
 is none beyond is not proved.
@@ -64,7 +64,7 @@ def held(asked: Setting) -> RestRange:
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)
     dims = sum(_size(contact.kind) for contact in asked.contacts if contact.rubs)
-    many = max(1, TOGETHER // max(4 * low.shape[1], 2 * min(2**dims, CORNERS)))
+    many = max(1, TOGETHER // max(4 * low.shape[1], min(2**dims, CORNERS) + CORNERS))
     for places in asked.parts(many):
         low[places], high[places] = Search(asked, places).extremes()
     position, rotation = high[:, components : components + 2].T
@@ -99,7 +99,9 @@ class Search:
         """Lowest and highest values, each (configuration, value)."""
         count = len(self.of.scale)
         corners = self._corners()
-        starts = np.vstack([corners, np.zeros((1, self.dims)), self._between(len(corners) - 1)])
+        inside = np.random.default_rng(1).uniform(-1.0, 1.0, (CORNERS, self.dims))
+        inside[0] = 0.0
+        starts = np.vstack([corners, inside])
         which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
         task = self.task(which, q)
         solved = equilibrium(task)
@@ -108,11 +110,13 @@ class Search:
         n = values.shape[1]
         signs = np.repeat([-1.0, 1.0], n)
         reached = np.nan_to_num(signs * np.tile(values, 2), nan=-np.inf).reshape(count, len(starts), 2 * n)
-        kinds = reached.reshape(count, 2, len(corners), 2 * n)
-        first = np.arange(2 * count).reshape(count, 2, 1) * len(corners)
-        rows = (first + kinds.argmax(axis=2)).ravel()
+        kinds = np.split(np.arange(len(starts)), [len(corners)])
+        best = np.stack([kind[reached[:, kind].argmax(axis=1)] for kind in kinds], axis=1)
+        rows = (np.arange(count)[:, None, None] * len(starts) + best).ravel()
         climb = _Climb(self, which[rows], np.tile(np.arange(2 * n) % n, 2 * count), np.tile(signs, 2 * count))
-        ends = climb.best(q[rows], solved.chosen(rows), kinds.max(axis=2).ravel()).reshape(count, 2, 2, n)
+        ends = climb.best(q[rows], solved.chosen(rows), np.take_along_axis(reached, best, axis=1).ravel()).reshape(
+            count, 2, 2, n
+        )
         ends = np.fmax(ends[:, 0], ends[:, 1])
         return -ends[:, 0], ends[:, 1]
 
@@ -121,10 +125,6 @@ class Search:
             return np.array(list(product((-1.0, 1.0), repeat=self.dims)))
         half = np.random.default_rng(0).choice((-1.0, 1.0), (CORNERS // 2, self.dims))
         return np.vstack([half, -half])
-
-    def _between(self, many: int) -> Floats:
-        """Points inside, always the same."""
-        return np.random.default_rng(1).uniform(-1.0, 1.0, (many, self.dims))
 
     def look(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> tuple[Floats, Floats]:
         """All values at some states, and their derivatives by q, (state, value, q)."""
