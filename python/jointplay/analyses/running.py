@@ -32,7 +32,7 @@ from jointplay.core.compile import LENGTHS, DriveMotion
 from jointplay.errors import InputError
 from jointplay.model.inertia import Kinematics, components, kinematics, matrices, wrenches
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import ResultBuilder, Variable
+from jointplay.result import Result, ResultBuilder, Variable
 
 from .nominal import OK, Nominal, at_drives
 
@@ -132,7 +132,7 @@ def add_drives(m: Mechanism, builder: ResultBuilder, motion: DriveMotion, torque
 
 def add_contact(m: Mechanism, builder: ResultBuilder, at: Nominal, motion: DriveMotion) -> None:
     """Add how fast every reaction turns beside the pendulum of the play, of a determinate mechanism."""
-    if not m.loads.inertial or not m.core.isostatic:
+    if not _is_judged(m):
         return
     rate, transit = contact_rates(m, at, motion)
     words = "turning of the reaction over the frequency of the play's pendulum (contact rate)"
@@ -147,8 +147,8 @@ def add_largest_rate(builder: ResultBuilder, parts: Iterable[tuple[Mechanism, No
     """Add to the figures of a result the largest contact rate of some mechanisms along their paths; none if at rest."""
     top: tuple[float, str, int] | None = None
     for m, at in parts:
-        motion = motion_of(m, at) if m.has_loads else None
-        if motion is None or not m.loads.inertial or not m.core.isostatic:
+        motion = motion_of(m, at) if _is_judged(m) else None
+        if motion is None:
             continue
         rates, _ = contact_rates(m, at, motion)
         if np.isnan(rates).all():
@@ -164,6 +164,16 @@ def add_largest_rate(builder: ResultBuilder, parts: Iterable[tuple[Mechanism, No
             ("contact_configuration", top[2], "near which configuration"),
         ):
             builder.data[name] = Variable((), np.array(value), "", words)
+
+
+def loses_contact(figures: Result) -> bool:
+    """Whether contact may be lost by what `add_largest_rate` has found."""
+    return "contact_rate" in figures.data and float(figures.get("contact_rate")) > FOLLOWS
+
+
+def _is_judged(m: Mechanism) -> bool:
+    """Whether inertia turns reactions that statics alone determines."""
+    return bool(m.loads.inertial) and m.core.isostatic
 
 
 def _named(rate: Floats) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check
 from jointplay.analyses.recorded import recorded
-from jointplay.analyses.running import FOLLOWS, add_largest_rate, speeds
+from jointplay.analyses.running import add_largest_rate, loses_contact, speeds
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
@@ -165,8 +165,7 @@ def compute(
 
 def keeps(result: Result) -> bool:
     """Whether every configuration can be assembled, and the limits hold with the sizes as they are."""
-    loose = "contact_rate" in result.data and float(result.get("contact_rate")) > FOLLOWS
-    return not loose and "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
+    return not loses_contact(result) and "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
 
 
 def prepared(

@@ -23,7 +23,7 @@ from jointplay.analyses.allow.search import AllowSearch
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.recorded import recorded
-from jointplay.analyses.running import FOLLOWS, add_largest_rate, speeds
+from jointplay.analyses.running import add_largest_rate, loses_contact, speeds
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
@@ -156,7 +156,7 @@ def compute(
 
 def holds(result: Result) -> bool:
     """Whether the limits hold at all ages that were asked for, and how the clearances wear is known."""
-    if "contact_rate" in result.data and float(result.get("contact_rate")) > FOLLOWS:
+    if loses_contact(result):
         return False
     status = str(result.get("status"))
     if status in ("no_pose", "missed") or (status == "undetermined" and not np.isfinite(result.get("life"))):
