@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from .model.builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .model.mechanism import Mechanism, load, loads
     from .plot.animation import animate
-    from .result.spreadsheets import frame
+    from .result.spreadsheets import frame, table
     from .result.write import save
     from .show.reporting import report, view
 
@@ -95,6 +95,7 @@ __all__ = [
     "singularities",
     "solve",
     "sweep",
+    "table",
     "verify",
     "view",
     "worst",
@@ -117,6 +118,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "report": "show.reporting",
     "view": "show.reporting",
     "save": "result.write",
+    "table": "result.spreadsheets",
 }
 
 

@@ -79,6 +79,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "compensate", jp.compensate, {"m": M}
     yield "export", jp.export, {"m": M, "path": "here.dxf"}
     yield "frame", jp.frame, {"result": worst}
+    yield "table", jp.table, {"result": worst}
     yield "given", jp.given, {"m": M}
     yield "life", jp.life, {"m": M.with_({"joints.J3.wear": {"growth": 1e-6}}), "tolerance": 0.1}
     yield "load", jp.load, {"path": "none.toml"}

@@ -209,7 +209,8 @@ class TestWriting:
         [
             (
                 "r.xls",
-                "'.xls' is not an extension that can be written; known: .nc, .zarr, .csv, .json, .parquet, .xlsx",
+                "'.xls' is not an extension that can be written; known: .nc, .zarr, .csv, .json, .parquet, .xlsx, .md,"
+                " .tex, .html",
             ),
             ("r", "has no extension"),
             ("nowhere/r.nc", "there is no folder"),

@@ -13,7 +13,7 @@ from jointplay.basics.files import require_writable
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, PointName, Settings
+from .options import RESULTS, File, PointName, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -63,7 +63,7 @@ def allocate(
             "--output",
             "-o",
             metavar="PATH",
-            help="Write the file with these sizes: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+            help=f"Write the file with these sizes: .toml; or the result: {RESULTS}",
         ),
     ] = None,
     plot: FigureFile = NO_FIGURE,

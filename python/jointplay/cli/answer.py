@@ -144,10 +144,9 @@ def _is_good(result: Result) -> bool:
 
 def save(results: Mapping[str, Result], output: Path) -> None:
     """Write results as one file."""
-    from jointplay.result import merge
-    from jointplay.result.write import save
+    from jointplay.result.write import save_all
 
-    save(merge(results), output, csv_dialect=printed().csv_dialect)
+    save_all(results, output, csv_dialect=printed().csv_dialect)
 
 
 def _asked(name: str, ask: Callable[..., Result], m: Mechanism) -> Result:

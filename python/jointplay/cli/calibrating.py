@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, FrameAxes, OutputPath, PlayContact, Seed, Settings
+from .options import RESULTS, File, FrameAxes, OutputPath, PlayContact, Seed, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def calibrate(
             "--output",
             "-o",
             metavar="PATH",
-            help="Write the file as built: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+            help=f"Write the file as built: .toml; or the result: {RESULTS}",
         ),
     ] = None,
     plot: FigureFile = NO_FIGURE,
@@ -147,7 +147,7 @@ def plan(
             "--output",
             "-o",
             metavar="PATH",
-            help="Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx.",
+            help="Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx, .md, .tex, .html.",
         ),
     ] = None,
 ) -> int:

@@ -126,13 +126,15 @@ Probability = Annotated[
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]
+#: the files that a result can be written as
+RESULTS = ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html."
 OutputPath = Annotated[
     Path | None,
     typer.Option(
         "--output",
         "-o",
         metavar="PATH",
-        help="Write the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+        help=f"Write the result: {RESULTS}",
     ),
 ]
 Offset = Annotated[

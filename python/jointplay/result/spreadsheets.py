@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +13,19 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.file.carried import CELL, SHEET
 from jointplay.result import Result, TidyColumn, attributes, from_dataset, rows
+from jointplay.result.table import ResultTable, blocks, heading, screen
+from jointplay.result.table.layout import NOTHING
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from openpyxl import Workbook
+    from openpyxl.worksheet.worksheet import Worksheet
 
 #: rows that a sheet of Excel can have
 MOST_ROWS = 2**20
+#: characters that its name has at most, those that it cannot have, and the width of sentences
+LONGEST, NOT_IN_SHEETS, WIDE = 31, r"[\[\]:*?/\\]", 100
 EXTRA = "needs further packages; install them with: pip install 'jointplay[tables]'"
 
 
@@ -72,6 +80,42 @@ def _series(column: TidyColumn) -> pd.Series:
     return pd.Series(np.where(empty, np.nan, values.astype(np.float64)))
 
 
+def _add_answers(book: Workbook, results: Mapping[str, Result]) -> None:
+    """A sheet with the answers in sentences, and one for every table, to be filtered."""
+    from openpyxl.styles import Alignment, Font
+
+    answers, tables = screen(results)
+    sheet = book.create_sheet("answer")
+    sheet.column_dimensions["B"].width = WIDE
+    for label, sentences in answers:
+        for k, one in enumerate(sentences):
+            _put(sheet, sheet.max_row + 1, [label if k == 0 else "", one.text])
+    for number, each in enumerate(tables, start=1):
+        for text in (one.text for one in each.lead):
+            _put(sheet, sheet.max_row + 1, [each.title, text])
+        own = book.create_sheet(f"{number} {re.sub(NOT_IN_SHEETS, ' ', each.title)}"[:LONGEST])
+        columns = _columns(each)
+        _put(own, 1, [*columns])
+        for row, values in enumerate(zip(*columns.values(), strict=True), start=2):
+            _put(own, row, values)
+        for cell in own[1]:
+            cell.font = Font(bold=True)
+        own.freeze_panes, own.auto_filter.ref = "A2", own.dimensions
+        for k, note in enumerate(each.notes, start=len(own["A"]) + 2):
+            _put(own, k, [note])
+    for cell in sheet["B"]:
+        cell.alignment = Alignment(wrap_text=True, vertical="top")
+
+
+def _put(sheet: Worksheet, row: int, values: Sequence[float | str]) -> None:
+    """A row of cells; no text is a formula, and no cell is not a number."""
+    for column, value in enumerate(values, start=1):
+        if isinstance(value, str) or np.isfinite(value):
+            cell = sheet.cell(row, column, value)
+            if isinstance(value, str):
+                cell.data_type = "s"
+
+
 def to_parquet(result: Result) -> bytes:
     """The tidy table as the content of a Parquet file.
 
@@ -88,25 +132,91 @@ def to_parquet(result: Result) -> bytes:
     return stream.getvalue()
 
 
-def to_xlsx(result: Result) -> bytes:
-    """The tidy table as the content of an Excel file.
+@typed
+def table(result: Result | xr.Dataset) -> pd.DataFrame:
+    """Give the table that the command prints of a result.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of any question.
+
+    Returns
+    -------
+    pandas.DataFrame
+        All rows and columns. The digits are those of the screen; `frame` has all of them. Where the command prints
+        several tables, as for several outputs, they stand one below the other, and the index says which is which. Its
+        `attrs` have the sentences of the answer (`answer`) and, by table, the `notes` below it.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> found = jp.table(jp.worst(m.with_({"drives.theta1.values": [30, 60]})))
+    >>> found[["theta1 (deg)", "position (mm)"]]
+       theta1 (deg)  position (mm)
+    0          30.0          3.200
+    1          60.0          3.336
+    """
+    import pandas as pd
+
+    light = result if isinstance(result, Result) else from_dataset(result)
+    answer, tables = blocks(light)
+    frames = {each.title: pd.DataFrame(_columns(each)) for each in tables}
+    found = (
+        next(iter(frames.values()), pd.DataFrame()) if len(frames) < 2 else pd.concat(frames, names=["table", "row"])
+    )
+    found.attrs = {"answer": answer, "notes": {each.title: list(each.notes) for each in tables}}
+    return found
+
+
+def _columns(found: ResultTable) -> dict[str, list[float | str]]:
+    """The cells of a table by heading, as numbers where all of a column are."""
+    columns: dict[str, list[float | str]] = {}
+    for column in found.columns:
+        name = heading(column)
+        cells = list(map(_cell, column.cells))
+        is_number = not column.left and any(not isinstance(cell, str) for cell in cells)
+        is_number &= all(not isinstance(cell, str) or cell == NOTHING for cell in cells)
+        values = [np.nan if cell == NOTHING else cell for cell in cells] if is_number else list(column.cells)
+        columns[name if name not in columns else f"{name} {len(columns)}"] = values
+    return columns
+
+
+def _cell(text: str) -> float | str:
+    try:
+        return int(text) if text.isdecimal() else float(text)
+    except ValueError:
+        return text
+
+
+def to_xlsx(result: Result, results: Mapping[str, Result]) -> bytes:
+    """What the command prints, and the tidy table, as the content of an Excel file.
+
+    Parameters
+    ----------
+    result : Result
+        Of all questions.
+    results : mapping
+        By question.
 
     Raises
     ------
     InputError
         When the packages for it are not installed, or there are more rows than a sheet has.
     """
-    table = frame(result)
-    if len(table) >= MOST_ROWS:
-        raise InputError(f"{len(table):,} rows are more than the {MOST_ROWS:,} of a sheet; write .parquet instead")
+    tidy = frame(result)
+    if len(tidy) >= MOST_ROWS:
+        raise InputError(f"{len(tidy):,} rows are more than the {MOST_ROWS:,} of a sheet; write .parquet instead")
     stream = io.BytesIO()
     import pandas as pd
 
     try:
         with pd.ExcelWriter(stream, engine="openpyxl") as writer:
-            table.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
+            _add_answers(writer.book, results)
+            tidy.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
             sheet = writer.book.create_sheet(SHEET)
-            lines = [(name, k, line) for name, v in table.attrs.items() for k, line in enumerate(str(v).split("\n"))]
+            lines = [(name, k, line) for name, v in tidy.attrs.items() for k, line in enumerate(str(v).split("\n"))]
             for row, (name, k, line) in enumerate(lines, start=1):
                 parts = [line[at : at + CELL] for at in range(0, len(line), CELL)]
                 for column, part in enumerate([name if k == 0 else "", *parts], start=1):

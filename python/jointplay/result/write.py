@@ -1,8 +1,10 @@
 """Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`, `.parquet`, `.xlsx`.
 
-All hold every value. CSV, Parquet and Excel have one row per value, as `frame` gives it. The JSON is that of
-`xarray.Dataset.to_dict`, with null for what is not a number. A file appears when it is complete, or not at all. All say
-what mechanism they are of, see `Origin`: among their attributes, on a sheet of its own, or in a file beside a CSV.
+All hold every value. CSV, Parquet and Excel have one row per value, as `frame` gives it; Excel has the answer and the
+tables of the command on sheets in front. The JSON is that of `xarray.Dataset.to_dict`, with null for what is not a
+number. All say what mechanism they are of, see `Origin`: among their attributes, on a sheet of its own, or in a file
+beside a CSV. `.md`, `.tex` and `.html` are what the command prints, to be read. A file appears when it is complete, or
+not at all.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +25,9 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.file.carried import BOTH, beside
 from jointplay.file.columns import as_cell
-from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, rows, to_dataset
+from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, merge, rows, to_dataset
 from jointplay.result.spreadsheets import to_parquet, to_xlsx
+from jointplay.result.table import KINDS, document
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,8 +49,9 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
     result : xarray.Dataset
         Of any question.
     path : path-like
-        Ending in `.nc`, `.zarr`, `.csv`, `.json`, or, with the extra `tables`, `.parquet` or `.xlsx`. An existing
-        result is replaced. Tables have one row for each value, like `frame`.
+        Ending in `.nc`, `.zarr`, `.csv`, `.json`, or, with the extra `tables`, `.parquet` or `.xlsx`; or in `.md`,
+        `.tex` or `.html`: what the command prints, without the numbers behind it. An existing result is replaced.
+        Tables have one row for each value, like `frame`.
     csv_dialect : {"comma", "semicolon"}, optional
         Of a `.csv`: commas between the cells and decimal points, or semicolons and decimal commas, as office programs
         expect it in countries that write decimals with a comma.
@@ -67,20 +71,30 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
     >>> lines[0]
     'variable;configuration;theta1;component;body;joint;value;text;unit'
     """
-    target = Path(path)
+    light = result if isinstance(result, Result) else from_dataset(result)
+    save_all({str(light.attrs.get("question", "")): light}, Path(path), csv_dialect=csv_dialect)
+
+
+def save_all(results: Mapping[str, Result], target: Path, *, csv_dialect: str) -> None:
+    """Write the results of several questions as one file; see `save`."""
     check_path(target)
     if csv_dialect not in DIALECTS:
         raise InputError(not_known(csv_dialect, "a dialect", DIALECTS), key="csv_dialect")
     if csv_dialect != "comma" and target.suffix.lower() != CSV:
         raise InputError(f"goes with a path that ends in {CSV}", key="csv_dialect")
-    light = result if isinstance(result, Result) else from_dataset(result)
     kind = target.suffix.lower()
+    if kind in KINDS:
+        files.put(document(results, kind).encode(), target)
+        return
+    light = merge(results)
     if kind == FOLDER:
         files.put_folder(lambda new: _zarr(light, new), target)
     elif kind == CSV:
         files.put(to_csv(light, csv_dialect).encode(), target)
         if target.is_file():
             _put_beside(light, target)
+    elif kind == ".xlsx":
+        files.put(to_xlsx(light, results), target)
     else:
         files.put(WRITERS[kind](light), target)
 
@@ -118,8 +132,8 @@ def check_path(path: Path) -> None:
         When the extension is not known, or nothing can be written there: said before long work, not after it.
     """
     kind = path.suffix.lower()
-    if kind not in (FOLDER, CSV, *WRITERS):
-        known = ".nc, .zarr, .csv, .json, .parquet, .xlsx"
+    if kind not in (FOLDER, CSV, *WRITERS, *KINDS, ".xlsx"):
+        known = ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html"
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
     place = files.require_writable(path, folder=kind == FOLDER)
@@ -207,5 +221,4 @@ WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {
     ".nc": _netcdf,
     ".json": _json,
     ".parquet": to_parquet,
-    ".xlsx": to_xlsx,
 }

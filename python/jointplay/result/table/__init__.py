@@ -2,18 +2,23 @@
 
 from jointplay.result.conclusions import VERDICTS
 
+from .documents import KINDS, blocks, document, heading
 from .layout import Column, ResultTable, decimals, numbers
 from .questions import tables
 from .render import Answer, Console, show, show_names
 from .screen import screen
 
 __all__ = [
+    "KINDS",
     "VERDICTS",
     "Answer",
     "Column",
     "Console",
     "ResultTable",
+    "blocks",
     "decimals",
+    "document",
+    "heading",
     "numbers",
     "screen",
     "show",

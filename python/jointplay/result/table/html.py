@@ -11,8 +11,8 @@ from .layout import ResultTable
 MOST_ROWS = 400
 
 
-def table(found: ResultTable, *, title: bool = False) -> str:
-    """A table as on the screen, with its notes."""
+def table(found: ResultTable, *, title: bool = False, most: int | None = MOST_ROWS) -> str:
+    """A table as on the screen, with its notes; its first rows, or all."""
     head = "".join(
         f"<th{_side(column.left)}>{escape(column.name)}<br><small>{escape(column.unit)}</small></th>"
         for column in found.columns
@@ -20,7 +20,7 @@ def table(found: ResultTable, *, title: bool = False) -> str:
     count = max((len(column.cells) for column in found.columns), default=0)
     rows = [
         "<tr>" + "".join(f"<td{_side(c.left)}>{escape(c.cells[k])}</td>" for c in found.columns) + "</tr>"
-        for k in range(min(count, MOST_ROWS))
+        for k in range(count if most is None else min(count, most))
     ]
     caption = f"<caption>{escape(found.title)}</caption>" if title else ""
     body = f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""

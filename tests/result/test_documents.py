@@ -1,0 +1,97 @@
+"""What commands print, as documents, as a workbook and as a table of pandas."""
+
+import html
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import jointplay as jp
+from jointplay.cli import run
+
+#: a name that means something everywhere
+ODD = "a|b_c$<i>&\\"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("documents")
+    text = jp.examples.text("four-bar").replace("[joints.J2]", "[joints.-J_2]").replace('"J2"', '"-J_2"')
+    text = text.replace('title  = "4R', "title  = '" + ODD).replace('(Jaiswal et al.)"', "'")
+    (place / "m.toml").write_text(text, encoding="utf-8")
+    for kind in ("md", "tex", "html", "xlsx"):
+        run(["error", str(place / "m.toml"), "-q", "worst", "-q", "loaded", "-o", str(place / f"r.{kind}")])
+    return place
+
+
+def printed():
+    return jp.table(jp.worst(jp.loads(jp.examples.text("four-bar"))))
+
+
+def test_table_has_the_numbers_of_the_result():
+    found, result = printed(), jp.worst(jp.loads(jp.examples.text("four-bar")))
+    np.testing.assert_allclose(found["position (mm)"], result.worst_position, atol=5e-4)
+    assert found["#"].tolist() == list(range(11))
+    assert found.attrs["answer"][0].startswith("Limits hold: position 3.848 mm of 4 mm")
+
+
+def test_several_tables_stand_one_below_the_other():
+    found = jp.table(jp.check(jp.loads(jp.examples.text("four-bar"))))
+    titles = found.index.get_level_values("table").unique().tolist()
+    assert titles[0] == "3 bodies, 4 joints"
+    assert found.loc[titles[0], "joint"].tolist() == ["J1", "J2", "J3", "J4"]
+
+
+def test_markdown(folder):
+    lines = (folder / "r.md").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("# a\\|b\\_c$\\<i\\>&\\\\")
+    rows = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines if line.startswith("| ")]
+    assert {len(row) for row in rows} == {8}
+    first = [row[2].strip() for row in rows if row[0].strip().isdecimal()]
+    assert first[11:] == [f"{value:.3f}" for value in printed()["position (mm)"]]
+    assert any("-J\\_2" in line for line in lines)
+
+
+def test_latex(folder, tmp_path):
+    text = (folder / "r.tex").read_text(encoding="utf-8")
+    assert r"\section*{a|b\_c\$\textless{}i\textgreater{}\&\textbackslash{}" in text
+    rows = [line for line in text.splitlines() if re.match(r"\d+ & ", line)]
+    assert len(rows) == 22
+    assert {len(re.split(r"(?<!\\)&", line)) for line in rows} == {8}
+    if shutil.which("pdflatex"):
+        whole = "\\documentclass{article}\\usepackage{booktabs,longtable}\\begin{document}" + text + "\\end{document}"
+        (tmp_path / "d.tex").write_text(whole, encoding="utf-8")
+        subprocess.run(["pdflatex", "-interaction=nonstopmode", "d.tex"], cwd=tmp_path, check=True, capture_output=True)
+
+
+def test_html(folder):
+    text = (folder / "r.html").read_text(encoding="utf-8")
+    assert html.escape(ODD) in text
+    assert "<i>" not in text
+    assert text.count("<tr>") == 2 * (1 + 11)
+
+
+def test_workbook(folder):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.load_workbook(folder / "r.xlsx")
+    assert book.sheetnames[0] == "answer"
+    assert [book.worksheets[k].auto_filter.ref for k in (1, 2)] == ["A1:H12", "A1:H12"]
+    assert book.sheetnames[-1] == "mechanism"
+    sentences = [row[1] for row in book["answer"].iter_rows(values_only=True)]
+    assert "Limits hold under the load and in the worst case." in sentences
+    found = pd.read_excel(folder / "r.xlsx", sheet_name=2)
+    np.testing.assert_array_equal(found["position (mm)"], printed()["position (mm)"])
+    kinds = {cell.data_type for sheet in book for row in sheet.iter_rows() for cell in row}
+    assert "f" not in kinds
+    assert jp.load(folder / "r.xlsx") == jp.load(folder / "m.toml")
+
+
+def test_several_questions_in_one_result_have_no_table(tmp_path):
+    m = jp.loads(jp.examples.text("four-bar"))
+    run(["new", "four-bar", "-o", str(tmp_path / "m.toml")])
+    result = jp.worst(m).assign_attrs(question="loaded, worst")
+    with pytest.raises(jp.InputError, match="a table is of one question; this is of 'loaded, worst'"):
+        jp.table(result)
