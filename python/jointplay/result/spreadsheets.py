@@ -178,7 +178,8 @@ def _columns(found: ResultTable) -> dict[str, list[float | str]]:
         cells = list(map(_cell, column.cells))
         is_number = not column.left and any(not isinstance(cell, str) for cell in cells)
         is_number &= all(not isinstance(cell, str) or cell == NOTHING for cell in cells)
-        values = [np.nan if cell == NOTHING else cell for cell in cells] if is_number else list(column.cells)
+        texts: list[float | str] = [*column.cells]
+        values = [np.nan if cell == NOTHING else cell for cell in cells] if is_number else texts
         columns[name if name not in columns else f"{name} {len(columns)}"] = values
     return columns
 
