@@ -300,7 +300,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "worst": lambda: [jp.worst(_four_bar()), jp.worst(_strained())],
     "certified": lambda: [jp.worst(_four_bar(), certify=True, parts=2)],
     "random": lambda: [
-        jp.random(_four_bar(), samples=2000, indices=True, rare=True, contact="scattered"),
+        jp.random(_four_bar(), samples=2000, indices=True, rare=True, contact="scattered", keep=1),
         jp.random(_fits(), samples=2000),
         jp.random(_strained(), samples=200),
     ],

@@ -22,7 +22,7 @@ from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import SAMPLES
-from jointplay.result import Result, axes_of, to_dataset
+from jointplay.result import STATUSES, Result, ResultBuilder, axes_of, to_dataset
 from jointplay.result.verdict import ROUNDING
 
 from . import pressed
@@ -36,6 +36,7 @@ from .running import add_contact, motion_of, speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
+from .yields import with_sizes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +49,8 @@ SCATTERED, LOADED = CONTACTS = ("scattered", "loaded")
 SAMPLINGS = ("sobol", "plain")
 MOST_SAMPLES = 10**12
 MOST_PROBABILITIES = 1000
+#: with specimens that are kept, which are chosen among all
+MOST_AMONG = 2**22
 #: more than any machine has cores
 MOST_THREADS = 1024
 
@@ -65,6 +68,8 @@ def random(
     indices: bool = False,
     threads: int = 0,
     rare: bool = False,
+    keep: int = 0,
+    keep_outside: bool = False,
     scheduler: Scheduler | None = None,
 ) -> xr.Dataset:
     """Find how the error scatters from specimen to specimen.
@@ -97,6 +102,10 @@ def random(
     rare : bool
         Search for specimens outside the limits, by subset simulation, where fewer than 1000 of the samples are: of a
         determinate mechanism with limits. Under a load it takes a hundred times as long.
+    keep : int
+        How many specimens of each configuration are part of the result: the first ones.
+    keep_outside : bool
+        Whether these are the first ones that are beyond a limit or have no pose.
     scheduler : distributed.Client or str, optional
         A Dask client, or the address of a scheduler, whose workers are asked in place of this process, configuration by
         configuration. The result has the same bits; the attribute `retried` says how many tasks had to be begun again,
@@ -132,6 +141,10 @@ def random(
         each, with offsets drawn anew at each; it falls with the number of configurations) and `yield_specimen` (share
         of those that keep to them wherever the play lies), with `_low` and `_high`.
 
+        With `keep`, over `specimen` as well: `specimen_error`, `specimen_offset` (value of every parameter; `given`
+        reproduces the error from it), `specimen_status` and `specimen_number` (which of the samples it is; -1 where
+        there are no more). In the same order for all configurations, unless `keep_outside` selects.
+
         With `indices`: `sobol_first` and `sobol_total` of every source and quantity, on the exact closure: the share of
         the variance that the source has alone, and with all that it does together with others, each with
         `_standard_error`. Of a clearance whose sizes scatter the source is where its pin lies within the play; sources
@@ -150,7 +163,8 @@ def random(
         When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
         shall be at their boundary, where they cannot be compatible; when `indices` are asked for of an over-constrained
         mechanism or with offsets that the load decides, or rare specimens are to be searched for of an over-constrained
-        mechanism; when the scheduler does not answer, or a worker is not like this process.
+        mechanism; when specimens outside are to be kept of a file without limits; when the scheduler does not answer,
+        or a worker is not like this process.
 
     Examples
     --------
@@ -171,6 +185,8 @@ def random(
             indices=indices,
             threads=threads,
             rare=rare,
+            keep=keep,
+            keep_outside=keep_outside,
             scheduler=scheduler,
         )
     )
@@ -190,6 +206,8 @@ def compute(
     indices: bool = False,
     threads: int = 0,
     rare: bool = False,
+    keep: int = 0,
+    keep_outside: bool = False,
     at: Nominal | None = None,
     progress: Progress | None = None,
     path: bool = True,
@@ -219,6 +237,7 @@ def compute(
         at=at,
         progress=None if progress is None else share(progress, 0, whole),
         path=path,
+        kept=_kept(m, samples, keep, keep_outside),
         **common,
     )
     if m.has_loads:
@@ -253,6 +272,7 @@ def _of_contact(
     progress: Progress | None = None,
     path: bool = True,
     follows: bool = True,
+    kept: tuple[int, bool] = (0, False),
     scheduler: Any = None,
 ) -> Result:
     """The scatter where clearances scatter, or where the load decides where they are."""
@@ -275,7 +295,7 @@ def _of_contact(
     more = np.concatenate([levels, LEVELS]) if m.limits.errors else levels
 
     drawn = samples
-    draws = _Draws(m, samples, seed, more, widened, law, threads, sampling, is_loaded)
+    draws = _Draws(m, samples, seed, more, widened, law, threads, sampling, is_loaded, *kept)
     # One configuration a call, so that the bar moves.
     answers = workers.each(_Draws.scatter, (draws,), ((k, at.at(k)) for k in range(len(at))))
 
@@ -299,6 +319,8 @@ def _of_contact(
     add_moments(builder, found)
     add_distribution(builder, found, levels, m)
     add_shares(builder, found, limits, samples, len(levels), sampling)
+    if kept[0]:
+        _add_specimens(builder, found)
     if "clearance_factor" in found:
         add_assembly(builder, found, len(levels), m)
     builder.status(at.worse(found["status"]))
@@ -334,12 +356,14 @@ class _Draws:
     threads: int
     sampling: str
     is_loaded: bool
+    keep: int = 0
+    keep_outside: bool = False
 
     def scatter(self, place: tuple[int, Nominal]) -> Random:
         """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
         k, at = place
         own = self.m.running_under(k, at.drives, at.poses) if self.is_loaded else self.m
-        return own.core.random(
+        found = own.core.random(
             at.drives,
             at.poses,
             self.samples,
@@ -351,7 +375,54 @@ class _Draws:
             loaded=self.is_loaded,
             partly=True,
             sampling=self.sampling,
+            keep=self.keep > 0,
         )
+        return self._only_kept(found) if self.keep else found
+
+    def _only_kept(self, found: Random) -> Random:
+        """The same with the specimens that are kept, along a dimension behind the configuration."""
+        errors, status = found["kept_errors"], found["kept_status"]
+        chosen = np.arange(len(errors))
+        if self.keep_outside:
+            sizes = with_sizes(self.m, errors)
+            low, high = self.limits.T
+            inside = ((sizes >= low) & (sizes <= high)).all(axis=1)
+            chosen = chosen[~inside]
+        chosen = chosen[: self.keep]
+        number = np.full(self.keep, -1)
+        number[: len(chosen)] = chosen
+        there = number >= 0
+        found["kept_number"] = number[None]
+        found["kept_errors"] = np.where(there[:, None], errors[number], np.nan)[None]
+        found["kept_parameters"] = np.where(there[:, None], found["kept_parameters"][number], np.nan)[None]
+        found["kept_status"] = np.where(there, status[number], 0).astype(status.dtype)[None]
+        return found
+
+
+def _kept(m: Mechanism, samples: int, keep: int, keep_outside: bool) -> tuple[int, bool]:
+    """How many specimens are kept, and which, after a look at what was asked."""
+    in_range(keep, "keep", "a number of specimens", 0, samples)
+    if keep:
+        in_range(samples, "samples", "a number of samples of which some are kept", 2, MOST_AMONG)
+    if keep_outside and not keep:
+        raise InputError("says which specimens are kept; keep says how many", key="keep_outside")
+    if keep_outside and not any(part.limits.errors for part in m.every_part):
+        raise InputError("there is no limit to be outside of: say [limits]", file=m.file, key="keep_outside")
+    return int(keep), keep_outside
+
+
+def _add_specimens(builder: ResultBuilder, found: Random) -> None:
+    """Add the specimens that were kept."""
+    count = found["kept_errors"].shape[1]
+    builder.labels("specimen", np.arange(count), "number among the specimens that are kept")
+    per = ("configuration", "specimen")
+    words = "which of the samples the specimen is; -1: there are no more"
+    builder.add("specimen_number", per, found["kept_number"], words)
+    builder.add("specimen_error", (*per, "component"), found["kept_errors"], "error of the specimen", "component")
+    words = "value of the parameter in the specimen"
+    builder.add("specimen_offset", (*per, "parameter"), found["kept_parameters"], words, "parameter")
+    outcomes = np.where(found["kept_number"] < 0, "", STATUSES[found["kept_status"]])
+    builder.add("specimen_status", per, outcomes, "outcome of the specimen; empty: none")
 
 
 def points(m: Mechanism, samples: int, law: str | None, sampling: str) -> str:

@@ -228,6 +228,7 @@ class Random(TypedDict):
     kept_parameters: NotRequired[Floats]
     kept_errors: NotRequired[Floats]
     kept_status: NotRequired[Codes]
+    kept_number: NotRequired[Counts]
 
 
 class Cones(TypedDict):

@@ -30,8 +30,8 @@ TEX = {
 }
 STYLE = (
     "body{font:15px/1.5 sans-serif;margin:2em auto;max-width:60em;padding:0 1em}table{border-collapse:collapse}"
-    "th,td{padding:.15em .7em;text-align:right}.left{text-align:left}thead{border-bottom:1px solid}"
-    ".wide{overflow-x:auto}.note{font-size:90%}"
+    "td{white-space:nowrap}th,td{padding:.15em .7em;text-align:right}.left{text-align:left}"
+    "thead{border-bottom:1px solid}.wide{overflow-x:auto}.note{font-size:90%}"
 )
 
 
