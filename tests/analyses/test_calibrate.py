@@ -16,8 +16,9 @@ import pytest
 import jointplay as jp
 from helpers.built import DATA, MACHINES, Machine, actual, displaced, readings, specimen
 from helpers.longer import in_turn, some
-from jointplay.analyses.calibrate import compute
+from jointplay.analyses.calibrate import compute, fitter_of
 from jointplay.analyses.calibrate.system import combinations
+from jointplay.analyses.calibrate.unknowns import unknowns_of
 from jointplay.analyses.nominal import at_drives, nominal
 from jointplay.analyses.readings import DeviceFrame, ReadingModel
 from jointplay.analyses.readings import readings as as_readings
@@ -56,6 +57,61 @@ def test_it_agrees_with_another_program(case: str, options: dict[str, Any]) -> N
     assert np.flatnonzero(found.get("left_out")).tolist() == told.get("left_out", [])
 
 
+@pytest.mark.parametrize("kind", some(["five-bar", "6r", "delta"], 1))
+def test_a_machine_far_from_its_drawing_has_its_own_standard_errors(kind: str) -> None:
+    """Thirty times the tolerances: scipy's `least_squares` on the exact closure has the same estimates and covariance.
+
+    The derivatives of the nominal mechanism give other standard errors there.
+    """
+    from scipy.optimize import least_squares
+
+    machine = MACHINES[kind]()
+    m = machine.m.with_({"joints.*.clearance": None})
+    free = {one.name: 30.0 * one.sigma / one.factor for one in unknowns_of(m, {}, ()).unknowns}
+    unknowns = unknowns_of(m, free, ())
+    every = unknowns.unknowns
+    u, rng = m.centre.copy(), np.random.default_rng(0)
+    for one in every:
+        u[one.parameter] += one.sigma * rng.standard_normal()
+    machine = Machine(m, machine.drives, machine.components, machine.sigma)
+    table = readings(machine, u, 0)
+    found = compute(m, table, sigma=machine.sigma, free=free)
+
+    at, own = at_drives(m, machine.drives), [m.components.index(name) for name in machine.components]
+    factors = m.component_factors[own]
+    sigma = np.array([machine.sigma["length" if name in "xyz" else "angle"] for name in machine.components]) * factors
+    measured = np.column_stack([table[name] for name in machine.components]) * factors
+
+    def missed(x: np.ndarray) -> np.ndarray:
+        deviating = m.centre.copy()
+        for one, value in zip(every, x, strict=True):
+            deviating[one.parameter] = value * one.sigma
+        each = (m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], deviating[None]) for k in range(len(at)))
+        error = np.concatenate([*each])
+        reached = displaced(at.output, error)[:, own]
+        away = measured - reached
+        if len(own) == 6:
+            turned = [poses.quaternion(values[:, 3:]) for values in (measured, reached)]
+            away[:, 3:] = poses.rotation_vector(poses.product(turned[0], poses.inverse(turned[1])))
+        return np.concatenate([(away / sigma).ravel(), x])
+
+    spread = np.array([one.sigma for one in every])
+    start = np.array([u[one.parameter] for one in every]) / spread
+    told = least_squares(missed, start, jac="3-point", x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    covariance = np.linalg.inv(told.jac.T @ told.jac) * np.outer(spread, spread)
+    errors = np.sqrt(np.diagonal(covariance))
+    si = np.array([one.factor for one in every])
+    # The other program's differences are exact to some 1e-7 of a singular value.
+    assert np.abs((found.get("estimate") * si - told.x * spread) / errors).max() < 1e-4
+    assert found.get("standard_error") * si == pytest.approx(errors, rel=1e-5)
+    correlated = found.get("covariance") * np.outer(si, si) - covariance
+    assert np.abs(correlated / np.outer(errors, errors)).max() < 1e-4
+    options: dict[str, Any] = {"frame": "known", "zeroed": (), "sizes": False, "contact": None}
+    fitter = fitter_of(unknowns, as_readings(unknowns.m, table, machine.sigma), **options)
+    of_drawing = np.sqrt(np.diagonal(fitter.system(np.ones(len(at), dtype=bool)).covariance))
+    assert np.abs(of_drawing / errors - 1.0).max() > 0.002
+
+
 def test_pushing_to_and_fro_tells_sums_of_clearances() -> None:
     """Chains of two bodies that carry one force have one sum of plays; no size is told by itself."""
     told = FITS["five-bar-reversal"]
@@ -89,8 +145,6 @@ def test_planted_deviations_are_found(kind: str, seed: int) -> None:
 
 def _away(machine: Machine, found: Any, u: np.ndarray) -> np.ndarray:
     """Estimates less what was planted, in standard errors."""
-    from jointplay.analyses.calibrate.unknowns import unknowns_of
-
     every = unknowns_of(machine.m, {}, ()).unknowns
     truth = np.array([u[one.parameter] / one.factor for one in every])
     return (found.get("estimate") - truth) / found.get("standard_error")
@@ -108,13 +162,18 @@ def test_derivatives_are_those_of_the_exact_closure(kind: str) -> None:
     own = as_readings(m, table, {**machine.sigma, "length": 0.001})
     model, turn = ReadingModel(m, own), np.array([0.3, -0.2, 0.5]) * (m.pose_size == 7) + [0, 0, 0.1]
     frame = DeviceFrame(turn, np.array([0.1, 0.2, 0.0]))
-    read = model.read(m.centre, frame)
     steps = np.where(m.parameter_factors == m.units.length, 1e-6, 1e-6 / m.length)
-    for k in np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")[:9]:
-        both = [model.read(m.centre + sign * steps[k] * (np.arange(len(m.centre)) == k), frame) for sign in (1, -1)]
-        slope = model.compare(both[0].values, both[1]) / (2.0 * steps[k])
-        scale = np.abs(read.by_parameter[:, :, k]).max()
-        assert np.abs(slope - read.by_parameter[:, :, k]).max() < 1e-5 * scale
+    columns = np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")[:9]
+    # A machine that is off by a third of a degree, or a two-hundredth of its length, and one as it is drawn.
+    built = m.centre + 5e3 * steps * np.random.default_rng(0).standard_normal(len(steps)) * ~model.is_play
+    for u, some_columns in ((built, columns[::4]), (m.centre, columns)):
+        read = model.read(u, frame, of_nominal=u is m.centre)
+        for k in some_columns:
+            by = steps[k] * (np.arange(len(u)) == k)
+            both = [model.read(u + sign * by, frame, derivatives=False) for sign in (1, -1)]
+            slope = model.compare(both[0].values, both[1]) / (2.0 * steps[k])
+            scale = np.abs(read.by_parameter[:, :, k]).max()
+            assert np.abs(slope - read.by_parameter[:, :, k]).max() < 1e-5 * scale
     for k in range(6) if m.pose_size == 7 else (0, 1, 5):
         by = 1e-6 * (np.arange(6) == k)
         both = [model.read(m.centre, frame.moved(sign * by)) for sign in (1, -1)]

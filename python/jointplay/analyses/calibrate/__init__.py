@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import at_drives, nominal
+from jointplay.analyses.nominal import Nominal, at_drives, nominal
 from jointplay.analyses.readings import Readings, readings
+from jointplay.analyses.readings.differences import errors_of, slopes_at, steps_of
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.basics.typed import typed
@@ -29,7 +30,7 @@ from jointplay.result.build import Labels
 
 from .fit import FitOutcome, Fitter
 from .misread import require_own
-from .system import Combination, combinations
+from .system import OF_DIFFERENCES, Combination, combinations
 from .unknowns import Unknowns, unknowns_of
 from .written import as_built
 
@@ -366,7 +367,7 @@ class _Report:
         without[cells.rows, cells.columns] = fit.system.missed(fit.whitened).cells
         # What was not fitted was predicted.
         without[~fit.used] = fit.residual[~fit.used]
-        expected = np.sqrt(own.sigma**2 + np.diagonal(fitter.play, axis1=1, axis2=2))
+        expected = np.sqrt(own.sigma**2 + np.diagonal(fit.about.play, axis1=1, axis2=2))
         for name, values, words in (
             ("measured", own.values, "what was read"),
             ("residual_before", before, "measured less nominal"),
@@ -389,11 +390,12 @@ class _Report:
         whole = np.zeros(len(known))
         whole[: len(singular)] = singular[: len(known)]
         builder.add("singular_value", "direction", whole, "singular value of the equations scaled by the priors")
-        found = [_renamed(one, known, system.scale) for one in combinations(equations)] if equations.size else []
+        exact = OF_DIFFERENCES
+        found = [_renamed(one, known, system.scale) for one in combinations(equations, exact)] if equations.size else []
         sizes = np.array(self.fitter.sizes, dtype=int)
         if sizes.size:
             columns = system.a[:, sizes] / system.scale[sizes]
-            found += [_renamed(one, sizes, None) for one in combinations(columns)]
+            found += [_renamed(one, sizes, None) for one in combinations(columns, exact)]
         if not found:
             return
         parts = np.zeros((len(found), count))
@@ -461,8 +463,9 @@ class _Report:
         for name in base.outputs or (None,):
             part = base.only(output=name)
             at = self._path(part)
-            slopes = part.core.sensitivity(at.drives, at.with_errors.poses)["source"][:, :, columns]
-            stds.append((_std(slopes, before), _std(slopes, after)))
+            by_drawing = part.core.sensitivity(at.drives, at.with_errors.poses)["source"]
+            slopes = self._as_built(part, at, by_drawing)[:, :, columns]
+            stds.append((_std(by_drawing[:, :, columns], before), _std(slopes, after)))
             lengths = [k for k, component in enumerate(part.components) if component in LENGTHS]
             good = np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2)))
             chosen = good[np.unique(np.linspace(0, len(good) - 1, min(len(good), CONFIGURATIONS)).astype(int))]
@@ -489,7 +492,21 @@ class _Report:
             every = np.array([size[k] for size in sizes])
             builder.add(name, of, every if several else every[0], words, "length")
 
-    def _path(self, part: Mechanism) -> Any:
+    def _as_built(self, part: Mechanism, at: Nominal, of_nominal: Floats) -> Floats:
+        """Derivatives of the output by the parameters of the machine as it was built."""
+        if not part.core.isostatic:
+            return of_nominal
+        u = self.unknowns.of_parameters(self.fit.state.x)
+        steps = steps_of(part)
+        steps[~np.isin(np.arange(len(steps)), [one.parameter for one in self.unknowns.unknowns])] = 0.0
+        good = np.flatnonzero(np.isfinite(of_nominal).all(axis=(1, 2)))
+        found = of_nominal.copy()
+        found[good] = slopes_at(
+            lambda rows: errors_of(part.core, at.drives[good], at.poses[good], rows), u, steps, of_nominal[good]
+        )
+        return found
+
+    def _path(self, part: Mechanism) -> Nominal:
         try:
             return nominal(part)
         except InputError:

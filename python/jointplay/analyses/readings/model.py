@@ -20,7 +20,7 @@ from jointplay import _core
 from jointplay.analyses.nominal import Nominal, at_drives, carried
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.answers import Random
+from jointplay.core.answers import Given, Loaded, Random
 from jointplay.core.compile import LENGTHS, LOOSE
 from jointplay.core.spec import Changes, SourceSpec
 from jointplay.errors import InputError
@@ -30,6 +30,7 @@ from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
 from .channels import DISTANCE, OUTPUT, Channel, Poses
+from .differences import errors_of, slopes_at, steps_of
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
@@ -142,8 +143,19 @@ class ReadingModel:
         """Whether a load decides where all clearances are."""
         return all(load.acts for load in self.loads)
 
-    def read(self, u: Floats, frame: DeviceFrame | None = None, *, derivatives: bool = True) -> Predicted:
+    def read(
+        self, u: Floats, frame: DeviceFrame | None = None, *, derivatives: bool = True, of_nominal: bool = True
+    ) -> Predicted:
         """What would be read with the parameters u, SI.
+
+        Parameters
+        ----------
+        u : ndarray
+        frame : DeviceFrame, optional
+        derivatives : bool
+            Whether they are wanted.
+        of_nominal : bool
+            Whether they are those of the nominal mechanism, which cost next to nothing; else those at u.
 
         Raises
         ------
@@ -156,7 +168,7 @@ class ReadingModel:
         empty = np.zeros((len(values), width, 0))
         if not derivatives:
             return Predicted(values, empty, empty, np.zeros((len(values), width, width)))
-        by_parameter, by_frame, open_ = self._derivatives(found, frame)
+        by_parameter, by_frame, open_ = self._derivatives(found, frame, None if of_nominal else u)
         return Predicted(values, by_parameter, by_frame, open_)
 
     def commanded(self) -> Predicted:
@@ -249,16 +261,20 @@ class ReadingModel:
         count = int(self.station.max()) + 1
         found = {point: np.full((count, len(self.m.components)), np.nan) for point in self.points}
         for load in self.loads:
-            given = u.copy()
-            if not load.acts and not load.fits_together:
-                given[self.is_play] = u[self.is_play] + self._scatter(load)[0] + load.held[self.is_play]
             for point in self.points:
-                found[point][load.stations] = load.poses(point, given)
+                found[point][load.stations] = load.poses(point, self._with_play(load, u))
         lost = np.flatnonzero([not np.isfinite(found[point][k]).all() for k in range(count) for point in self.points])
         if lost.size:
             row = int(np.flatnonzero(self.station == lost[0] // len(self.points))[0])
             raise self.readings.sheet.refuse("the mechanism with the fitted deviations has no pose here", row=row)
         return found
+
+    def _with_play(self, load: _Load, u: Floats) -> Floats:
+        """Parameters with the play where it is on average, or where the side holds it."""
+        given = u.copy()
+        if not load.acts and not load.fits_together:
+            given[self.is_play] += self._scatter(load)[0] + load.held[self.is_play]
+        return given
 
     def _channels(self, at: Poses, frame: DeviceFrame | None) -> Floats:
         """What is read at poses of the points; distances, and dials on the ground, know of no frame."""
@@ -287,15 +303,17 @@ class ReadingModel:
             moved[:, 3:] = poses.rotation_vector(both)
         return moved
 
-    def _derivatives(self, at: Poses, frame: DeviceFrame | None) -> tuple[Floats, Floats, Floats]:
+    def _derivatives(self, at: Poses, frame: DeviceFrame | None, u: Floats | None) -> tuple[Floats, Floats, Floats]:
+        """Derivatives by parameters, at u or of the nominal mechanism, and by the frame; variance that loads leave."""
         count, size = int(self.station.max()) + 1, len(self.m.components)
         width = len(self.readings.channels)
         moves = {point: np.zeros((count, size, len(self.m.parameters))) for point in self.points}
         loose = {point: np.zeros((count, size)) for point in self.points}
         for load in self.loads:
             for point in self.points:
-                moves[point][load.stations] = load.slopes(point)
                 loose[point][load.stations] = load.undetermined[point]
+                by_parameter = load.slopes(point) if u is None else load.slopes_at(point, self._with_play(load, u))
+                moves[point][load.stations] = by_parameter
         slopes = self._slopes(at, frame)
         open_ = np.zeros((count, width, width))
         for point, own in slopes.items():
@@ -437,21 +455,24 @@ class _Load:
 
     def poses(self, point: str, u: Floats) -> Floats:
         """Actual poses of a point with the parameters u."""
+        error, self.undetermined[point] = self._errors(point, u)
+        return _displaced(self.nominal[point], error)
+
+    def _errors(self, point: str, u: Floats) -> tuple[Floats, Floats]:
+        """Errors of a point with the parameters u, and how far the load leaves them open."""
         drives, placed = self.at.drives, self._placed(point)
         if self.fits_together:
-            error = self._specimens(point, u)["mean"]
-            return _displaced(self.nominal[point], error)
+            return self._specimens(point, u)["mean"], np.zeros_like(self.nominal[point])
+        found: Given | Loaded
         if not self.acts:
             rows = np.ascontiguousarray(np.broadcast_to(u, (len(drives), len(u))))
             found = self._core(point).given(drives, placed, rows)
-            error, status = found["error"], found["status"]
+            open_ = np.zeros_like(found["error"])
         else:
-            pressed = self._varied(point, {"sources": self._at(point, u)})
-            loaded = pressed.loaded(drives, placed, True, False, False)
-            error, status = loaded["error"], loaded["status"]
-            self.undetermined[point] = np.nan_to_num(loaded["undetermined"])
-        error = np.where(np.isin(STATUSES[status], READABLE)[:, None], error, np.nan)
-        return _displaced(self.nominal[point], error)
+            found = self._varied(point, {"sources": self._at(point, u)}).loaded(drives, placed, True, False, False)
+            open_ = np.nan_to_num(found["undetermined"])
+        good = np.isin(STATUSES[found["status"]], READABLE)[:, None]
+        return np.where(good, found["error"], np.nan), open_
 
     def slopes(self, point: str) -> Floats:
         """Derivatives of the pose of a point by all parameters, shape (station, component, parameter)."""
@@ -462,7 +483,23 @@ class _Load:
             return np.nan_to_num(core.jacobians(self.at.drives, self._placed(point))["parameter"])
         return core.sensitivity(self.at.drives, self._placed(point))["source"]
 
-    def _differences(self, point: str) -> Floats:
+    def slopes_at(self, point: str, u: Floats) -> Floats:
+        """The same with the parameters u: on the exact closure, with contacts where they are there."""
+        if self.fits_together:
+            return self._differences(point, u)
+        steps = steps_of(self.part)
+        if self.acts:
+            # Where the play is, the load decides.
+            steps[[self.part.source_kinds[int(s)] in LOOSE for s in self.part.parameter_source]] = 0.0
+
+        def errors(rows: Floats) -> Floats:
+            if self.acts or not self.part.core.isostatic:
+                return np.array([self._errors(point, row)[0] for row in rows])
+            return errors_of(self._core(point), self.at.drives, self._placed(point), rows)
+
+        return slopes_at(errors, u, steps, self.slopes(point))
+
+    def _differences(self, point: str, about: Floats | None = None) -> Floats:
         """The same of the mean of specimens, by differences with the same random numbers."""
         m = self.part
         found = np.zeros((*self.nominal[point].shape, len(m.parameters)))
@@ -473,7 +510,7 @@ class _Load:
             step = spread[k] or STEP * (m.length if m.parameter_factors[k] == m.units.length else 1.0)
             sides = []
             for sign in (1.0, -1.0):
-                u = m.centre.copy()
+                u = (m.centre if about is None else about).copy()
                 u[k] += sign * step
                 sides.append(self._specimens(point, u)["mean"])
             found[:, :, k] = np.nan_to_num((sides[0] - sides[1]) / (2.0 * step))
