@@ -10,13 +10,14 @@ mechanism that of specimens whose offsets are compatible.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.analyses import friction
 from jointplay.analyses.nominal import Nominal, at_drives, carried
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
@@ -108,7 +109,8 @@ class ReadingModel:
         self.is_play = np.array([m.source_kinds[int(s)] in LOOSE for s in m.parameter_source], dtype=bool)
         # Rows of one place and load are asked once.
         loads = [*zip(readings.cases, readings.sides.tolist(), strict=True)]
-        keys = [(load, drives.tobytes()) for load, drives in zip(loads, readings.drives, strict=True)]
+        came = readings.ways * np.abs(readings.sides)[:, None]
+        keys = [(load, row.tobytes()) for load, row in zip(loads, np.hstack([readings.drives, came]), strict=True)]
         places: dict[tuple[tuple[str, int], bytes], int] = {}
         for key in keys:
             places.setdefault(key, len(places))
@@ -120,7 +122,7 @@ class ReadingModel:
             stations.setdefault(loads[row], []).append(k)
         self.loads = [_Load(m, *load, np.array(own), scattered) for load, own in stations.items()]
         for load in self.loads:
-            load.stand(drives[load.stations], self.points)
+            load.stand(drives[load.stations], came[first][load.stations], self.points)
             for k in np.flatnonzero(load.at.status != 0)[:1].tolist():
                 row, status = int(first[load.stations[k]]), STATUSES[load.at.status[k]].replace("_", " ")
                 raise readings.sheet.refuse(f"at these drive values the mechanism of the file is {status}", row=row)
@@ -155,13 +157,16 @@ class ReadingModel:
         derivatives : bool
             Whether they are wanted.
         of_nominal : bool
-            Whether they are those of the nominal mechanism, which cost next to nothing; else those at u.
+            Whether they are those of the nominal mechanism, which cost next to nothing; else those at u. What friction
+            does to contacts is found where derivatives are.
 
         Raises
         ------
         InputError
             When the mechanism with these has no pose in some row.
         """
+        for load in self.loads:
+            load.rub(u, anew=derivatives)
         found = self._poses(u)
         values = self._channels(found, frame)
         width = len(self.readings.channels)
@@ -400,16 +405,23 @@ class _Load:
     """A mechanism in one load case, at some stations."""
 
     at: Nominal
+    ways: Floats
     nominal: dict[str, Floats]
     undetermined: dict[str, Floats]
 
     def __init__(self, m: Mechanism, case: str, side: int, stations: NDArray[np.int64], scattered: bool) -> None:
         whole = m.only(load_case=case) if case else m.without_load_cases()
         parts = {name: whole.only(output=name) for name in whole.outputs} or {OUTPUT: whole.first}
-        ends = _ends(whole, side)
+        self.acts = whole.first.has_loads and not scattered
+        #: from which side joints slide that rub; empty where none does
+        self.slides = next((name for name, sign in friction.SIDES.items() if sign == side), "")
+        if not (self.acts and friction.rubs(whole)):
+            self.slides = ""
+        if self.slides:
+            friction.require(whole.first, self.slides, exact=True)
+        ends = {} if self.slides else _ends(whole, side)
         self.parts = {name: part.held(ends) if ends else part for name, part in parts.items()}
         self.part = next(iter(self.parts.values()))
-        self.acts = self.part.has_loads and not scattered
         #: whether offsets scatter that have to be compatible, so that what is read is their mean
         loose = any(kind in LOOSE for kind in self.part.source_kinds)
         self.fits_together = loose and not self.acts and not self.part.core.isostatic
@@ -423,14 +435,17 @@ class _Load:
             self.held[whole.parameter_source == source] = end
         self._ends = ends
         self._cores: dict[str, _core.Mechanism] = {}
+        #: what friction adds to the errors of a point, and how far it leaves them open
+        self._friction: dict[str, tuple[Floats, Floats]] = {}
 
     @property
     def moves_play(self) -> bool:
         """Whether it is known where some of the play is taken up."""
         return self.acts or bool(self._ends)
 
-    def stand(self, drives: Floats, points: tuple[str, ...]) -> None:
-        """Solve the nominal mechanism at drive values, one row for each station."""
+    def stand(self, drives: Floats, ways: Floats, points: tuple[str, ...]) -> None:
+        """Solve the nominal mechanism at drive values, one row for each station, to which drives moved so forward."""
+        self.ways = ways
         self.at = at_drives(self.part, drives)
         lost = np.flatnonzero(self.at.status != 0)
         if lost.size and lost.size < len(drives):
@@ -471,8 +486,27 @@ class _Load:
         else:
             found = self._varied(point, {"sources": self._at(point, u)}).loaded(drives, placed, True, False, False)
             open_ = np.nan_to_num(found["undetermined"])
-        good = np.isin(STATUSES[found["status"]], READABLE)[:, None]
-        return np.where(good, found["error"], np.nan), open_
+        error = _known(found)
+        if self.slides:
+            more, open_ = self._friction[point]
+            error = error + more
+        return error, open_
+
+    def rub(self, u: Floats, *, anew: bool) -> None:
+        """Find what friction adds where joints slide: for deviations nearby it is the same, and takes long to find."""
+        for point in self.nominal if self.slides and (anew or not self._friction) else ():
+            slides, without = self._sliding(point, u)
+            self._friction[point] = _known(slides) - _known(without), np.nan_to_num(slides["undetermined"])
+
+    def _sliding(self, point: str, u: Floats) -> tuple[Loaded, Loaded]:
+        """Where the load presses the joints that slide, with friction and without; in the columns of `loaded`."""
+        owner, placed = self._owner(point), self._placed(point)
+        loose = np.isin(np.array(owner.source_kinds)[owner.parameter_source], LOOSE)
+        watched = None if point in self.parts else self.part.joint_points[self.part.joints.index(point)][0]
+        m = owner.deviating(np.where(loose, owner.centre, u), watched)
+        found = m.core.loaded(self.at.drives, placed, True, True, True)
+        asked = friction.setting(m, replace(self.at, poses=placed), None, found, "middle", None)
+        return friction.sliding(replace(asked, speeds=self.ways), self.slides).found, found
 
     def slopes(self, point: str) -> Floats:
         """Derivatives of the pose of a point by all parameters, shape (station, component, parameter)."""
@@ -527,7 +561,10 @@ class _Load:
         """What every source does where the load presses it, or the side holds it; (station, source, component)."""
         found = np.zeros((len(self.stations), len(self.part.sources), len(self.part.components)))
         if self.acts:
-            pressed = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
+            if self.slides:
+                pressed = self._sliding(point, self.part.centre)[0]
+            else:
+                pressed = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
             found = np.nan_to_num(pressed["contribution"])
         if self._ends:
             slopes = self.slopes(point)
@@ -575,6 +612,11 @@ class _Load:
             else {**source.as_spec, "centre": u[owner.parameter_source == k].tolist()}
             for k, source in enumerate(owner.compiled_sources)
         ]
+
+
+def _known(found: Given | Loaded) -> Floats:
+    """Errors where there are any."""
+    return np.where(np.isin(STATUSES[found["status"]], READABLE)[:, None], found["error"], np.nan)
 
 
 def _ends(m: Mechanism, side: int) -> dict[int, float]:

@@ -4,7 +4,8 @@ q1 [deg], ...            drive values; or `configuration`, the number of one of 
 x [mm], jaw.y, ...       what was measured, see `channels`
 load_case                which load case acted; empty: none
 approach                 readings of one number are of one approach, so that they have the play in common
-side                     forward or backward: from which side the drives came; empty: not said
+side                     forward or backward: from which side the drives came; empty: not said. Forward, all of them
+                         rise; joints that rub slide as they do along the path where a row is of a configuration
 sigma_x [mm], ...        standard deviation of a single reading
 """
 
@@ -18,7 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses import friction
 from jointplay.analyses.nominal import nominal
+from jointplay.analyses.running import drive_units, motion_of
 from jointplay.basics import units
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
@@ -65,6 +68,8 @@ class Readings:
         Number of the approach of each row: rows that have it in common are of one place.
     sides : ndarray of int
         1 forward, -1 backward, 0 where it is not said.
+    ways : ndarray
+        How the drives move forward where joints rub, of the same shape as `drives`.
     drive_sigma : ndarray
         Standard deviation of every drive from approach to approach, SI, shape (row, drive).
     """
@@ -77,6 +82,7 @@ class Readings:
     cases: tuple[str, ...]
     approaches: NDArray[np.int64]
     sides: NDArray[np.int64]
+    ways: Floats
     drive_sigma: Floats
 
     def __len__(self) -> int:
@@ -113,6 +119,7 @@ class Readings:
             tuple(self.cases[row] for row in rows),
             self.approaches[rows],
             self.sides[rows],
+            self.ways[rows],
             self.drive_sigma[rows],
         )
 
@@ -181,6 +188,7 @@ class _Reader:
             cases,
             approaches,
             self._sides(),
+            self._ways(len(drives)),
             np.zeros_like(drives),
         )
         found = found.chosen(np.flatnonzero(found.given.any(axis=1)))
@@ -297,11 +305,25 @@ class _Reader:
                 raise self.table.refuse(not_known(side, "a side", [name for name in SIDES if name]), SIDE, row)
         return np.array([SIDES[side] for side in sides])
 
+    def _ways(self, count: int) -> Floats:
+        """How the drives move forward: as along the path at a configuration of it, else with rising values."""
+        if CONFIGURATION not in self.table.columns:
+            return np.tile(drive_units(self.m), (count, 1))
+        at = nominal(self.m)
+        along = friction.directions(self.m, at.drives, motion_of(self.m, at))
+        return np.asarray(along[np.array(self.table.numbers(CONFIGURATION)).astype(int)])
+
     def _approaches(self, drives: Floats, cases: Sequence[str]) -> NDArray[np.int64]:
         """Numbers of approaches from 0; a row without one is an approach of its own."""
         count = len(drives)
         if APPROACH not in self.table.columns:
             return np.arange(count)
+        for row, text in enumerate(self.table.texts(APPROACH)):
+            if text and text in SIDES:
+                problem = (
+                    f"'{text}' is no number of an approach; a column '{SIDE}' says from which side the drives came"
+                )
+                raise self.table.refuse(problem, APPROACH, row)
         numbers = np.array(self.table.numbers(APPROACH))
         first: dict[float, int] = {}
         found = np.arange(count)
