@@ -342,6 +342,48 @@ def test_an_unknown_frame_is_found_however_far_it_is() -> None:
         compute(m, table, sigma=machine.sigma)
 
 
+@pytest.mark.parametrize("kind", ["3-rrr", "delta"])
+def test_what_the_best_fit_of_a_frame_leaves(kind: str) -> None:
+    """Against exact paths of machines that are drawn from what the readings leave open, each fitted by Procrustes.
+
+    The frame of the device is unknown, so that the absolute place is lost.
+    """
+    from scipy.spatial.transform import Rotation
+
+    machine = MACHINES[kind]()
+    m = machine.m.with_({"joints.*.clearance": None})
+    machine = Machine(m, machine.drives, machine.components, machine.sigma)
+    u = specimen(m, 3)
+    found = compute(m, readings(machine, u, 3), sigma=machine.sigma, frame="unknown")
+    every = unknowns_of(m, {}, ()).unknowns
+    si, columns = np.array([one.factor for one in every]), [one.parameter for one in every]
+    fitted = m.centre.copy()
+    fitted[columns] = found.get("fitted") * si
+    at, rng = nominal(m), np.random.default_rng(0)
+    axes = sum(name in "xyz" for name in m.components)
+    drawn = np.tile(fitted, (200, 1))
+    drawn[:, columns] = rng.multivariate_normal(fitted[columns], found.get("covariance") * np.outer(si, si), 200)
+
+    def path(rows: np.ndarray) -> np.ndarray:
+        each = [m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], rows) for k in range(len(at))]
+        return at.output[:, None, :axes] + np.array(each)[:, :, :axes]
+
+    middle, squares = path(fitted[None])[:, 0], np.zeros(2)
+    for own in np.moveaxis(path(drawn), 1, 0):
+        padded = [np.pad(places - places.mean(axis=0), ((0, 0), (0, 3 - axes))) for places in (own, middle)]
+        turn = Rotation.align_vectors(*padded)[0]
+        squares += [
+            ((own - middle) ** 2).sum(axis=1).mean(),
+            ((padded[0] - turn.apply(padded[1])) ** 2).sum(axis=1).mean(),
+        ]
+    absolute, best = np.sqrt(squares / 200) / m.units.length
+    # Standard deviations of 200 machines are known to a twentieth.
+    assert float(found.get("position_after")) == pytest.approx(absolute, rel=0.2)
+    assert float(found.get("best_fit_after")) == pytest.approx(best, rel=0.2)
+    assert best < 0.6 * absolute
+    assert "after the best fit of its frame" in " ".join(sentence.text for sentence in conclude(found).sentences)
+
+
 def test_distances_and_dials_that_count_from_an_unknown_zero() -> None:
     """A ball bar from a pin of the ground to the tool, and a dial at the tool, computed here from exact poses."""
     machine = MACHINES["five-bar"]()

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal, at_drives, nominal
-from jointplay.analyses.readings import Readings, readings
+from jointplay.analyses.readings import FRAME_COLUMNS, Readings, by_frame_of, readings
 from jointplay.analyses.readings.differences import errors_of, slopes_at, steps_of
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
@@ -111,7 +111,8 @@ def calibrate(
         together, with `alike` (whether this sum is determined; if not, it changes no reading), `combination_estimate`
         and `combination_standard_error`. Over `configuration` and `component`, and `each_output` where there are
         several: `output_before` and `output_after`, the standard deviation of the output's error that unknowns cause.
-        `position_before`, `position_after`, `position_after_95`, over the path. `frame` and `zero`, with standard
+        `position_before`, `position_after`, `position_after_95`, over the path; `best_fit_before` and `best_fit_after`
+        are what the best fit of a frame, for every output, leaves of the first two. `frame` and `zero`, with standard
         errors, where they are unknown. `status` is ``ok``, ``doubtful`` (the readings do not fit), ``many_missed``
         (more than a tenth of the rows do not) or ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and
         `p_value` say how well they fit.
@@ -459,7 +460,7 @@ class _Report:
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         drawn = rng.standard_normal((SPECIMENS, len(places))) @ root.T
         stds: list[tuple[Floats, Floats]] = []
-        sizes: list[tuple[float, float, float]] = []
+        sizes: list[tuple[float, ...]] = []
         for name in base.outputs or (None,):
             part = base.only(output=name)
             at = self._path(part)
@@ -472,7 +473,10 @@ class _Report:
             errors = np.einsum("kcp,sp->skc", slopes[chosen][:, lengths], drawn)
             largest = float(np.quantile(np.linalg.norm(errors, axis=-1), LEVEL)) if len(chosen) else np.nan
             rms = [float(np.sqrt(np.mean((std[good][:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
-            sizes.append((rms[0], rms[1], largest))
+            frames = by_frame_of(at.output[good], len(lengths))[:, lengths][:, :, FRAME_COLUMNS[len(lengths)]]
+            of_each = ((by_drawing[:, :, columns], before), (slopes, after))
+            best = [_without_frame(own[good][:, lengths], frames, covariance) for own, covariance in of_each]
+            sizes.append((rms[0], rms[1], largest, *best))
         several = bool(base.outputs)
         if several:
             builder.labels("each_output", base.outputs, "output")
@@ -487,6 +491,8 @@ class _Report:
                 ("position_before", "rms of the position over the path, before any reading"),
                 ("position_after", "rms of the position over the path, with what the readings say"),
                 ("position_after_95", "what 95 % of the positions do not exceed, with what the readings say"),
+                ("best_fit_before", "rms of the position after the best fit of the path's frame, before any reading"),
+                ("best_fit_after", "rms of the position after the best fit of the path's frame, with the readings"),
             )
         ):
             every = np.array([size[k] for size in sizes])
@@ -517,6 +523,20 @@ class _Report:
 def _std(slopes: Floats, covariance: Floats) -> Floats:
     """Standard deviation of every component, shape (configuration, component)."""
     return np.asarray(np.sqrt(np.maximum(np.einsum("kcp,pq,kcq->kc", slopes, covariance, slopes), 0.0)))
+
+
+def _without_frame(slopes: Floats, frames: Floats, covariance: Floats) -> float:
+    """Root of the mean square of positions, by derivatives of shape (configuration, axis, unknown), after the best fit.
+
+    Parameters
+    ----------
+    frames : ndarray
+        How the positions move with their frame, shape (configuration, axis, displacement).
+    """
+    flat, moved = slopes.reshape(-1, slopes.shape[2]), frames.reshape(-1, frames.shape[2])
+    moved = moved / np.maximum(np.linalg.norm(moved, axis=0), 1e-300)
+    left = flat - moved @ np.linalg.lstsq(moved, flat, rcond=None)[0]
+    return float(np.sqrt(max(np.einsum("ap,pq,aq->", left, covariance, left), 0.0) / max(len(slopes), 1)))
 
 
 def _renamed(found: Combination, places: NDArray[np.int64], scale: Floats | None) -> Combination:

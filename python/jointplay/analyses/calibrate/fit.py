@@ -15,8 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.readings import DeviceFrame, Predicted, ReadingModel, Readings
-from jointplay.basics import poses
+from jointplay.analyses.readings import FRAME_COLUMNS, DeviceFrame, Predicted, ReadingModel, Readings, nearest_frame
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.errors import InputError, listed
 
@@ -38,10 +37,6 @@ LOOKS = 5
 STEP, SMALLEST = 0.02, 1e-3
 #: the same part of a size in the file
 SIZE_STEP = 0.1
-#: part of the longest extent of measured places below which they are on a line
-LINE = 1e-6
-#: columns of a frame in the plane
-PLANAR_FRAME = (0, 1, 5)
 #: cells times unknowns that are fitted at once
 MOST_NUMBERS = 40_000_000
 
@@ -130,7 +125,7 @@ class Fitter:
         self.sizes = [k for k, one in enumerate(unknowns.unknowns) if one.sizing is not None]
         self.numbers = [k for k, one in enumerate(unknowns.unknowns) if one.of_file and one.sizing is None]
         self.mean = np.array([one.mean for one in unknowns.unknowns])
-        self.frame_columns = (PLANAR_FRAME if self.model.axes == 2 else tuple(range(6))) if frame else ()
+        self.frame_columns = FRAME_COLUMNS[self.model.axes] if frame else ()
         near = self._frame() if frame else None
         zeros = np.zeros(len(readings.channels))
         self.start = FitState(
@@ -392,21 +387,4 @@ class Fitter:
                 seen.append(self.readings.values[rows][:, columns])
                 own.append(read.values[rows][:, columns])
         measured, nominal = (np.concatenate(parts) if parts else np.zeros((0, axes)) for parts in (seen, own))
-        return _nearest(nominal, measured) if len(measured) > axes else None
-
-
-def _nearest(nominal: Floats, measured: Floats) -> DeviceFrame:
-    """The frame that brings places nearest to measured ones (Kabsch 1976)."""
-    axes = nominal.shape[1]
-    middle, seen = nominal.mean(axis=0), measured.mean(axis=0)
-    left, sizes, right = np.linalg.svd((measured - seen).T @ (nominal - middle))
-    if sizes[axes - 2] <= LINE * sizes[0]:
-        # About a line of places, or at a single one, any turn is as good.
-        left, right = np.eye(axes), np.eye(axes)
-    signs = np.ones(axes)
-    signs[-1] = np.sign(np.linalg.det(left @ right))
-    turn = np.eye(3)
-    turn[:axes, :axes] = (left * signs) @ right
-    shift = np.zeros(3)
-    shift[:axes] = seen - turn[:axes, :axes] @ middle
-    return DeviceFrame(poses.rotation_vector(poses.from_axes(turn)), shift)
+        return nearest_frame(nominal, measured) if len(measured) > axes else None

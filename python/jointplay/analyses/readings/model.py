@@ -32,6 +32,7 @@ from jointplay.result.verdict import READABLE
 
 from .channels import DISTANCE, OUTPUT, Channel, Poses
 from .differences import errors_of, slopes_at, steps_of
+from .frames import DeviceFrame, by_frame_of
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
@@ -42,25 +43,6 @@ STEP = 1e-5
 TOGETHER = 1e-9
 #: part of a tolerance that stands for none, where only the play is to scatter
 NOTHING = 1e-9
-
-
-@dataclass(frozen=True)
-class DeviceFrame:
-    """Where the measuring device has the ground: a rotation, and then a translation, SI."""
-
-    turn: Floats
-    shift: Floats
-
-    @classmethod
-    def none(cls) -> DeviceFrame:
-        """That of the ground itself."""
-        return cls(np.zeros(3), np.zeros(3))
-
-    def moved(self, by: Floats) -> DeviceFrame:
-        """The frame after a small displacement: translation, rotation vector."""
-        about = poses.quaternion(by[3:])
-        turn = poses.rotation_vector(poses.product(about, poses.quaternion(self.turn)))
-        return DeviceFrame(np.asarray(turn), poses.turned_by(by[3:]) @ self.shift + by[:3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,9 +280,8 @@ class ReadingModel:
         """Poses in the axes of the measuring device."""
         if frame is None:
             return pose
-        turn = poses.turned_by(frame.turn)[: self.axes, : self.axes]
         moved = pose.copy()
-        moved[:, : self.axes] = pose[:, : self.axes] @ turn.T + frame.shift[: self.axes]
+        moved[:, : self.axes] = frame.places(pose[:, : self.axes])
         if self.axes == 2:
             moved[:, 2] += frame.turn[2]
         else:
@@ -330,7 +311,7 @@ class ReadingModel:
             for k, channel in enumerate(self.readings.channels):
                 if channel.form == "component":
                     (slope,) = channel.slopes(self._seen(channel, framed), self.axes).values()
-                    moved = _by_frame(framed[channel.points[0]], self.axes)
+                    moved = by_frame_of(framed[channel.points[0]], self.axes)
                     by_frame[:, k] = np.einsum("sc,scf->sf", slope, moved)
         return self._by_moves(moves, slopes)[self.station], by_frame[self.station], open_[self.station]
 
@@ -381,24 +362,6 @@ def _turned(frame: DeviceFrame | None, size: int) -> Floats:
         if size == 6:
             turned[3:, 3:] = turn
     return turned
-
-
-def _by_frame(pose: Floats, axes: int) -> Floats:
-    """How a pose moves with its frame, shape (station, component, 6)."""
-    found = np.zeros((*pose.shape, 6))
-    place = np.zeros((len(pose), 3))
-    place[:, :axes] = pose[:, :axes]
-    found[:, :axes, :axes] = np.eye(axes)
-    # A turn w moves a point by w x p.
-    cross = np.zeros((len(pose), 3, 3))
-    for k, axis in enumerate(np.eye(3)):
-        cross[:, :, k] = np.cross(axis, place)
-    found[:, :axes, 3:] = cross[:, :axes]
-    if axes == 2:
-        found[:, 2, 5] = 1.0
-    else:
-        found[:, 3:, 3:] = np.eye(3)
-    return found
 
 
 class _Load:
