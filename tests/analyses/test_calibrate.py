@@ -613,6 +613,24 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
     kept = [line for line in drawn.splitlines() if not line.startswith("title")]
     assert [line for line in out.read_text(encoding="utf-8").splitlines() if line in kept] == kept
     assert figure.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    # What cannot be written is said alone, before any answer, and nothing that is read is replaced.
+    table = tmp_path / "readings.csv"
+    table.write_bytes((DATA / "four-bar.csv").read_bytes())
+    own = ["calibrate", str(out), "--measured", str(table), "--sigma", "length=0.001", "-o"]
+    for place, message in (
+        ("fit.pdf", "known: .toml, .nc"),
+        (str(out), "is a file that is read"),
+        (str(table), "is a file that is read"),
+    ):
+        assert run([*own, place]) == 2
+        refused = capsys.readouterr()
+        assert message in refused.err
+        assert not refused.out
+    assert table.read_bytes() == (DATA / "four-bar.csv").read_bytes()
+    assert run([*words, "--sigma", "component=0.001"]) == 2
+    assert "'component' is not a measured column; known: x, y, length" in capsys.readouterr().err
+    assert run(words) == 2
+    assert "is missing: give x=VALUE or length=VALUE, a column 'sigma_x'" in capsys.readouterr().err
     # Without play the readings scatter more than their noise lets them.
     tight = ["-s", "joints.*.clearance.radial=0"]
     assert run([*words, "--sigma", "length=0.001", *tight]) == 1

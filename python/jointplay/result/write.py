@@ -109,8 +109,14 @@ def create(text: str, path: Path, *, replace: bool) -> None:
     files.put(text.encode(), path)
 
 
-def check_path(path: Path) -> None:
+def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     """Refuse a path that no result can be written to.
+
+    Parameters
+    ----------
+    path : Path
+    more : tuple of str
+        Extensions of what else is written there.
 
     Raises
     ------
@@ -119,7 +125,7 @@ def check_path(path: Path) -> None:
     """
     kind = path.suffix.lower()
     if kind not in (FOLDER, CSV, *WRITERS):
-        known = ".nc, .zarr, .csv, .json, .parquet, .xlsx"
+        known = ", ".join((*more, ".nc, .zarr, .csv, .json, .parquet, .xlsx"))
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
     place = files.require_writable(path, folder=kind == FOLDER)

@@ -373,13 +373,15 @@ class _Reader:
         return deviations
 
     def _sigma(self, found: Readings, given: dict[str, float]) -> Floats:
-        used = {"length", "angle"}
         deviations = np.empty_like(found.values)
+        known = dict.fromkeys([*found.names, *(name for one in found.channels for name in _called(one))])
+        for word in given:
+            if word not in (*known, "length", "angle"):
+                raise InputError(not_known(word, "a measured column", known), key="sigma")
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"
-            names = (one.name, one.name.rpartition(".")[2], one.form, one.kind)
+            names = _called(one)
             name = next((name for name in names if name in given), None)
-            used |= {name for name in names if name in given}
             if column in found.sheet.columns:
                 deviations[:, k] = self._in_si(column, one.kind, found.sheet)
             elif name is not None:
@@ -387,10 +389,10 @@ class _Reader:
             else:
                 # A word that names a drive is the scatter of that drive.
                 free = [word for word in (one.name, one.kind) if word not in self.m.drives]
-                either = ", ".join(f"{word}=VALUE" for word in dict.fromkeys(free))
+                either = " or ".join(f"{word}=VALUE" for word in dict.fromkeys(free))
                 problem = (
-                    f"the standard deviation of the readings of '{one.name}' is missing: {either}, a column '{column}',"
-                    " or 'auto' where readings are repeated"
+                    f"the standard deviation of the readings of '{one.name}' is missing: give {either}, a column"
+                    f" '{column}' of the table, or 'auto' where readings are repeated"
                 )
                 raise InputError(problem, key="sigma")
             wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > FINEST))
@@ -398,9 +400,6 @@ class _Reader:
                 if column in found.sheet.columns:
                     raise found.sheet.refuse("a standard deviation is larger than that", column, int(wrong[0]))
                 raise InputError(f"{given[name or '']:g} is no standard deviation, which is above zero", key="sigma")
-        if rest := set(given) - used:
-            known = dict.fromkeys(name for one in found.channels for name in (one.name, one.form, one.kind))
-            raise InputError(not_known(sorted(rest)[0], "a measured column", known), key="sigma")
         return deviations
 
     def _auto(self, found: Readings) -> Floats:
@@ -426,3 +425,9 @@ class _Reader:
                 )
             deviations[:, k] = spread
         return deviations
+
+
+def _called(one: Channel) -> tuple[str, ...]:
+    """By which words the standard deviation of a column is said, the most special one first."""
+    forms = () if one.form == "component" else (one.form,)
+    return (one.name, one.name.rpartition(".")[2], *forms, one.kind)
