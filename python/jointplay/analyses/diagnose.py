@@ -22,7 +22,7 @@ import numpy as np
 
 from jointplay.analyses.calibrate.system import EXACT, Combination, Weights, combinations, weights
 from jointplay.analyses.calibrate.unknowns import is_play
-from jointplay.analyses.readings import ReadingModel, Readings, readings
+from jointplay.analyses.readings import ReadingModel, Readings, readings, require_whole
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.basics.typed import typed
@@ -114,8 +114,7 @@ def diagnose(
 @recorded
 def compute(m: Mechanism, measured: Any, *, sigma: Any = None) -> Result:
     """The light form of `diagnose`."""
-    if m.chosen != (None, None):
-        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    require_whole(m)
     base, sources = sizings(m)
     own = [one for one in sources if is_play(base, one)]
     if not own:
@@ -327,8 +326,7 @@ def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Diagnosis)
     ):
         builder.add(name, "group", values, words, "group")
     builder.data["state"] = Variable(("group",), state.astype(str), "", "what the readings say of the clearances")
-    channels = fit.table.channels
-    builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+    builder.axes["channel"] = fit.table.axis
     builder.labels("reading", fit.table.lines, "row of the table")
     for name, values, words in (
         ("measured", fit.table.values, "what was read"),

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, nearest_frame, readings
+from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, nearest_frame, readings, require_whole
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
@@ -30,7 +30,6 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
-from jointplay.result.build import Labels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,8 +101,7 @@ def compute(m: Mechanism, measured: Any, *, sigma: Any = None, risk: float = RIS
     """The light form of `verify`."""
     if not 0.0 < risk < 0.5:
         raise InputError(f"{shown(risk)} is no risk between 0 and 0.5", key="risk")
-    if m.chosen != (None, None):
-        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    require_whole(m)
     visits = _Visits(m, readings(m, measured, sigma))
     return visits.result(risk)
 
@@ -255,8 +253,7 @@ class _Visits:
         builder = ResultBuilder(m, "verify", measured=table.sheet.name, risk=risk)
         if missing:
             builder.attrs["not_read"] = ", ".join(missing)
-        channels = table.channels
-        builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+        builder.axes["channel"] = table.axis
         builder.labels("visit", table.lines, "first row of the approach")
         builder.add("error", ("visit", "channel"), self.error, "reading - what was commanded", "channel")
         status = self._risks(builder, limited, risk)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Nominal, at_drives, nominal
-from jointplay.analyses.readings import FRAME_COLUMNS, Readings, by_frame_of, readings
+from jointplay.analyses.readings import FRAME_COLUMNS, Readings, by_frame_of, readings, require_whole
 from jointplay.analyses.readings.differences import errors_of, slopes_at, steps_of
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
@@ -192,8 +192,7 @@ def compute(
     in_range(seed, "seed", "a seed", 0, 2**64 - 1)
     if not 0.0 <= hold_out <= MOST_HELD_OUT:
         raise InputError(f"{hold_out:g} is not a share of the readings from 0 to {MOST_HELD_OUT:g}", key="hold_out")
-    if m.chosen != (None, None):
-        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    require_whole(m)
     unknowns = unknowns_of(m, free or {}, fix, sizes=sizes)
     table = readings(unknowns.m, measured, sigma)
     fitter = fitter_of(unknowns, table, frame=frame, zeroed=zeroed, sizes=sizes, contact=contact)
@@ -267,8 +266,7 @@ class _Report:
         builder = ResultBuilder(self.m, "calibrate", frame=frame, contact=load)
         builder.axes["unknown"] = Labels(tuple(one.name for one in every), tuple(one.kind for one in every))
         builder.axes["unknown_other"] = builder.axes["unknown"]
-        channels = fitter.readings.channels
-        builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+        builder.axes["channel"] = fitter.readings.axis
         builder.attrs |= self._quality()
         self._add_unknowns(builder)
         self._add_readings(builder)

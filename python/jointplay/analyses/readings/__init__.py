@@ -9,7 +9,7 @@ with its derivatives, and the covariance of the play.
 from .channels import OUTPUT, Channel, channel, names_of
 from .frames import FRAME_COLUMNS, DeviceFrame, by_frame_of, nearest_frame
 from .model import Predicted, ReadingModel
-from .table import APPROACH, LOAD_CASE, Readings, readings
+from .table import APPROACH, LOAD_CASE, Readings, readings, require_whole
 
 __all__ = [
     "APPROACH",
@@ -26,4 +26,5 @@ __all__ = [
     "names_of",
     "nearest_frame",
     "readings",
+    "require_whole",
 ]

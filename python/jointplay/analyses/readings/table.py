@@ -28,6 +28,7 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.readings import ReadingSheet, sheet
 from jointplay.model.mechanism import Mechanism
+from jointplay.result.build import Labels
 
 from .channels import Channel, channel, names_of, unknown
 
@@ -94,6 +95,11 @@ class Readings:
         return [one.name for one in self.channels]
 
     @property
+    def axis(self) -> Labels:
+        """The measured columns as a dimension of a result."""
+        return Labels(tuple(self.names), tuple(one.kind for one in self.channels))
+
+    @property
     def lines(self) -> list[int]:
         """Number of every row as its table counts them."""
         return list(self.sheet.lines)
@@ -122,6 +128,17 @@ class Readings:
             self.ways[rows],
             self.drive_sigma[rows],
         )
+
+
+def require_whole(m: Mechanism) -> None:
+    """Refuse a mechanism of which one output or load case is chosen.
+
+    Raises
+    ------
+    InputError
+    """
+    if m.chosen != (None, None):
+        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
 
 
 def readings(
