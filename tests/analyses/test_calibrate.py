@@ -15,6 +15,7 @@ import pytest
 
 import jointplay as jp
 from helpers.built import DATA, MACHINES, Machine, actual, displaced, readings, specimen
+from helpers.calibrated_elsewhere import FIXED, NOISE, by_pybotics, planted_arm
 from helpers.longer import in_turn, some
 from jointplay.analyses.calibrate import compute, fitter_of
 from jointplay.analyses.calibrate.system import combinations
@@ -110,6 +111,20 @@ def test_a_machine_far_from_its_drawing_has_its_own_standard_errors(kind: str) -
     fitter = fitter_of(unknowns, as_readings(unknowns.m, table, machine.sigma), **options)
     of_drawing = np.sqrt(np.diagonal(fitter.system(np.ones(len(at), dtype=bool)).covariance))
     assert np.abs(of_drawing / errors - 1.0).max() > 0.002
+
+
+def test_another_package_calibrates_the_same_arm() -> None:
+    """Without priors; kinematics, readings and unknowns of pybotics are by Denavit and Hartenberg."""
+    pytest.importorskip("pybotics")
+    arm = planted_arm(7)
+    free = dict.fromkeys(arm.planted)
+    found = compute(arm.m, arm.table, sigma={"length": NOISE}, free=free, fix=(FIXED, *arm.m.drives))
+    others, residual, apart = by_pybotics(arm)
+    assert apart < 1e-9
+    assert np.abs(found.get("residual_after") - residual).max() < 1e-6
+    assert found.attrs["chi_square"] == pytest.approx((residual**2).sum() / NOISE**2, rel=1e-8)
+    values = np.array([others[name] for name in found.labels("unknown")])
+    assert np.abs((found.get("estimate") - values) / found.get("standard_error")).max() < 1e-3
 
 
 def test_pushing_to_and_fro_tells_sums_of_clearances() -> None:
