@@ -76,9 +76,7 @@ def by_pybotics(arm: PlantedArm) -> tuple[dict[str, float], np.ndarray, float]:
 
     start = handler.generate_optimization_vector()
     found = least_squares(missed, start, x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    free = [
-        name for row, own in zip(names, mask, strict=True) for name, is_free in zip(row, own, strict=True) if is_free
-    ]
+    free = np.array(names)[mask].tolist()
     values = {
         name: float(np.degrees(value) if name.endswith(("alpha", "theta")) else value)
         for name, value in zip(free, found.x - start, strict=True)

@@ -13,7 +13,7 @@ import jointplay as jp
 
 
 def rows_of(m: jp.Mechanism, joints: Sequence[str], output: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of every joint alpha, a, theta, d in units of the file; the pose of the first axis, and of the output in the last.
+    """Of every joint alpha, a, theta, d in units of the file; the pose of the first axis, and of the output.
 
     Parameters
     ----------
