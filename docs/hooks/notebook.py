@@ -1,12 +1,13 @@
-"""Runs the notebook while the documentation is built, and makes a page of it with all that its cells show.
+"""Runs the notebooks while the documentation is built, and makes a page of each with all that its cells show.
 
-The notebook is kept without outputs, so that nothing in it can be out of date. A cell that fails stops the build.
+A notebook is kept without outputs, so that nothing in it can be out of date. A cell that fails stops the build.
 """
 
 from __future__ import annotations
 
 import base64
 import re
+import shutil
 import subprocess
 import tempfile
 from functools import cache
@@ -22,15 +23,17 @@ from nbformat import NotebookNode
 
 #: seconds that a cell may take
 PATIENCE = 120
+READINGS = Path(__file__).parents[1] / "readings"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 DOWNLOAD = '[Download this notebook]({file}){{ .md-button download="{file}" }}\n\n'
 
 
 @cache
 def executed(text: str) -> NotebookNode:
-    """A notebook with the outputs of its cells, run in a folder of its own."""
+    """A notebook with the outputs of its cells, run in a folder of its own beside the readings that pages link to."""
     notebook = nbformat.reads(text, as_version=4)
     with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(READINGS, folder, dirs_exist_ok=True)
         folders = {"metadata": {"path": folder}}
         client = NotebookClient(notebook, timeout=PATIENCE, kernel_name="python3", resources=folders)
         try:

@@ -15,9 +15,11 @@ import pytest
 
 import jointplay as jp
 from helpers.built import DATA, MACHINES, Machine, actual, displaced, readings, specimen
+from helpers.calibrated_elsewhere import FIXED, NOISE, by_pybotics, planted_arm
 from helpers.longer import in_turn, some
-from jointplay.analyses.calibrate import compute
+from jointplay.analyses.calibrate import compute, fitter_of
 from jointplay.analyses.calibrate.system import combinations
+from jointplay.analyses.calibrate.unknowns import unknowns_of
 from jointplay.analyses.nominal import at_drives, nominal
 from jointplay.analyses.readings import DeviceFrame, ReadingModel
 from jointplay.analyses.readings import readings as as_readings
@@ -56,6 +58,75 @@ def test_it_agrees_with_another_program(case: str, options: dict[str, Any]) -> N
     assert np.flatnonzero(found.get("left_out")).tolist() == told.get("left_out", [])
 
 
+@pytest.mark.parametrize("kind", some(["five-bar", "6r", "delta"], 1))
+def test_a_machine_far_from_its_drawing_has_its_own_standard_errors(kind: str) -> None:
+    """Thirty times the tolerances: scipy's `least_squares` on the exact closure has the same estimates and covariance.
+
+    The derivatives of the nominal mechanism give other standard errors there.
+    """
+    from scipy.optimize import least_squares
+
+    machine = MACHINES[kind]()
+    m = machine.m.with_({"joints.*.clearance": None})
+    free = {one.name: 30.0 * one.sigma / one.factor for one in unknowns_of(m, {}, ()).unknowns}
+    unknowns = unknowns_of(m, free, ())
+    every = unknowns.unknowns
+    u, rng = m.centre.copy(), np.random.default_rng(0)
+    for one in every:
+        u[one.parameter] += one.sigma * rng.standard_normal()
+    machine = Machine(m, machine.drives, machine.components, machine.sigma)
+    table = readings(machine, u, 0)
+    found = compute(m, table, sigma=machine.sigma, free=free)
+
+    at, own = at_drives(m, machine.drives), [m.components.index(name) for name in machine.components]
+    factors = m.component_factors[own]
+    sigma = np.array([machine.sigma["length" if name in "xyz" else "angle"] for name in machine.components]) * factors
+    measured = np.column_stack([table[name] for name in machine.components]) * factors
+
+    def missed(x: np.ndarray) -> np.ndarray:
+        deviating = m.centre.copy()
+        for one, value in zip(every, x, strict=True):
+            deviating[one.parameter] = value * one.sigma
+        each = (m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], deviating[None]) for k in range(len(at)))
+        error = np.concatenate([*each])
+        reached = displaced(at.output, error)[:, own]
+        away = measured - reached
+        if len(own) == 6:
+            turned = [poses.quaternion(values[:, 3:]) for values in (measured, reached)]
+            away[:, 3:] = poses.rotation_vector(poses.product(turned[0], poses.inverse(turned[1])))
+        return np.concatenate([(away / sigma).ravel(), x])
+
+    spread = np.array([one.sigma for one in every])
+    start = np.array([u[one.parameter] for one in every]) / spread
+    told = least_squares(missed, start, jac="3-point", x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    covariance = np.linalg.inv(told.jac.T @ told.jac) * np.outer(spread, spread)
+    errors = np.sqrt(np.diagonal(covariance))
+    si = np.array([one.factor for one in every])
+    # The other program's differences are exact to some 1e-7 of a singular value.
+    assert np.abs((found.get("estimate") * si - told.x * spread) / errors).max() < 1e-4
+    assert found.get("standard_error") * si == pytest.approx(errors, rel=1e-5)
+    correlated = found.get("covariance") * np.outer(si, si) - covariance
+    assert np.abs(correlated / np.outer(errors, errors)).max() < 1e-4
+    options: dict[str, Any] = {"frame": "known", "zeroed": (), "sizes": False, "contact": None}
+    fitter = fitter_of(unknowns, as_readings(unknowns.m, table, machine.sigma), **options)
+    of_drawing = np.sqrt(np.diagonal(fitter.system(np.ones(len(at), dtype=bool)).covariance))
+    assert np.abs(of_drawing / errors - 1.0).max() > 0.002
+
+
+def test_another_package_calibrates_the_same_arm() -> None:
+    """Without priors; kinematics, readings and unknowns of pybotics are by Denavit and Hartenberg."""
+    pytest.importorskip("pybotics")
+    arm = planted_arm(7)
+    free = dict.fromkeys(arm.planted)
+    found = compute(arm.m, arm.table, sigma={"length": NOISE}, free=free, fix=(FIXED, *arm.m.drives))
+    others, residual, apart = by_pybotics(arm)
+    assert apart < 1e-9
+    assert np.abs(found.get("residual_after") - residual).max() < 1e-6
+    assert found.attrs["chi_square"] == pytest.approx((residual**2).sum() / NOISE**2, rel=1e-8)
+    values = np.array([others[name] for name in found.labels("unknown")])
+    assert np.abs((found.get("estimate") - values) / found.get("standard_error")).max() < 1e-3
+
+
 def test_pushing_to_and_fro_tells_sums_of_clearances() -> None:
     """Chains of two bodies that carry one force have one sum of plays; no size is told by itself."""
     told = FITS["five-bar-reversal"]
@@ -89,8 +160,6 @@ def test_planted_deviations_are_found(kind: str, seed: int) -> None:
 
 def _away(machine: Machine, found: Any, u: np.ndarray) -> np.ndarray:
     """Estimates less what was planted, in standard errors."""
-    from jointplay.analyses.calibrate.unknowns import unknowns_of
-
     every = unknowns_of(machine.m, {}, ()).unknowns
     truth = np.array([u[one.parameter] / one.factor for one in every])
     return (found.get("estimate") - truth) / found.get("standard_error")
@@ -108,13 +177,18 @@ def test_derivatives_are_those_of_the_exact_closure(kind: str) -> None:
     own = as_readings(m, table, {**machine.sigma, "length": 0.001})
     model, turn = ReadingModel(m, own), np.array([0.3, -0.2, 0.5]) * (m.pose_size == 7) + [0, 0, 0.1]
     frame = DeviceFrame(turn, np.array([0.1, 0.2, 0.0]))
-    read = model.read(m.centre, frame)
     steps = np.where(m.parameter_factors == m.units.length, 1e-6, 1e-6 / m.length)
-    for k in np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")[:9]:
-        both = [model.read(m.centre + sign * steps[k] * (np.arange(len(m.centre)) == k), frame) for sign in (1, -1)]
-        slope = model.compare(both[0].values, both[1]) / (2.0 * steps[k])
-        scale = np.abs(read.by_parameter[:, :, k]).max()
-        assert np.abs(slope - read.by_parameter[:, :, k]).max() < 1e-5 * scale
+    columns = np.flatnonzero(np.array(m.source_kinds)[m.parameter_source] != "clearance")[:9]
+    # A machine that is off by a third of a degree, or a two-hundredth of its length, and one as it is drawn.
+    built = m.centre + 5e3 * steps * np.random.default_rng(0).standard_normal(len(steps)) * ~model.is_play
+    for u, some_columns in ((built, columns[::4]), (m.centre, columns)):
+        read = model.read(u, frame, of_nominal=u is m.centre)
+        for k in some_columns:
+            by = steps[k] * (np.arange(len(u)) == k)
+            both = [model.read(u + sign * by, frame, derivatives=False) for sign in (1, -1)]
+            slope = model.compare(both[0].values, both[1]) / (2.0 * steps[k])
+            scale = np.abs(read.by_parameter[:, :, k]).max()
+            assert np.abs(slope - read.by_parameter[:, :, k]).max() < 1e-5 * scale
     for k in range(6) if m.pose_size == 7 else (0, 1, 5):
         by = 1e-6 * (np.arange(6) == k)
         both = [model.read(m.centre, frame.moved(sign * by)) for sign in (1, -1)]
@@ -237,6 +311,36 @@ def test_the_load_has_to_be_said() -> None:
     assert unsaid.attrs["p_value"] > 0.999
 
 
+def test_friction_counts_where_the_side_is_said() -> None:
+    """A slider-crank whose pin rubs comes from both sides: planted deviations are found as `loaded` has it there."""
+    m = jp.loads(jp.examples.text("slider-crank")).with_(
+        {"joints.wristpin.friction": {"coefficient": 0.2, "diameter": 20}}
+    )
+    m = m.with_({"drives.theta.count": 7})
+    planted = {"drives.theta.deviation": 0.03, "dimensions.rod.deviation": -0.02}
+    built, rng = m.with_(planted), np.random.default_rng(2)
+    table: dict[str, Any] = {name: [] for name in ("configuration", "side", "x", "y", "angle")}
+    for side in ("forward", "backward"):
+        there = jp.loaded(built, approach=side)
+        places = (there.nominal + there.error).values + 1e-4 * rng.standard_normal((7, 3))
+        for row in zip(range(7), [side] * 7, *places.T, strict=True):
+            for name, value in zip(table, row, strict=True):
+                table[name].append(value)
+    found = compute(m, table, sigma={"length": 1e-4, "angle": 1e-4}, fix=("stroke",))
+    assert found.labels("unknown") == ["rod", "theta"]
+    assert np.abs((found.get("estimate") - [-0.02, 0.03]) / found.get("standard_error")).max() < 4.5
+    assert 1e-3 < found.attrs["p_value"] < 1.0 - 1e-3
+    # From rising drive values the crank comes forward along this path.
+    rising = {name: values[:7] for name, values in table.items() if name != "configuration"}
+    rising["theta"] = np.degrees(nominal(m).drives[:, 0]).tolist()
+    own = ReadingModel(m, as_readings(m, rising, {"length": 1e-4, "angle": 1e-4}))
+    forward = ReadingModel(m, as_readings(m, {k: v[:7] for k, v in table.items()}, {"length": 1e-4, "angle": 1e-4}))
+    assert np.abs(own.read(m.centre).values - forward.read(m.centre).values).max() < 1e-12
+    # Readings without a side are of a mechanism that has settled, and these do not fit it.
+    settled = compute(m, {**table, "side": [""] * 14}, sigma={"length": 1e-4, "angle": 1e-4}, fix=("stroke",))
+    assert settled.get("status") != "ok"
+
+
 def test_an_unknown_frame_is_found_however_far_it_is() -> None:
     machine = MACHINES["delta"]()
     m = machine.m
@@ -251,6 +355,48 @@ def test_an_unknown_frame_is_found_however_far_it_is() -> None:
     assert np.abs(away / found.get("frame_standard_error")).max() < 4.5
     with pytest.raises(jp.InputError, match="axes of its own"):
         compute(m, table, sigma=machine.sigma)
+
+
+@pytest.mark.parametrize("kind", ["3-rrr", "delta"])
+def test_what_the_best_fit_of_a_frame_leaves(kind: str) -> None:
+    """Against exact paths of machines that are drawn from what the readings leave open, each fitted by Procrustes.
+
+    The frame of the device is unknown, so that the absolute place is lost.
+    """
+    from scipy.spatial.transform import Rotation
+
+    machine = MACHINES[kind]()
+    m = machine.m.with_({"joints.*.clearance": None})
+    machine = Machine(m, machine.drives, machine.components, machine.sigma)
+    u = specimen(m, 3)
+    found = compute(m, readings(machine, u, 3), sigma=machine.sigma, frame="unknown")
+    every = unknowns_of(m, {}, ()).unknowns
+    si, columns = np.array([one.factor for one in every]), [one.parameter for one in every]
+    fitted = m.centre.copy()
+    fitted[columns] = found.get("fitted") * si
+    at, rng = nominal(m), np.random.default_rng(0)
+    axes = sum(name in "xyz" for name in m.components)
+    drawn = np.tile(fitted, (200, 1))
+    drawn[:, columns] = rng.multivariate_normal(fitted[columns], found.get("covariance") * np.outer(si, si), 200)
+
+    def path(rows: np.ndarray) -> np.ndarray:
+        each = [m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], rows) for k in range(len(at))]
+        return at.output[:, None, :axes] + np.array(each)[:, :, :axes]
+
+    middle, squares = path(fitted[None])[:, 0], np.zeros(2)
+    for own in np.moveaxis(path(drawn), 1, 0):
+        padded = [np.pad(places - places.mean(axis=0), ((0, 0), (0, 3 - axes))) for places in (own, middle)]
+        turn = Rotation.align_vectors(*padded)[0]
+        squares += [
+            ((own - middle) ** 2).sum(axis=1).mean(),
+            ((padded[0] - turn.apply(padded[1])) ** 2).sum(axis=1).mean(),
+        ]
+    absolute, best = np.sqrt(squares / 200) / m.units.length
+    # Standard deviations of 200 machines are known to a twentieth.
+    assert float(found.get("position_after")) == pytest.approx(absolute, rel=0.2)
+    assert float(found.get("best_fit_after")) == pytest.approx(best, rel=0.2)
+    assert best < 0.6 * absolute
+    assert "after the best fit of its frame" in " ".join(sentence.text for sentence in conclude(found).sentences)
 
 
 def test_distances_and_dials_that_count_from_an_unknown_zero() -> None:
@@ -482,6 +628,24 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
     kept = [line for line in drawn.splitlines() if not line.startswith("title")]
     assert [line for line in out.read_text(encoding="utf-8").splitlines() if line in kept] == kept
     assert figure.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    # What cannot be written is said alone, before any answer, and nothing that is read is replaced.
+    table = tmp_path / "readings.csv"
+    table.write_bytes((DATA / "four-bar.csv").read_bytes())
+    own = ["calibrate", str(out), "--measured", str(table), "--sigma", "length=0.001", "-o"]
+    for place, message in (
+        ("fit.pdf", "known: .toml, .nc"),
+        (str(out), "is a file that is read"),
+        (str(table), "is a file that is read"),
+    ):
+        assert run([*own, place]) == 2
+        refused = capsys.readouterr()
+        assert message in refused.err
+        assert not refused.out
+    assert table.read_bytes() == (DATA / "four-bar.csv").read_bytes()
+    assert run([*words, "--sigma", "component=0.001"]) == 2
+    assert "'component' is not a measured column; known: x, y, length" in capsys.readouterr().err
+    assert run(words) == 2
+    assert "is missing: give x=VALUE or length=VALUE, a column 'sigma_x'" in capsys.readouterr().err
     # Without play the readings scatter more than their noise lets them.
     tight = ["-s", "joints.*.clearance.radial=0"]
     assert run([*words, "--sigma", "length=0.001", *tight]) == 1

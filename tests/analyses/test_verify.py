@@ -100,6 +100,26 @@ def test_figures_of_iso_9283() -> None:
         assert found.repeatability[k].item() == pytest.approx(mean + 3.0 * spread, abs=1e-9)
 
 
+def test_the_best_fit_of_a_frame() -> None:
+    """A path that is turned and shifted has no error but for what is added to single places."""
+    m = machine()
+    drawn = jp.solve(m).nominal.sel(component=["x", "y"]).values[:8]
+    angle, bump = np.radians(0.3), np.zeros((8, 2))
+    bump[3] = [0.02, -0.01]
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    reached = drawn @ turn.T + [0.4, -0.2] + bump
+    found = jp.verify(m, table(m, [*range(8)], (reached - drawn).tolist()), sigma={"length": 0.001})
+    assert found.position_rms.item() == pytest.approx(np.sqrt(((reached - drawn) ** 2).sum(axis=1).mean()), abs=1e-9)
+    # By first order: what is left of the bump when two shifts and a turn are taken away.
+    frame = np.zeros((16, 3))
+    frame[0::2, 0] = frame[1::2, 1] = 1.0
+    frame[:, 2] = (drawn @ turn.T @ [[0.0, 1.0], [-1.0, 0.0]]).ravel()
+    left = bump.ravel() - frame @ np.linalg.lstsq(frame, bump.ravel(), rcond=None)[0]
+    assert found.best_fit_rms.item() == pytest.approx(np.sqrt((left**2).sum() / 8), rel=1e-3)
+    few = jp.verify(m, table(m, [0, 1], [(0.1, 0.0), (0.0, 0.1)]), sigma={"length": 0.001})
+    assert np.isnan(few.best_fit_rms.item())
+
+
 def test_figures_of_iso_230_2() -> None:
     """The positions of a table from both sides, by the words of the standard in plain loops."""
     m, rng = machine(), np.random.default_rng(5)

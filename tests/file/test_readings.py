@@ -150,7 +150,7 @@ def test_a_place_where_the_machine_cannot_stand_names_its_row(tmp_path: Path) ->
     ("sigma", "message"),
     [
         (None, "the standard deviation of the readings of 'x' is missing"),
-        ({"z": 1.0}, "is missing: x=VALUE"),
+        ({"z": 1.0}, "'z' is not a measured column; known: x, y, length"),
         ({"length": 1.0, "z": 1.0}, "'z' is not a measured column"),
         ({"x": 0.0, "y": 1.0}, "0 is no standard deviation"),
         ("automatic", "neither 'auto' nor numbers by name"),

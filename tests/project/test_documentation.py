@@ -140,6 +140,17 @@ class TestNotebook:
         assert "<iframe" in markdown
         assert "data:image/png;base64," in markdown
 
+    def test_the_printer_is_calibrated(self) -> None:
+        """What the text says of the probe is what its cells show; the last cell says what is left."""
+        text = (DOCS / "printer.ipynb").read_text(encoding="utf-8")
+        cells = json.loads(text)["cells"]
+        assert not any(cell.get("outputs") or cell.get("execution_count") for cell in cells)
+        said = [output for cell in hook("notebook").executed(text).cells for output in cell.get("outputs", ())]
+        shown = "\n".join(output.get("text", "") + output.get("data", {}).get("text/plain", "") for output in said)
+        assert "Heights are good to 0.006 mm, places in the plane only to 0.11 mm" in text
+        assert re.search(r"x +0\.107\d\ny +0\.107\d\nz +0\.005\d", shown)
+        assert "tower 1: end stop +0.479, rod -0.168, radius +0.292 mm, angle +0.0097 deg" in shown
+
     def test_a_cell_that_fails_stops_the_build(self) -> None:
         import nbformat
         from mkdocs.exceptions import PluginError

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, readings
+from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, nearest_frame, readings, require_whole
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
@@ -30,7 +30,6 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
-from jointplay.result.build import Labels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +72,8 @@ def verify(
         Over `visit`, every approach, labelled by its first row: `error` (by `channel`), and by `limited`, what has a
         limit and is read: `risk` (that the limit is missed there) and `used` (part of the limit). Over `place` and
         `point`: `accuracy` and `repeatability` of position (ISO 9283), nan with a single visit; over `place`: `visits`.
+        Over `point`: `position_rms`, the rms of the position error, and `best_fit_rms`, what the best fit of a frame
+        leaves of it: that of a measuring device is hardly known to such accuracy.
         Over `channel`, where every place is read twice or more from both sides (ISO 230-2): `reversal` (B),
         `bidirectional_repeatability` (R), `systematic_deviation` (E), `mean_deviation` (M) and
         `bidirectional_accuracy` (A). And `total_risk`, which no risk that a limit is missed exceeds, and `status`:
@@ -100,8 +101,7 @@ def compute(m: Mechanism, measured: Any, *, sigma: Any = None, risk: float = RIS
     """The light form of `verify`."""
     if not 0.0 < risk < 0.5:
         raise InputError(f"{shown(risk)} is no risk between 0 and 0.5", key="risk")
-    if m.chosen != (None, None):
-        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    require_whole(m)
     visits = _Visits(m, readings(m, measured, sigma))
     return visits.result(risk)
 
@@ -210,14 +210,19 @@ class _Visits:
         keys: dict[tuple[bytes, str], int] = {}
         rows = zip(self.table.drives, self.table.cases, strict=True)
         self.place = np.array([keys.setdefault((drives.tobytes(), case), len(keys)) for drives, case in rows])
-        self.points = [point for point in m.outputs or (OUTPUT,) if self._of(point, lengths=True)]
+        self.commanded = model.commanded().values[first]
+        self.points = [point for point in m.outputs or (OUTPUT,) if self._of(point, self._parts(lengths=True))]
 
-    def _of(self, point: str, *, lengths: bool) -> tuple[int, ...]:
-        """The columns of the position or the rotation of a point; none where one of them is not read."""
-        wanted = [k for k, name in enumerate(self.m.components) if (name in LENGTHS) == lengths]
+    def _parts(self, *, lengths: bool) -> list[str]:
+        """The components of a position, or of a rotation."""
+        return [name for name in self.m.components if (name in LENGTHS) == lengths]
+
+    def _of(self, point: str, components: Sequence[str]) -> tuple[int, ...]:
+        """The columns of some components of a point; none where one of them is not read."""
         channels = enumerate(self.table.channels)
-        own = {one.component: k for k, one in channels if one.form == "component" and one.points[0] == point}
-        return tuple(own[k] for k in wanted) if wanted and set(wanted) <= set(own) else ()
+        known = self.m.components
+        own = {known[one.component]: k for k, one in channels if one.form == "component" and one.points[0] == point}
+        return tuple(own[name] for name in components) if components and set(components) <= set(own) else ()
 
     def limited(self) -> tuple[list[_Limited], list[str]]:
         """What has a limit: read, and not read."""
@@ -231,19 +236,14 @@ class _Visits:
                 title = f"{name}.{quantity}" if name else quantity
                 point = name or OUTPUT
                 if quantity in part.components:
-                    own = [k for k, one in enumerate(self.table.channels) if self._is(one, point, quantity)]
-                    columns = tuple(own[:1])
+                    columns = self._of(point, [quantity])
                 else:
-                    columns = self._of(point, lengths=quantity == "position")
+                    columns = self._of(point, self._parts(lengths=quantity == "position"))
                 if columns:
                     found.append(_Limited(title, columns, low, high))
                 else:
                     missing.append(title)
         return found, missing
-
-    def _is(self, one: Any, point: str, component: str) -> bool:
-        is_own = one.form == "component" and one.points[0] == point
-        return bool(is_own and self.m.components[one.component] == component)
 
     def result(self, risk: float) -> Result:
         m, table = self.m, self.table
@@ -253,8 +253,7 @@ class _Visits:
         builder = ResultBuilder(m, "verify", measured=table.sheet.name, risk=risk)
         if missing:
             builder.attrs["not_read"] = ", ".join(missing)
-        channels = table.channels
-        builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+        builder.axes["channel"] = table.axis
         builder.labels("visit", table.lines, "first row of the approach")
         builder.add("error", ("visit", "channel"), self.error, "reading - what was commanded", "channel")
         status = self._risks(builder, limited, risk)
@@ -291,7 +290,7 @@ class _Visits:
         builder.labels("point", self.points, "output")
         found = np.full((2, count, len(self.points)), np.nan)
         for k, point in enumerate(self.points):
-            own = self.error[:, self._of(point, lengths=True)]
+            own = self.error[:, self._of(point, self._parts(lengths=True))]
             for place in range(count):
                 rows = own[(self.place == place) & np.isfinite(own).all(axis=1)]
                 if not len(rows):
@@ -305,6 +304,27 @@ class _Visits:
             ("repeatability", found[1], "mean + 3 standard deviations of the distance from the mean (RP of ISO 9283)"),
         ):
             builder.add(name, ("place", "point"), values, words, "length")
+        sizes = np.array([self._best_fit(point) for point in self.points])
+        for k, (name, words) in enumerate(
+            (
+                ("position_rms", "rms of the position error over all approaches"),
+                ("best_fit_rms", "the same after the best fit of a frame; nan with too few places"),
+            )
+        ):
+            builder.add(name, "point", sizes[:, k], words, "length")
+
+    def _best_fit(self, point: str) -> tuple[float, float]:
+        """Root of the mean square of the position error, and what the best fit of a frame leaves of it."""
+        columns = self._of(point, self._parts(lengths=True))
+        known = np.isfinite(self.error[:, columns]).all(axis=1)
+        error, commanded = (values[known][:, columns] for values in (self.error, self.commanded))
+        if not known.any():
+            return np.nan, np.nan
+        rms = float(np.sqrt((error**2).sum(axis=1).mean()))
+        if len(np.unique(self.place[known])) <= len(columns):
+            return rms, np.nan
+        left = commanded + error - nearest_frame(commanded, commanded + error).places(commanded)
+        return rms, float(np.sqrt((left**2).sum(axis=1).mean()))
 
     def _both_sides(self, builder: ResultBuilder) -> None:
         """Add what ISO 230-2 evaluates, where every place is read twice or more from both sides."""

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.basics.files import require_writable
-
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
@@ -84,13 +82,12 @@ def allocate(
         found.append(compute(m, question, **every))
         return found[0]
 
-    to_file = output is not None and output.suffix.lower() == ".toml"
-    if to_file and output is not None:
-        require_writable(output)
+    answer.require_other(output, file)
+    to_file = answer.file_as_built(output)
     code = answer.answer({"allocate": ask}, m, None if to_file else output, plot)
-    if to_file and output is not None and found:
+    if to_file is not None and found:
         if "changes" in found[0].attrs:
-            _changed(m, str(found[0].attrs["changes"])).write(output)
+            _changed(m, str(found[0].attrs["changes"])).write(to_file)
         else:
             hold([f"{output} is not written: no sizes were found"])
             tell()

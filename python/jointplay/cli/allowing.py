@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, answer
+from . import answer
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, PointName, Probability, Settings
@@ -46,14 +46,10 @@ def allow(
     """
     from jointplay.analyses.allow import compute, keeps
 
-    found: list[Result] = []
-
     def ask(m: Mechanism, progress: Any) -> Result:
         every = {"probability": probability, "tolerance": tolerance, "progress": progress, **options.of(m, question)}
-        found.append(compute(m, question, **every))
-        return found[0]
+        return compute(m, question, **every)
 
     m = answer.mechanism(file, settings, output_point, load_case)
-    code = answer.answer({"allow": ask}, m, output, plot)
     # What a source alone may be says nothing of the limits as they are.
-    return code if not found else DONE if keeps(found[0]) else NOT_OK
+    return answer.judged("allow", ask, m, output, plot, keeps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import os
 import sys
@@ -81,6 +82,40 @@ def target(m: Mechanism, text: str | None) -> Any:
     return None if text is None else numbers(text, "--target", (2, 3, 6), reader(m))
 
 
+def require_other(output: Path | None, *read: str | None) -> None:
+    """Refuse to replace a file that is read."""
+    for name in read:
+        if output is not None and name is not None and output.exists() and _is_same(output, name):
+            raise InputError("is a file that is read; name another one", file=os.fspath(output), key="--output")
+
+
+def _is_same(path: Path, name: str) -> bool:
+    try:
+        return path.samefile(name)
+    except OSError:
+        # An example by its name, or a stream.
+        return False
+
+
+def file_as_built(output: Path | None) -> Path | None:
+    """Where a mechanism file goes; None where a result is written, or nothing.
+
+    Raises
+    ------
+    InputError
+        When nothing can be written there.
+    """
+    from jointplay.basics.files import require_writable
+    from jointplay.result.write import check_path
+
+    if output is not None and output.suffix.lower() == ".toml":
+        require_writable(output)
+        return output
+    if output is not None:
+        check_path(output, (".toml",))
+    return None
+
+
 def check_paths(output: Path | None) -> None:
     """Refuse what cannot be written before the work, not after it."""
     if printed().csv_dialect != Printing.csv_dialect and (output is None or output.suffix.lower() != ".csv"):
@@ -131,6 +166,26 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
     if interrupted:
         return INTERRUPTED
     return DONE if all(_is_good(result) for result in results.values()) else NOT_OK
+
+
+def judged(
+    name: str,
+    ask: Callable[..., Result],
+    m: Mechanism,
+    output: Path | None,
+    plot: FigureFile,
+    holds: Callable[[Result], bool],
+) -> int:
+    """Ask one question; the exit code says whether its answer holds."""
+    found: list[Result] = []
+
+    @functools.wraps(ask)
+    def keep(*args: Any, **options: Any) -> Result:
+        found.append(ask(*args, **options))
+        return found[0]
+
+    code = answer({name: keep}, m, output, plot)
+    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
 
 
 def _is_good(result: Result) -> bool:

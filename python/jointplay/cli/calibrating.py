@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 from jointplay.basics.files import put, require_writable
 from jointplay.errors import InputError, shown
 
-from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from . import INTERRUPTED, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import RESULTS, File, FrameAxes, OutputPath, PlayContact, Seed, Settings
 from .printing import prints
@@ -97,23 +98,23 @@ def calibrate(
     from jointplay.analyses.calibrate import as_built, compute, holds
 
     m = answer.mechanism(file, settings)
-    to_file = output is not None and output.suffix.lower() == ".toml"
-    if posterior and not to_file:
+    answer.require_other(output, file, measured)
+    built = answer.file_as_built(output)
+    if posterior and built is None:
         raise InputError("goes with -o NAME.toml", key="--posterior")
-    if to_file and output is not None:
-        require_writable(output)
     options = _options(sigma, free, fix, frame, zeroed, sizes, contact) | {"hold_out": hold_out, "seed": seed}
-    found: list[Result] = []
 
     def ask(m: Mechanism) -> Result:
-        found.append(compute(m, measured, **options))
-        return found[0]
+        found = compute(m, measured, **options)
+        if built is not None:
+            # Before anything is printed: what fails is told alone.
+            as_built(m, found, posterior=posterior).write(built)
+        return found
 
-    code = answer.answer({"calibrate": ask}, m, None if to_file else output, plot)
-    if to_file and output is not None:
-        as_built(m, found[0], posterior=posterior).write(output)
+    code = answer.judged("calibrate", ask, m, None if built else output, plot, holds)
+    if built is not None and code != INTERRUPTED:
         typer.echo(f"  {output} is the file as built; {_about(posterior)}.")
-    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+    return code
 
 
 @prints(csv=False)
@@ -158,20 +159,21 @@ def plan(
     from jointplay.analyses.plan import compute, sheet_of
 
     m = answer.mechanism(file, settings)
-    to_sheet = output is not None and output.suffix.lower() == ".csv"
-    if to_sheet and output is not None:
-        require_writable(output)
+    answer.require_other(output, file, measured)
+    to_fill = output if output is not None and output.suffix.lower() == ".csv" else None
+    if to_fill is not None:
+        require_writable(to_fill)
     names = None if columns is None else tuple(arguments.parts(columns, ","))
     options = _options(sigma, free, fix, frame, zeroed, sizes, contact)
-    found: list[Result] = []
 
     def ask(m: Mechanism) -> Result:
-        found.append(compute(m, count, columns=names, measured=measured, **options))
-        return found[0]
+        found = compute(m, count, columns=names, measured=measured, **options)
+        if to_fill is not None:
+            put(sheet_of(m, found).encode(), to_fill)
+        return found
 
-    code = answer.answer({"plan": ask}, m, None if to_sheet else output, NO_FIGURE)
-    if to_sheet and output is not None and found:
-        put(sheet_of(m, found[0]).encode(), output)
+    code = answer.answer({"plan": ask}, m, None if to_fill else output, NO_FIGURE)
+    if to_fill is not None and code != INTERRUPTED:
         typer.echo(f"  {output} is a table to fill in.")
     return code
 
@@ -198,7 +200,9 @@ def diagnose(
     from jointplay.analyses.diagnose import compute, holds
 
     m = answer.mechanism(file, settings)
-    return _judged(m, {"diagnose": lambda m: compute(m, reversal, sigma=_sigma(sigma))}, output, holds)
+    answer.require_other(output, file, reversal)
+    asked = partial(compute, measured=reversal, sigma=_sigma(sigma))
+    return answer.judged("diagnose", asked, m, output, NO_FIGURE, holds)
 
 
 @prints()
@@ -219,20 +223,9 @@ def verify(
     from jointplay.analyses.verify import compute, holds
 
     m = answer.mechanism(file, settings)
-    return _judged(m, {"verify": lambda m: compute(m, measured, sigma=_sigma(sigma), risk=risk)}, output, holds)
-
-
-def _judged(m: Mechanism, asked: dict[str, Any], output: Path | None, holds: Callable[[Result], bool]) -> int:
-    """Ask one question; the exit code says whether its answer is good."""
-    found: list[Result] = []
-    ((name, ask),) = asked.items()
-
-    def keep(m: Mechanism) -> Result:
-        found.append(ask(m))
-        return found[0]
-
-    code = answer.answer({name: keep}, m, output, NO_FIGURE)
-    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+    answer.require_other(output, file, measured)
+    asked = partial(compute, measured=measured, sigma=_sigma(sigma), risk=risk)
+    return answer.judged("verify", asked, m, output, NO_FIGURE, holds)
 
 
 def _options(

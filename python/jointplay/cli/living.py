@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, Passes, PointName, Probability, Settings
@@ -59,13 +59,10 @@ def life(
 
     m = answer.mechanism(file, settings, output_point, load_case)
     ages = None if cycles is None else arguments.several(cycles, "--cycles", answer.reader(m))
-    found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
         every = {"cycles": ages, "cycle": None if cycle is None else cycle.value, "progress": progress}
         every |= {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
-        found.append(compute(m, question, **every))
-        return found[0]
+        return compute(m, question, **every)
 
-    code = answer.answer({"life": ask}, m, output, plot)
-    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
+    return answer.judged("life", ask, m, output, plot, holds)

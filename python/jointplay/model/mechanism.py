@@ -303,6 +303,26 @@ class Mechanism(Compiled):
             sources[k] = replace(sources[k], centre=(offset,), spec={**sources[k].spec, "set": nothing})
         return self._resourced(sources)
 
+    def deviating(self, u: Floats, point: int | None = None) -> Mechanism:
+        """The mechanism with other known deviations, and perhaps another output point.
+
+        Parameters
+        ----------
+        u : ndarray
+            Of all parameters, SI.
+        point : int, optional
+            Its number.
+        """
+        sources = [
+            replace(source, centre=tuple(u[self.parameter_source == k].tolist()))
+            for k, source in enumerate(self.compiled_sources)
+        ]
+        specs = [source.as_spec for source in sources]
+        copy = self._copied({"sources": specs}, compiled_sources=tuple(sources), centre=u)
+        if point is not None:
+            vars(copy)["core_spec"] = MappingProxyType({**copy.core_spec, "output": {"point": point}})
+        return copy
+
     def _resourced(self, sources: Sequence[CompiledSource]) -> Mechanism:
         """The same mechanism with other sets of its sources."""
         specs = [source.as_spec for source in sources]

@@ -123,8 +123,14 @@ def create(text: str, path: Path, *, replace: bool) -> None:
     files.put(text.encode(), path)
 
 
-def check_path(path: Path) -> None:
+def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     """Refuse a path that no result can be written to.
+
+    Parameters
+    ----------
+    path : Path
+    more : tuple of str
+        Extensions of what else is written there.
 
     Raises
     ------
@@ -133,7 +139,7 @@ def check_path(path: Path) -> None:
     """
     kind = path.suffix.lower()
     if kind not in (FOLDER, CSV, *WRITERS, *KINDS, ".xlsx"):
-        known = ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html"
+        known = ", ".join((*more, ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html"))
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
     place = files.require_writable(path, folder=kind == FOLDER)

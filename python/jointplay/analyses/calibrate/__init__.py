@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import at_drives, nominal
-from jointplay.analyses.readings import Readings, readings
+from jointplay.analyses.nominal import Nominal, at_drives, nominal
+from jointplay.analyses.readings import FRAME_COLUMNS, Readings, by_frame_of, readings, require_whole
+from jointplay.analyses.readings.differences import errors_of, slopes_at, steps_of
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.basics.typed import typed
@@ -29,7 +30,7 @@ from jointplay.result.build import Labels
 
 from .fit import FitOutcome, Fitter
 from .misread import require_own
-from .system import Combination, combinations
+from .system import OF_DIFFERENCES, Combination, combinations
 from .unknowns import Unknowns, unknowns_of
 from .written import as_built
 
@@ -110,7 +111,8 @@ def calibrate(
         together, with `alike` (whether this sum is determined; if not, it changes no reading), `combination_estimate`
         and `combination_standard_error`. Over `configuration` and `component`, and `each_output` where there are
         several: `output_before` and `output_after`, the standard deviation of the output's error that unknowns cause.
-        `position_before`, `position_after`, `position_after_95`, over the path. `frame` and `zero`, with standard
+        `position_before`, `position_after`, `position_after_95`, over the path; `best_fit_before` and `best_fit_after`
+        are what the best fit of a frame, for every output, leaves of the first two. `frame` and `zero`, with standard
         errors, where they are unknown. `status` is ``ok``, ``doubtful`` (the readings do not fit), ``many_missed``
         (more than a tenth of the rows do not) or ``not_settled``; the attributes `chi_square`, `degrees_of_freedom` and
         `p_value` say how well they fit.
@@ -190,8 +192,7 @@ def compute(
     in_range(seed, "seed", "a seed", 0, 2**64 - 1)
     if not 0.0 <= hold_out <= MOST_HELD_OUT:
         raise InputError(f"{hold_out:g} is not a share of the readings from 0 to {MOST_HELD_OUT:g}", key="hold_out")
-    if m.chosen != (None, None):
-        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
+    require_whole(m)
     unknowns = unknowns_of(m, free or {}, fix, sizes=sizes)
     table = readings(unknowns.m, measured, sigma)
     fitter = fitter_of(unknowns, table, frame=frame, zeroed=zeroed, sizes=sizes, contact=contact)
@@ -265,8 +266,7 @@ class _Report:
         builder = ResultBuilder(self.m, "calibrate", frame=frame, contact=load)
         builder.axes["unknown"] = Labels(tuple(one.name for one in every), tuple(one.kind for one in every))
         builder.axes["unknown_other"] = builder.axes["unknown"]
-        channels = fitter.readings.channels
-        builder.axes["channel"] = Labels(tuple(one.name for one in channels), tuple(one.kind for one in channels))
+        builder.axes["channel"] = fitter.readings.axis
         builder.attrs |= self._quality()
         self._add_unknowns(builder)
         self._add_readings(builder)
@@ -366,7 +366,7 @@ class _Report:
         without[cells.rows, cells.columns] = fit.system.missed(fit.whitened).cells
         # What was not fitted was predicted.
         without[~fit.used] = fit.residual[~fit.used]
-        expected = np.sqrt(own.sigma**2 + np.diagonal(fitter.play, axis1=1, axis2=2))
+        expected = np.sqrt(own.sigma**2 + np.diagonal(fit.about.play, axis1=1, axis2=2))
         for name, values, words in (
             ("measured", own.values, "what was read"),
             ("residual_before", before, "measured less nominal"),
@@ -389,11 +389,12 @@ class _Report:
         whole = np.zeros(len(known))
         whole[: len(singular)] = singular[: len(known)]
         builder.add("singular_value", "direction", whole, "singular value of the equations scaled by the priors")
-        found = [_renamed(one, known, system.scale) for one in combinations(equations)] if equations.size else []
+        exact = OF_DIFFERENCES
+        found = [_renamed(one, known, system.scale) for one in combinations(equations, exact)] if equations.size else []
         sizes = np.array(self.fitter.sizes, dtype=int)
         if sizes.size:
             columns = system.a[:, sizes] / system.scale[sizes]
-            found += [_renamed(one, sizes, None) for one in combinations(columns)]
+            found += [_renamed(one, sizes, None) for one in combinations(columns, exact)]
         if not found:
             return
         parts = np.zeros((len(found), count))
@@ -457,19 +458,23 @@ class _Report:
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         drawn = rng.standard_normal((SPECIMENS, len(places))) @ root.T
         stds: list[tuple[Floats, Floats]] = []
-        sizes: list[tuple[float, float, float]] = []
+        sizes: list[tuple[float, ...]] = []
         for name in base.outputs or (None,):
             part = base.only(output=name)
             at = self._path(part)
-            slopes = part.core.sensitivity(at.drives, at.with_errors.poses)["source"][:, :, columns]
-            stds.append((_std(slopes, before), _std(slopes, after)))
+            by_drawing = part.core.sensitivity(at.drives, at.with_errors.poses)["source"]
+            slopes = self._as_built(part, at, by_drawing)[:, :, columns]
+            stds.append((_std(by_drawing[:, :, columns], before), _std(slopes, after)))
             lengths = [k for k, component in enumerate(part.components) if component in LENGTHS]
             good = np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2)))
             chosen = good[np.unique(np.linspace(0, len(good) - 1, min(len(good), CONFIGURATIONS)).astype(int))]
             errors = np.einsum("kcp,sp->skc", slopes[chosen][:, lengths], drawn)
             largest = float(np.quantile(np.linalg.norm(errors, axis=-1), LEVEL)) if len(chosen) else np.nan
             rms = [float(np.sqrt(np.mean((std[good][:, lengths] ** 2).sum(axis=1)))) for std in stds[-1]]
-            sizes.append((rms[0], rms[1], largest))
+            frames = by_frame_of(at.output[good], len(lengths))[:, lengths][:, :, FRAME_COLUMNS[len(lengths)]]
+            of_each = ((by_drawing[:, :, columns], before), (slopes, after))
+            best = [_without_frame(own[good][:, lengths], frames, covariance) for own, covariance in of_each]
+            sizes.append((rms[0], rms[1], largest, *best))
         several = bool(base.outputs)
         if several:
             builder.labels("each_output", base.outputs, "output")
@@ -484,12 +489,28 @@ class _Report:
                 ("position_before", "rms of the position over the path, before any reading"),
                 ("position_after", "rms of the position over the path, with what the readings say"),
                 ("position_after_95", "what 95 % of the positions do not exceed, with what the readings say"),
+                ("best_fit_before", "rms of the position after the best fit of the path's frame, before any reading"),
+                ("best_fit_after", "rms of the position after the best fit of the path's frame, with the readings"),
             )
         ):
             every = np.array([size[k] for size in sizes])
             builder.add(name, of, every if several else every[0], words, "length")
 
-    def _path(self, part: Mechanism) -> Any:
+    def _as_built(self, part: Mechanism, at: Nominal, of_nominal: Floats) -> Floats:
+        """Derivatives of the output by the parameters of the machine as it was built."""
+        if not part.core.isostatic:
+            return of_nominal
+        u = self.unknowns.of_parameters(self.fit.state.x)
+        steps = steps_of(part)
+        steps[~np.isin(np.arange(len(steps)), [one.parameter for one in self.unknowns.unknowns])] = 0.0
+        good = np.flatnonzero(np.isfinite(of_nominal).all(axis=(1, 2)))
+        found = of_nominal.copy()
+        found[good] = slopes_at(
+            lambda rows: errors_of(part.core, at.drives[good], at.poses[good], rows), u, steps, of_nominal[good]
+        )
+        return found
+
+    def _path(self, part: Mechanism) -> Nominal:
         try:
             return nominal(part)
         except InputError:
@@ -500,6 +521,20 @@ class _Report:
 def _std(slopes: Floats, covariance: Floats) -> Floats:
     """Standard deviation of every component, shape (configuration, component)."""
     return np.asarray(np.sqrt(np.maximum(np.einsum("kcp,pq,kcq->kc", slopes, covariance, slopes), 0.0)))
+
+
+def _without_frame(slopes: Floats, frames: Floats, covariance: Floats) -> float:
+    """Root of the mean square of positions, by derivatives of shape (configuration, axis, unknown), after the best fit.
+
+    Parameters
+    ----------
+    frames : ndarray
+        How the positions move with their frame, shape (configuration, axis, displacement).
+    """
+    flat, moved = slopes.reshape(-1, slopes.shape[2]), frames.reshape(-1, frames.shape[2])
+    moved = moved / np.maximum(np.linalg.norm(moved, axis=0), 1e-300)
+    left = flat - moved @ np.linalg.lstsq(moved, flat, rcond=None)[0]
+    return float(np.sqrt(max(np.einsum("ap,pq,aq->", left, covariance, left), 0.0) / max(len(slopes), 1)))
 
 
 def _renamed(found: Combination, places: NDArray[np.int64], scale: Floats | None) -> Combination:

@@ -1,4 +1,7 @@
-"""The fit: Gauss and Newton's method on the exact closure, with the derivatives of the nominal mechanism.
+"""The fit: Gauss and Newton's method on the exact closure.
+
+Its steps are those of the derivatives of the nominal mechanism, which cost next to nothing. Where they have led, the
+derivatives of the mechanism as built take over: with them the fit ends, and from them standard errors follow.
 
 A row that all others miss by more than its errors allow is left out. To find it, a fit in which large residuals count
 less comes first, because a wrong row draws the usual one towards itself.
@@ -12,8 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.readings import DeviceFrame, Predicted, ReadingModel, Readings
-from jointplay.basics import poses
+from jointplay.analyses.readings import FRAME_COLUMNS, DeviceFrame, Predicted, ReadingModel, Readings, nearest_frame
 from jointplay.basics.arrays import Flags, Floats
 from jointplay.errors import InputError, listed
 
@@ -23,6 +25,8 @@ from .unknowns import Unknowns
 #: steps of a fit, and the size of the last one, as a part of the standard errors; where random specimens say what is
 #: read, steps stay as large as their noise makes them
 MOST_STEPS, LAST, LAST_OF_SPECIMENS = 60, 1e-4, 2e-3
+#: how often derivatives are found anew, and the part of a standard error by which the fit moves then at the last
+ROUNDS, NEAR = 4, 0.01
 #: probability that any of the rows that are right is taken for a wrong one
 WRONG = 0.01
 #: part of the rows that may be left out
@@ -31,10 +35,8 @@ MOST_LEFT_OUT = 0.1
 LOOKS = 5
 #: part of what is known of a number of the file by which derivatives by it are found, and the least part of it
 STEP, SMALLEST = 0.02, 1e-3
-#: part of the longest extent of measured places below which they are on a line
-LINE = 1e-6
-#: columns of a frame in the plane
-PLANAR_FRAME = (0, 1, 5)
+#: the same part of a size in the file
+SIZE_STEP = 0.1
 #: cells times unknowns that are fitted at once
 MOST_NUMBERS = 40_000_000
 
@@ -62,12 +64,21 @@ class FitState:
 
 
 @dataclass(frozen=True, eq=False)
+class Linearised:
+    """Derivatives of all cells by all that is fitted, shape (row, channel, unknown), and the covariance of the play."""
+
+    jacobian: Floats
+    play: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class FitOutcome:
     """What came out.
 
     Attributes
     ----------
     state : FitState
+    about : Linearised
     system : System
     used : ndarray of bool
         Rows that were not left out.
@@ -75,14 +86,13 @@ class FitOutcome:
         Of all rows, SI, shape (row, channel).
     whitened : ndarray
         Of the cells that were used.
-    read : Predicted
-        What is read at the fit, and its derivatives.
     converged : bool
     many_wrong : bool
         Whether so many rows are missed by the others that none is left out.
     """
 
     state: FitState
+    about: Linearised
     system: System
     used: Flags
     residual: Floats
@@ -115,14 +125,13 @@ class Fitter:
         self.sizes = [k for k, one in enumerate(unknowns.unknowns) if one.sizing is not None]
         self.numbers = [k for k, one in enumerate(unknowns.unknowns) if one.of_file and one.sizing is None]
         self.mean = np.array([one.mean for one in unknowns.unknowns])
-        self.frame_columns = (PLANAR_FRAME if self.model.axes == 2 else tuple(range(6))) if frame else ()
+        self.frame_columns = FRAME_COLUMNS[self.model.axes] if frame else ()
         near = self._frame() if frame else None
         zeros = np.zeros(len(readings.channels))
         self.start = FitState(
             self.mean.copy(), near or (DeviceFrame.none() if frame else None), zeros, near is not None
         )
         self.first = self.model.read(unknowns.of_parameters(self.mean), self.start.frame)
-        self.play = self.model.play(self.first, self.start.frame)
         cells = int(readings.given.sum())
         if cells * self.width > MOST_NUMBERS:
             problem = f"{cells:,} readings of {self.width} unknowns are too many to be fitted at once"
@@ -146,13 +155,17 @@ class Fitter:
         frame = [f"frame {axis}" for axis in axes[: len(self.frame_columns)]]
         return [*own, *frame, *(f"zero of {self.readings.channels[k].name}" for k in self.zeroed)]
 
-    def system(self, used: Flags) -> System:
-        """The equations of some rows."""
-        own = weights(self.readings, self.play, used)
-        return System(own, self._jacobian[own.rows, own.columns], self.scale, self._correlation())
+    def system(self, used: Flags, about: Linearised | None = None, before: System | None = None) -> System:
+        """The equations of some rows, of the nominal mechanism if nothing else is said."""
+        about = about or self.nominal
+        own = weights(self.readings, about.play, used)
+        return System(own, about.jacobian[own.rows, own.columns], self.scale, self._correlation(), before)
 
     def fit(self, used: Flags) -> FitOutcome:
         """Fit some rows, without those that are wrong."""
+        return self._as_built(self._without_wrong(used))
+
+    def _without_wrong(self, used: Flags) -> FitOutcome:
         found = self._fit(used)
         if not self._wrong(found).size:
             return found
@@ -172,14 +185,35 @@ class Fitter:
         return look
 
     def _fit(self, used: Flags, *, robust: bool = False) -> FitOutcome:
+        """The fit with the derivatives of the nominal mechanism."""
         system = self.system(used)
         self.require_determined(system)
-        state, converged = self.start, False
+        return self._settled(self.start, self.nominal, system, used, robust=robust)[0]
+
+    def _as_built(self, found: FitOutcome) -> FitOutcome:
+        """The fit with the derivatives of the mechanism as built."""
+        for _ in range(ROUNDS if found.converged else 0):
+            about = self._linearised(found.state)
+            system = self.system(found.used, about, found.system)
+            many_wrong = found.many_wrong
+            found, moved = self._settled(found.state, about, system, found.used)
+            found = replace(found, many_wrong=many_wrong)
+            if moved <= NEAR or not found.converged:
+                break
+        return found
+
+    def _settled(
+        self, start: FitState, about: Linearised, system: System, used: Flags, *, robust: bool = False
+    ) -> tuple[FitOutcome, float]:
+        """Steps with fixed derivatives until they are small, and how far they lead, in standard errors."""
+        state, converged = start, False
         errors = np.sqrt(np.diagonal(system.covariance))
+        determined = errors > 0.0
         known = system.known[: len(self.unknowns)]
         # Where an unknown has no prior, nothing draws it anywhere.
         sigma = self.scale[: len(self.unknowns)][known]
         last = LAST_OF_SPECIMENS if any(load.fits_together for load in self.model.loads) else LAST
+        way = np.zeros(self.width)
         for _ in range(MOST_STEPS):
             residual = self.residual(state)
             whitened = system.weights.whitened(residual[system.weights.rows, system.weights.columns])
@@ -188,14 +222,14 @@ class Fitter:
             step = system.step(whitened, away, system.huber(whitened) if robust else None, lowest)
             if not np.isfinite(step).all():
                 break
-            state = self._moved(state, step)
-            determined = errors > 0.0
+            state, way = self._moved(state, step), way + step
             if float((np.abs(step[determined]) / errors[determined]).max(initial=0.0)) <= last:
                 converged = True
                 break
         residual = self.residual(state)
         whitened = system.weights.whitened(residual[system.weights.rows, system.weights.columns])
-        return FitOutcome(state, system, used.copy(), residual, whitened, converged)
+        found = FitOutcome(state, about, system, used.copy(), residual, whitened, converged)
+        return found, float((np.abs(way[determined]) / errors[determined]).max(initial=0.0))
 
     def residual(self, state: FitState) -> Floats:
         """What was measured less what is read, SI, shape (row, channel)."""
@@ -208,16 +242,19 @@ class Fitter:
         return self._read(state.x, state.frame)
 
     def _read(self, x: Floats, frame: DeviceFrame | None) -> Predicted:
-        model = self.model
-        if self.sizes or self.numbers:
-            try:
-                m = self.unknowns.m.with_(self.unknowns.changes(x))
-            except InputError as error:
-                names = listed(self.unknowns.unknowns[k].name for k in (*self.sizes, *self.numbers))
-                problem = f"the readings hardly determine {names}, which leave what is possible ({error.problem})"
-                raise InputError(f"{problem}: fix some, or measure under other loads", file=error.file) from None
-            model = ReadingModel(m, self.readings, scattered=self.scattered)
-        return model.read(self.unknowns.of_parameters(x), frame, derivatives=False)
+        return self._model(x).read(self.unknowns.of_parameters(x), frame, derivatives=False)
+
+    def _model(self, x: Floats) -> ReadingModel:
+        """What says what is read with sizes and other numbers of the file as x has them."""
+        if not (self.sizes or self.numbers) or np.array_equal(x, self.mean):
+            return self.model
+        try:
+            m = self.unknowns.m.with_(self.unknowns.changes(x))
+        except InputError as error:
+            names = listed(self.unknowns.unknowns[k].name for k in (*self.sizes, *self.numbers))
+            problem = f"the readings hardly determine {names}, which leave what is possible ({error.problem})"
+            raise InputError(f"{problem}: fix some, or measure under other loads", file=error.file) from None
+        return ReadingModel(m, self.readings, scattered=self.scattered)
 
     def _moved(self, state: FitState, step: Floats) -> FitState:
         count = len(self.unknowns)
@@ -236,30 +273,51 @@ class Fitter:
         return FitState(x, frame, zeros)
 
     @cached_property
-    def _jacobian(self) -> Floats:
-        """Derivatives of all cells by all that is fitted, shape (row, channel, unknown)."""
-        every, frame = self.unknowns.unknowns, self.start.frame
-        shape = (len(self.readings), len(self.readings.channels))
-        parts = np.zeros((*shape, self.width))
-        for k, one in enumerate(every):
-            if not one.of_file:
-                parts[:, :, k] = self.first.by_parameter[:, :, one.parameter]
+    def nominal(self) -> Linearised:
+        """The linearisation of the nominal mechanism."""
+        frame = self.start.frame
+        jacobian = self._jacobian(self.start, self.first)
         if self.sizes:
-            m = self.unknowns.m
+            m, every = self.unknowns.m, self.unknowns.unknowns
             sources = [
                 [m.sources.index(name) for name in one.sizing.sources] for one in every if one.sizing is not None
             ]
-            relative = self.model.by_size(sources, frame)
-            parts[:, :, self.sizes] = relative / self.mean[self.sizes]
+            jacobian[:, :, self.sizes] = self.model.by_size(sources, frame) / self.mean[self.sizes]
+        return Linearised(jacobian, self.model.play(self.first, frame))
+
+    def _linearised(self, state: FitState) -> Linearised:
+        """That of the mechanism as built."""
+        model = self._model(state.x)
+        read = model.read(self.unknowns.of_parameters(state.x), state.frame, of_nominal=False)
+        jacobian = self._jacobian(state, read)
+        for k in self.sizes:
+            jacobian[:, :, k] = self._by_number(state, k, SIZE_STEP * self.mean[k])
+        return Linearised(jacobian, model.play(read, state.frame))
+
+    def _jacobian(self, state: FitState, read: Predicted) -> Floats:
+        """Derivatives by all but sizes of clearances."""
+        every, count = self.unknowns.unknowns, len(self.unknowns)
+        parts = np.zeros((len(self.readings), len(self.readings.channels), self.width))
+        for k, one in enumerate(every):
+            if not one.of_file:
+                parts[:, :, k] = read.by_parameter[:, :, one.parameter]
         for k in self.numbers:
-            step = STEP * (every[k].sigma if np.isfinite(every[k].sigma) else abs(self.mean[k]) or 1.0)
-            ways = [self._read(self.mean + sign * step * (np.arange(len(every)) == k), frame) for sign in (1.0, -1.0)]
-            parts[:, :, k] = self.model.compare(ways[0].values, ways[1]) / (2.0 * step)
-        count = len(every)
-        parts[:, :, count : count + len(self.frame_columns)] = self.first.by_frame[:, :, list(self.frame_columns)]
+            size = every[k].sigma if np.isfinite(every[k].sigma) else abs(self.mean[k]) or 1.0
+            parts[:, :, k] = self._by_number(state, k, STEP * size)
+        parts[:, :, count : count + len(self.frame_columns)] = read.by_frame[:, :, list(self.frame_columns)]
         for k, channel in enumerate(self.zeroed):
             parts[:, channel, count + len(self.frame_columns) + k] = 1.0
         return parts
+
+    def _by_number(self, state: FitState, k: int, step: float) -> Floats:
+        """Derivatives by a number of the file, by differences; a size does not go below zero."""
+        middle = max(float(state.x[k]), step) if k in self.sizes else float(state.x[k])
+        ways = []
+        for sign in (1.0, -1.0):
+            x = state.x.copy()
+            x[k] = middle + sign * step
+            ways.append(self._read(x, state.frame))
+        return self.model.compare(ways[0].values, ways[1]) / (2.0 * step)
 
     def _correlation(self) -> Floats:
         known = np.isfinite(self.scale[: len(self.unknowns)])
@@ -298,15 +356,15 @@ class Fitter:
 
     def predicted(self, fit: FitOutcome, rows: Flags) -> tuple[Floats, NDArray[np.int64]]:
         """How far rows that were not used are from what the fit says, squared, by their covariance; and their cells."""
-        own = weights(self.readings, self.play, rows)
-        jacobian = self._jacobian[own.rows, own.columns]
+        own = weights(self.readings, fit.about.play, rows)
+        jacobian = fit.about.jacobian[own.rows, own.columns]
         residual = fit.residual[own.rows, own.columns]
         distance: list[float] = []
         count: list[int] = []
         for row in np.flatnonzero(rows).tolist():
             places = np.flatnonzero(own.rows == row)
             columns = own.columns[places]
-            covariance = self.play[row][np.ix_(columns, columns)] + np.diag(self.readings.sigma[row, columns] ** 2)
+            covariance = fit.about.play[row][np.ix_(columns, columns)] + np.diag(self.readings.sigma[row, columns] ** 2)
             covariance = covariance + jacobian[places] @ fit.system.covariance @ jacobian[places].T
             distance.append(float(residual[places] @ np.linalg.solve(covariance, residual[places])))
             count.append(len(places))
@@ -329,21 +387,4 @@ class Fitter:
                 seen.append(self.readings.values[rows][:, columns])
                 own.append(read.values[rows][:, columns])
         measured, nominal = (np.concatenate(parts) if parts else np.zeros((0, axes)) for parts in (seen, own))
-        return _nearest(nominal, measured) if len(measured) > axes else None
-
-
-def _nearest(nominal: Floats, measured: Floats) -> DeviceFrame:
-    """The frame that brings places nearest to measured ones (Kabsch 1976)."""
-    axes = nominal.shape[1]
-    middle, seen = nominal.mean(axis=0), measured.mean(axis=0)
-    left, sizes, right = np.linalg.svd((measured - seen).T @ (nominal - middle))
-    if sizes[axes - 2] <= LINE * sizes[0]:
-        # About a line of places, or at a single one, any turn is as good.
-        left, right = np.eye(axes), np.eye(axes)
-    signs = np.ones(axes)
-    signs[-1] = np.sign(np.linalg.det(left @ right))
-    turn = np.eye(3)
-    turn[:axes, :axes] = (left * signs) @ right
-    shift = np.zeros(3)
-    shift[:axes] = seen - turn[:axes, :axes] @ middle
-    return DeviceFrame(poses.rotation_vector(poses.from_axes(turn)), shift)
+        return nearest_frame(nominal, measured) if len(measured) > axes else None

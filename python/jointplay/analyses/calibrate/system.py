@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from jointplay.analyses.readings import Readings
 from jointplay.basics.arrays import Floats
 
-#: part of the largest singular value below which a direction changes no reading
-EXACT = 1e-9
+#: part of the largest singular value below which a direction changes no reading; of derivatives by differences
+EXACT, OF_DIFFERENCES = 1e-9, 1e-8
 #: part of the largest eigenvalue of correlations that is rounding
 ROUNDING = 1e-7
 #: weight of an equation that holds an unknown at its bound
@@ -138,15 +138,23 @@ class System:
         Of every unknown: the standard deviation of its prior, infinite without one.
     correlation : ndarray
         Of those with a prior, which are the first.
+    before : System, optional
+        The same equations at an earlier linearisation: directions without a prior that no reading told there stay open,
+        because what tells them now is rounding or second order.
     """
 
-    def __init__(self, weights: Weights, jacobian: Floats, scale: Floats, correlation: Floats) -> None:
+    def __init__(
+        self, weights: Weights, jacobian: Floats, scale: Floats, correlation: Floats, before: System | None = None
+    ) -> None:
         self.weights = weights
         whitened = weights.whitened(jacobian)
         sizes = np.linalg.norm(whitened, axis=0)
         known = np.isfinite(scale)
         self.known = known
-        self.scale = np.where(known, scale, 1.0 / np.where(sizes > 0.0, sizes, 1.0))
+        self.scale: Floats = np.where(known, scale, 1.0 / np.where(sizes > 0.0, sizes, 1.0))
+        if before is not None:
+            self.scale = before.scale
+        self._before = before
         self.a = whitened * self.scale
         # Of sources that scatter as one, fewer numbers are independent than there are sources.
         values, vectors = np.linalg.eigh(correlation)
@@ -157,6 +165,8 @@ class System:
     @cached_property
     def flat(self) -> tuple[Floats, Floats]:
         """Of the unknowns without a prior: directions that the readings tell, and those that they do not; columns."""
+        if self._before is not None:
+            return self._before.flat
         own = self.a[:, ~self.known]
         if not own.shape[1]:
             return np.zeros((0, 0)), np.zeros((0, 0))
@@ -296,18 +306,20 @@ class Combination:
     alike: bool
 
 
-def combinations(columns: Floats) -> list[Combination]:
+def combinations(columns: Floats, exact: float = EXACT) -> list[Combination]:
     """What columns of derivatives do not distinguish, in few unknowns each.
 
     Parameters
     ----------
     columns : ndarray
         Shape (equation, unknown).
+    exact : float
+        Part of the largest that is nothing.
     """
     sizes = np.linalg.norm(columns, axis=0)
     largest = float(sizes.max(initial=0.0))
-    found = [Combination(((k, 1.0),), alike=False) for k in np.flatnonzero(sizes <= EXACT * largest).tolist()]
-    left = [k for k in range(len(sizes)) if sizes[k] > EXACT * largest]
+    found = [Combination(((k, 1.0),), alike=False) for k in np.flatnonzero(sizes <= exact * largest).tolist()]
+    left = [k for k in range(len(sizes)) if sizes[k] > exact * largest]
     heads: list[int] = []
     groups: dict[int, list[tuple[int, float]]] = {}
     for k in left:
@@ -321,18 +333,18 @@ def combinations(columns: Floats) -> list[Combination]:
             groups[k] = [(k, 1.0)]
     found += [Combination(tuple(group), alike=True) for group in groups.values() if len(group) > 1]
     return found + [
-        Combination(parts, alike=False) for parts in _null(columns / np.maximum(sizes, 1e-300), heads, sizes)
+        Combination(parts, alike=False) for parts in _null(columns / np.maximum(sizes, 1e-300), heads, sizes, exact)
     ]
 
 
-def _null(columns: Floats, chosen: Sequence[int], sizes: Floats) -> list[tuple[tuple[int, float], ...]]:
+def _null(columns: Floats, chosen: Sequence[int], sizes: Floats, exact: float) -> list[tuple[tuple[int, float], ...]]:
     """Directions that change nothing, of columns of length one, by elimination: few unknowns in each."""
     own = columns[:, list(chosen)]
     if own.shape[1] < 2:
         return []
     _, singular, right = np.linalg.svd(own, full_matrices=True)
     singular = np.concatenate([singular, np.zeros(right.shape[0] - len(singular))])
-    null = right[singular <= EXACT * singular.max()]
+    null = right[singular <= exact * singular.max()]
     for row in range(len(null)):
         # As in Gauss and Jordan's elimination, with the largest number as the pivot.
         pivot = int(np.abs(null[row]).argmax())

@@ -13,9 +13,22 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import ResultBuilder
 
 from .rest import RestRange, held
-from .states import SIDES, Setting, Sliding, setting, sliding
+from .states import SIDES, Setting, Sliding, directions, setting, sliding
 
-__all__ = ["REST", "SIDES", "add", "add_rest", "both", "held", "require", "setting", "sliding", "told"]
+__all__ = [
+    "REST",
+    "SIDES",
+    "add",
+    "add_rest",
+    "both",
+    "directions",
+    "held",
+    "require",
+    "rubs",
+    "setting",
+    "sliding",
+    "told",
+]
 
 #: instead of a side: where friction can hold the mechanism
 REST = "rest"
@@ -23,10 +36,10 @@ REST = "rest"
 
 def told(m: Mechanism, approach: str | None) -> dict[str, str]:
     """What a result says of friction; nothing where the file has none."""
-    return {"approach": approach or "none"} if _rubs(m) else {}
+    return {"approach": approach or "none"} if rubs(m) else {}
 
 
-def _rubs(m: Mechanism) -> bool:
+def rubs(m: Mechanism) -> bool:
     """Whether the file has friction."""
     return any(joint.loses for joint in m.data.joints.values())
 
@@ -43,7 +56,7 @@ def require(m: Mechanism, approach: str, *, exact: bool) -> None:
         raise InputError(not_known(approach, "a direction of approach", (*SIDES, REST)), key="approach")
     if not exact:
         raise InputError("friction is found on the exact closure, not to first order", key="approach")
-    if not _rubs(m):
+    if not rubs(m):
         problem = "no joint has `friction` or `efficiency`, so that it makes no difference from which side one comes"
         raise InputError(problem, file=m.file, key="joints")
     if not m.core.isostatic:

@@ -7,11 +7,13 @@ with its derivatives, and the covariance of the play.
 """
 
 from .channels import OUTPUT, Channel, channel, names_of
-from .model import DeviceFrame, Predicted, ReadingModel
-from .table import APPROACH, LOAD_CASE, Readings, readings
+from .frames import FRAME_COLUMNS, DeviceFrame, by_frame_of, nearest_frame
+from .model import Predicted, ReadingModel
+from .table import APPROACH, LOAD_CASE, Readings, readings, require_whole
 
 __all__ = [
     "APPROACH",
+    "FRAME_COLUMNS",
     "LOAD_CASE",
     "OUTPUT",
     "Channel",
@@ -19,7 +21,10 @@ __all__ = [
     "Predicted",
     "ReadingModel",
     "Readings",
+    "by_frame_of",
     "channel",
     "names_of",
+    "nearest_frame",
     "readings",
+    "require_whole",
 ]

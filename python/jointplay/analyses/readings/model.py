@@ -10,17 +10,18 @@ mechanism that of specimens whose offsets are compatible.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.analyses import friction
 from jointplay.analyses.nominal import Nominal, at_drives, carried
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.answers import Random
+from jointplay.core.answers import Given, Loaded, Random
 from jointplay.core.compile import LENGTHS, LOOSE
 from jointplay.core.spec import Changes, SourceSpec
 from jointplay.errors import InputError
@@ -30,6 +31,8 @@ from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
 from .channels import DISTANCE, OUTPUT, Channel, Poses
+from .differences import errors_of, slopes_at, steps_of
+from .frames import DeviceFrame, by_frame_of
 from .table import Readings
 
 #: specimens from which the covariance of the play of an over-constrained mechanism is estimated
@@ -40,25 +43,6 @@ STEP = 1e-5
 TOGETHER = 1e-9
 #: part of a tolerance that stands for none, where only the play is to scatter
 NOTHING = 1e-9
-
-
-@dataclass(frozen=True)
-class DeviceFrame:
-    """Where the measuring device has the ground: a rotation, and then a translation, SI."""
-
-    turn: Floats
-    shift: Floats
-
-    @classmethod
-    def none(cls) -> DeviceFrame:
-        """That of the ground itself."""
-        return cls(np.zeros(3), np.zeros(3))
-
-    def moved(self, by: Floats) -> DeviceFrame:
-        """The frame after a small displacement: translation, rotation vector."""
-        about = poses.quaternion(by[3:])
-        turn = poses.rotation_vector(poses.product(about, poses.quaternion(self.turn)))
-        return DeviceFrame(np.asarray(turn), poses.turned_by(by[3:]) @ self.shift + by[:3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +91,8 @@ class ReadingModel:
         self.is_play = np.array([m.source_kinds[int(s)] in LOOSE for s in m.parameter_source], dtype=bool)
         # Rows of one place and load are asked once.
         loads = [*zip(readings.cases, readings.sides.tolist(), strict=True)]
-        keys = [(load, drives.tobytes()) for load, drives in zip(loads, readings.drives, strict=True)]
+        came = readings.ways * np.abs(readings.sides)[:, None]
+        keys = [(load, row.tobytes()) for load, row in zip(loads, np.hstack([readings.drives, came]), strict=True)]
         places: dict[tuple[tuple[str, int], bytes], int] = {}
         for key in keys:
             places.setdefault(key, len(places))
@@ -119,7 +104,7 @@ class ReadingModel:
             stations.setdefault(loads[row], []).append(k)
         self.loads = [_Load(m, *load, np.array(own), scattered) for load, own in stations.items()]
         for load in self.loads:
-            load.stand(drives[load.stations], self.points)
+            load.stand(drives[load.stations], came[first][load.stations], self.points)
             for k in np.flatnonzero(load.at.status != 0)[:1].tolist():
                 row, status = int(first[load.stations[k]]), STATUSES[load.at.status[k]].replace("_", " ")
                 raise readings.sheet.refuse(f"at these drive values the mechanism of the file is {status}", row=row)
@@ -142,21 +127,35 @@ class ReadingModel:
         """Whether a load decides where all clearances are."""
         return all(load.acts for load in self.loads)
 
-    def read(self, u: Floats, frame: DeviceFrame | None = None, *, derivatives: bool = True) -> Predicted:
+    def read(
+        self, u: Floats, frame: DeviceFrame | None = None, *, derivatives: bool = True, of_nominal: bool = True
+    ) -> Predicted:
         """What would be read with the parameters u, SI.
+
+        Parameters
+        ----------
+        u : ndarray
+        frame : DeviceFrame, optional
+        derivatives : bool
+            Whether they are wanted.
+        of_nominal : bool
+            Whether they are those of the nominal mechanism, which cost next to nothing; else those at u. What friction
+            does to contacts is found where derivatives are.
 
         Raises
         ------
         InputError
             When the mechanism with these has no pose in some row.
         """
+        for load in self.loads:
+            load.rub(u, anew=derivatives)
         found = self._poses(u)
         values = self._channels(found, frame)
         width = len(self.readings.channels)
         empty = np.zeros((len(values), width, 0))
         if not derivatives:
             return Predicted(values, empty, empty, np.zeros((len(values), width, width)))
-        by_parameter, by_frame, open_ = self._derivatives(found, frame)
+        by_parameter, by_frame, open_ = self._derivatives(found, frame, None if of_nominal else u)
         return Predicted(values, by_parameter, by_frame, open_)
 
     def commanded(self) -> Predicted:
@@ -249,16 +248,20 @@ class ReadingModel:
         count = int(self.station.max()) + 1
         found = {point: np.full((count, len(self.m.components)), np.nan) for point in self.points}
         for load in self.loads:
-            given = u.copy()
-            if not load.acts and not load.fits_together:
-                given[self.is_play] = u[self.is_play] + self._scatter(load)[0] + load.held[self.is_play]
             for point in self.points:
-                found[point][load.stations] = load.poses(point, given)
+                found[point][load.stations] = load.poses(point, self._with_play(load, u))
         lost = np.flatnonzero([not np.isfinite(found[point][k]).all() for k in range(count) for point in self.points])
         if lost.size:
             row = int(np.flatnonzero(self.station == lost[0] // len(self.points))[0])
             raise self.readings.sheet.refuse("the mechanism with the fitted deviations has no pose here", row=row)
         return found
+
+    def _with_play(self, load: _Load, u: Floats) -> Floats:
+        """Parameters with the play where it is on average, or where the side holds it."""
+        given = u.copy()
+        if not load.acts and not load.fits_together:
+            given[self.is_play] += self._scatter(load)[0] + load.held[self.is_play]
+        return given
 
     def _channels(self, at: Poses, frame: DeviceFrame | None) -> Floats:
         """What is read at poses of the points; distances, and dials on the ground, know of no frame."""
@@ -277,9 +280,8 @@ class ReadingModel:
         """Poses in the axes of the measuring device."""
         if frame is None:
             return pose
-        turn = poses.turned_by(frame.turn)[: self.axes, : self.axes]
         moved = pose.copy()
-        moved[:, : self.axes] = pose[:, : self.axes] @ turn.T + frame.shift[: self.axes]
+        moved[:, : self.axes] = frame.places(pose[:, : self.axes])
         if self.axes == 2:
             moved[:, 2] += frame.turn[2]
         else:
@@ -287,15 +289,17 @@ class ReadingModel:
             moved[:, 3:] = poses.rotation_vector(both)
         return moved
 
-    def _derivatives(self, at: Poses, frame: DeviceFrame | None) -> tuple[Floats, Floats, Floats]:
+    def _derivatives(self, at: Poses, frame: DeviceFrame | None, u: Floats | None) -> tuple[Floats, Floats, Floats]:
+        """Derivatives by parameters, at u or of the nominal mechanism, and by the frame; variance that loads leave."""
         count, size = int(self.station.max()) + 1, len(self.m.components)
         width = len(self.readings.channels)
         moves = {point: np.zeros((count, size, len(self.m.parameters))) for point in self.points}
         loose = {point: np.zeros((count, size)) for point in self.points}
         for load in self.loads:
             for point in self.points:
-                moves[point][load.stations] = load.slopes(point)
                 loose[point][load.stations] = load.undetermined[point]
+                by_parameter = load.slopes(point) if u is None else load.slopes_at(point, self._with_play(load, u))
+                moves[point][load.stations] = by_parameter
         slopes = self._slopes(at, frame)
         open_ = np.zeros((count, width, width))
         for point, own in slopes.items():
@@ -307,7 +311,7 @@ class ReadingModel:
             for k, channel in enumerate(self.readings.channels):
                 if channel.form == "component":
                     (slope,) = channel.slopes(self._seen(channel, framed), self.axes).values()
-                    moved = _by_frame(framed[channel.points[0]], self.axes)
+                    moved = by_frame_of(framed[channel.points[0]], self.axes)
                     by_frame[:, k] = np.einsum("sc,scf->sf", slope, moved)
         return self._by_moves(moves, slopes)[self.station], by_frame[self.station], open_[self.station]
 
@@ -360,38 +364,27 @@ def _turned(frame: DeviceFrame | None, size: int) -> Floats:
     return turned
 
 
-def _by_frame(pose: Floats, axes: int) -> Floats:
-    """How a pose moves with its frame, shape (station, component, 6)."""
-    found = np.zeros((*pose.shape, 6))
-    place = np.zeros((len(pose), 3))
-    place[:, :axes] = pose[:, :axes]
-    found[:, :axes, :axes] = np.eye(axes)
-    # A turn w moves a point by w x p.
-    cross = np.zeros((len(pose), 3, 3))
-    for k, axis in enumerate(np.eye(3)):
-        cross[:, :, k] = np.cross(axis, place)
-    found[:, :axes, 3:] = cross[:, :axes]
-    if axes == 2:
-        found[:, 2, 5] = 1.0
-    else:
-        found[:, 3:, 3:] = np.eye(3)
-    return found
-
-
 class _Load:
     """A mechanism in one load case, at some stations."""
 
     at: Nominal
+    ways: Floats
     nominal: dict[str, Floats]
     undetermined: dict[str, Floats]
 
     def __init__(self, m: Mechanism, case: str, side: int, stations: NDArray[np.int64], scattered: bool) -> None:
         whole = m.only(load_case=case) if case else m.without_load_cases()
         parts = {name: whole.only(output=name) for name in whole.outputs} or {OUTPUT: whole.first}
-        ends = _ends(whole, side)
+        self.acts = whole.first.has_loads and not scattered
+        #: from which side joints slide that rub; empty where none does
+        self.slides = next((name for name, sign in friction.SIDES.items() if sign == side), "")
+        if not (self.acts and friction.rubs(whole)):
+            self.slides = ""
+        if self.slides:
+            friction.require(whole.first, self.slides, exact=True)
+        ends = {} if self.slides else _ends(whole, side)
         self.parts = {name: part.held(ends) if ends else part for name, part in parts.items()}
         self.part = next(iter(self.parts.values()))
-        self.acts = self.part.has_loads and not scattered
         #: whether offsets scatter that have to be compatible, so that what is read is their mean
         loose = any(kind in LOOSE for kind in self.part.source_kinds)
         self.fits_together = loose and not self.acts and not self.part.core.isostatic
@@ -405,14 +398,17 @@ class _Load:
             self.held[whole.parameter_source == source] = end
         self._ends = ends
         self._cores: dict[str, _core.Mechanism] = {}
+        #: what friction adds to the errors of a point, and how far it leaves them open
+        self._friction: dict[str, tuple[Floats, Floats]] = {}
 
     @property
     def moves_play(self) -> bool:
         """Whether it is known where some of the play is taken up."""
         return self.acts or bool(self._ends)
 
-    def stand(self, drives: Floats, points: tuple[str, ...]) -> None:
-        """Solve the nominal mechanism at drive values, one row for each station."""
+    def stand(self, drives: Floats, ways: Floats, points: tuple[str, ...]) -> None:
+        """Solve the nominal mechanism at drive values, one row for each station, to which drives moved so forward."""
+        self.ways = ways
         self.at = at_drives(self.part, drives)
         lost = np.flatnonzero(self.at.status != 0)
         if lost.size and lost.size < len(drives):
@@ -437,21 +433,43 @@ class _Load:
 
     def poses(self, point: str, u: Floats) -> Floats:
         """Actual poses of a point with the parameters u."""
+        error, self.undetermined[point] = self._errors(point, u)
+        return _displaced(self.nominal[point], error)
+
+    def _errors(self, point: str, u: Floats) -> tuple[Floats, Floats]:
+        """Errors of a point with the parameters u, and how far the load leaves them open."""
         drives, placed = self.at.drives, self._placed(point)
         if self.fits_together:
-            error = self._specimens(point, u)["mean"]
-            return _displaced(self.nominal[point], error)
+            return self._specimens(point, u)["mean"], np.zeros_like(self.nominal[point])
+        found: Given | Loaded
         if not self.acts:
             rows = np.ascontiguousarray(np.broadcast_to(u, (len(drives), len(u))))
             found = self._core(point).given(drives, placed, rows)
-            error, status = found["error"], found["status"]
+            open_ = np.zeros_like(found["error"])
         else:
-            pressed = self._varied(point, {"sources": self._at(point, u)})
-            loaded = pressed.loaded(drives, placed, True, False, False)
-            error, status = loaded["error"], loaded["status"]
-            self.undetermined[point] = np.nan_to_num(loaded["undetermined"])
-        error = np.where(np.isin(STATUSES[status], READABLE)[:, None], error, np.nan)
-        return _displaced(self.nominal[point], error)
+            found = self._varied(point, {"sources": self._at(point, u)}).loaded(drives, placed, True, False, False)
+            open_ = np.nan_to_num(found["undetermined"])
+        error = _known(found)
+        if self.slides:
+            more, open_ = self._friction[point]
+            error = error + more
+        return error, open_
+
+    def rub(self, u: Floats, *, anew: bool) -> None:
+        """Find what friction adds where joints slide: for deviations nearby it is the same, and takes long to find."""
+        for point in self.nominal if self.slides and (anew or not self._friction) else ():
+            slides, without = self._sliding(point, u)
+            self._friction[point] = _known(slides) - _known(without), np.nan_to_num(slides["undetermined"])
+
+    def _sliding(self, point: str, u: Floats) -> tuple[Loaded, Loaded]:
+        """Where the load presses the joints that slide, with friction and without; in the columns of `loaded`."""
+        owner, placed = self._owner(point), self._placed(point)
+        loose = np.isin(np.array(owner.source_kinds)[owner.parameter_source], LOOSE)
+        watched = None if point in self.parts else self.part.joint_points[self.part.joints.index(point)][0]
+        m = owner.deviating(np.where(loose, owner.centre, u), watched)
+        found = m.core.loaded(self.at.drives, placed, True, True, True)
+        asked = friction.setting(m, replace(self.at, poses=placed), None, found, "middle", None)
+        return friction.sliding(replace(asked, speeds=self.ways), self.slides).found, found
 
     def slopes(self, point: str) -> Floats:
         """Derivatives of the pose of a point by all parameters, shape (station, component, parameter)."""
@@ -462,7 +480,23 @@ class _Load:
             return np.nan_to_num(core.jacobians(self.at.drives, self._placed(point))["parameter"])
         return core.sensitivity(self.at.drives, self._placed(point))["source"]
 
-    def _differences(self, point: str) -> Floats:
+    def slopes_at(self, point: str, u: Floats) -> Floats:
+        """The same with the parameters u: on the exact closure, with contacts where they are there."""
+        if self.fits_together:
+            return self._differences(point, u)
+        steps = steps_of(self.part)
+        if self.acts:
+            # Where the play is, the load decides.
+            steps[[self.part.source_kinds[int(s)] in LOOSE for s in self.part.parameter_source]] = 0.0
+
+        def errors(rows: Floats) -> Floats:
+            if self.acts or not self.part.core.isostatic:
+                return np.array([self._errors(point, row)[0] for row in rows])
+            return errors_of(self._core(point), self.at.drives, self._placed(point), rows)
+
+        return slopes_at(errors, u, steps, self.slopes(point))
+
+    def _differences(self, point: str, about: Floats | None = None) -> Floats:
         """The same of the mean of specimens, by differences with the same random numbers."""
         m = self.part
         found = np.zeros((*self.nominal[point].shape, len(m.parameters)))
@@ -473,7 +507,7 @@ class _Load:
             step = spread[k] or STEP * (m.length if m.parameter_factors[k] == m.units.length else 1.0)
             sides = []
             for sign in (1.0, -1.0):
-                u = m.centre.copy()
+                u = (m.centre if about is None else about).copy()
                 u[k] += sign * step
                 sides.append(self._specimens(point, u)["mean"])
             found[:, :, k] = np.nan_to_num((sides[0] - sides[1]) / (2.0 * step))
@@ -490,7 +524,10 @@ class _Load:
         """What every source does where the load presses it, or the side holds it; (station, source, component)."""
         found = np.zeros((len(self.stations), len(self.part.sources), len(self.part.components)))
         if self.acts:
-            pressed = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
+            if self.slides:
+                pressed = self._sliding(point, self.part.centre)[0]
+            else:
+                pressed = self._core(point).loaded(self.at.drives, self._placed(point), False, False, True)
             found = np.nan_to_num(pressed["contribution"])
         if self._ends:
             slopes = self.slopes(point)
@@ -538,6 +575,11 @@ class _Load:
             else {**source.as_spec, "centre": u[owner.parameter_source == k].tolist()}
             for k, source in enumerate(owner.compiled_sources)
         ]
+
+
+def _known(found: Given | Loaded) -> Floats:
+    """Errors where there are any."""
+    return np.where(np.isin(STATUSES[found["status"]], READABLE)[:, None], found["error"], np.nan)
 
 
 def _ends(m: Mechanism, side: int) -> dict[int, float]:

@@ -4,7 +4,8 @@ q1 [deg], ...            drive values; or `configuration`, the number of one of 
 x [mm], jaw.y, ...       what was measured, see `channels`
 load_case                which load case acted; empty: none
 approach                 readings of one number are of one approach, so that they have the play in common
-side                     forward or backward: from which side the drives came; empty: not said
+side                     forward or backward: from which side the drives came; empty: not said. Forward, all of them
+                         rise; joints that rub slide as they do along the path where a row is of a configuration
 sigma_x [mm], ...        standard deviation of a single reading
 """
 
@@ -18,13 +19,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses import friction
 from jointplay.analyses.nominal import nominal
+from jointplay.analyses.running import drive_units, motion_of
 from jointplay.basics import units
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.readings import ReadingSheet, sheet
 from jointplay.model.mechanism import Mechanism
+from jointplay.result.build import Labels
 
 from .channels import Channel, channel, names_of, unknown
 
@@ -65,6 +69,8 @@ class Readings:
         Number of the approach of each row: rows that have it in common are of one place.
     sides : ndarray of int
         1 forward, -1 backward, 0 where it is not said.
+    ways : ndarray
+        How the drives move forward where joints rub, of the same shape as `drives`.
     drive_sigma : ndarray
         Standard deviation of every drive from approach to approach, SI, shape (row, drive).
     """
@@ -77,6 +83,7 @@ class Readings:
     cases: tuple[str, ...]
     approaches: NDArray[np.int64]
     sides: NDArray[np.int64]
+    ways: Floats
     drive_sigma: Floats
 
     def __len__(self) -> int:
@@ -86,6 +93,11 @@ class Readings:
     def names(self) -> list[str]:
         """What the measured columns are called."""
         return [one.name for one in self.channels]
+
+    @property
+    def axis(self) -> Labels:
+        """The measured columns as a dimension of a result."""
+        return Labels(tuple(self.names), tuple(one.kind for one in self.channels))
 
     @property
     def lines(self) -> list[int]:
@@ -113,8 +125,20 @@ class Readings:
             tuple(self.cases[row] for row in rows),
             self.approaches[rows],
             self.sides[rows],
+            self.ways[rows],
             self.drive_sigma[rows],
         )
+
+
+def require_whole(m: Mechanism) -> None:
+    """Refuse a mechanism of which one output or load case is chosen.
+
+    Raises
+    ------
+    InputError
+    """
+    if m.chosen != (None, None):
+        raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
 
 
 def readings(
@@ -181,6 +205,7 @@ class _Reader:
             cases,
             approaches,
             self._sides(),
+            self._ways(len(drives)),
             np.zeros_like(drives),
         )
         found = found.chosen(np.flatnonzero(found.given.any(axis=1)))
@@ -297,11 +322,25 @@ class _Reader:
                 raise self.table.refuse(not_known(side, "a side", [name for name in SIDES if name]), SIDE, row)
         return np.array([SIDES[side] for side in sides])
 
+    def _ways(self, count: int) -> Floats:
+        """How the drives move forward: as along the path at a configuration of it, else with rising values."""
+        if CONFIGURATION not in self.table.columns:
+            return np.tile(drive_units(self.m), (count, 1))
+        at = nominal(self.m)
+        along = friction.directions(self.m, at.drives, motion_of(self.m, at))
+        return np.asarray(along[np.array(self.table.numbers(CONFIGURATION)).astype(int)])
+
     def _approaches(self, drives: Floats, cases: Sequence[str]) -> NDArray[np.int64]:
         """Numbers of approaches from 0; a row without one is an approach of its own."""
         count = len(drives)
         if APPROACH not in self.table.columns:
             return np.arange(count)
+        for row, text in enumerate(self.table.texts(APPROACH)):
+            if text and text in SIDES:
+                problem = (
+                    f"'{text}' is no number of an approach; a column '{SIDE}' says from which side the drives came"
+                )
+                raise self.table.refuse(problem, APPROACH, row)
         numbers = np.array(self.table.numbers(APPROACH))
         first: dict[float, int] = {}
         found = np.arange(count)
@@ -351,13 +390,15 @@ class _Reader:
         return deviations
 
     def _sigma(self, found: Readings, given: dict[str, float]) -> Floats:
-        used = {"length", "angle"}
         deviations = np.empty_like(found.values)
+        known = dict.fromkeys([*found.names, *(name for one in found.channels for name in _called(one))])
+        for word in given:
+            if word not in (*known, "length", "angle"):
+                raise InputError(not_known(word, "a measured column", known), key="sigma")
         for k, one in enumerate(found.channels):
             column = f"{SIGMA}{one.name}"
-            names = (one.name, one.name.rpartition(".")[2], one.form, one.kind)
+            names = _called(one)
             name = next((name for name in names if name in given), None)
-            used |= {name for name in names if name in given}
             if column in found.sheet.columns:
                 deviations[:, k] = self._in_si(column, one.kind, found.sheet)
             elif name is not None:
@@ -365,10 +406,10 @@ class _Reader:
             else:
                 # A word that names a drive is the scatter of that drive.
                 free = [word for word in (one.name, one.kind) if word not in self.m.drives]
-                either = ", ".join(f"{word}=VALUE" for word in dict.fromkeys(free))
+                either = " or ".join(f"{word}=VALUE" for word in dict.fromkeys(free))
                 problem = (
-                    f"the standard deviation of the readings of '{one.name}' is missing: {either}, a column '{column}',"
-                    " or 'auto' where readings are repeated"
+                    f"the standard deviation of the readings of '{one.name}' is missing: give {either}, a column"
+                    f" '{column}' of the table, or 'auto' where readings are repeated"
                 )
                 raise InputError(problem, key="sigma")
             wrong = np.flatnonzero(found.given[:, k] & ~(deviations[:, k] > FINEST))
@@ -376,9 +417,6 @@ class _Reader:
                 if column in found.sheet.columns:
                     raise found.sheet.refuse("a standard deviation is larger than that", column, int(wrong[0]))
                 raise InputError(f"{given[name or '']:g} is no standard deviation, which is above zero", key="sigma")
-        if rest := set(given) - used:
-            known = dict.fromkeys(name for one in found.channels for name in (one.name, one.form, one.kind))
-            raise InputError(not_known(sorted(rest)[0], "a measured column", known), key="sigma")
         return deviations
 
     def _auto(self, found: Readings) -> Floats:
@@ -404,3 +442,9 @@ class _Reader:
                 )
             deviations[:, k] = spread
         return deviations
+
+
+def _called(one: Channel) -> tuple[str, ...]:
+    """By which words the standard deviation of a column is said, the most special one first."""
+    forms = () if one.form == "component" else (one.form,)
+    return (one.name, one.name.rpartition(".")[2], *forms, one.kind)

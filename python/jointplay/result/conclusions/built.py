@@ -128,8 +128,12 @@ def _left(result: Result) -> Iterator[Sentence]:
     for k, name in enumerate(outputs):
         of = f"'{name}'" if name else "the output"
         first = f"{before[k]:.3g} -> " if math.isfinite(before[k]) else ""
+        best = float(np.atleast_1d(result.get("best_fit_after"))[k])
+        # An unknown frame leaves the place open, which another fit of it takes away.
+        fitted = f"; {best:.3g} {unit} after the best fit of its frame" if str(result.attrs["frame"]) != "known" else ""
         yield Sentence(
-            f"Error of {of} by what is unknown, rms on the path: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})."
+            f"Error of {of} by what is unknown, rms on the path: {first}{after[k]:.3g} {unit} (95 %: {most[k]:.3g})"
+            f"{fitted}."
         )
 
 
@@ -302,6 +306,10 @@ def _repeats(result: Result) -> Iterator[Sentence]:
                 if np.isfinite(own).any()
             ]
             whose = "" if point == "output" else f"{point}: "
+            if "best_fit_rms" in result.data and math.isfinite(best := float(result.get("best_fit_rms")[k])):
+                rms, unit = float(result.get("position_rms")[k]), result.unit("position_rms")
+                text = f"{whose}position error {say(rms, unit)} rms, {say(best, unit)} after the best fit of a frame."
+                yield Sentence(text[:1].upper() + text[1:] if not whose else text)
             least, most = int(visits.min()), int(visits.max())
             times = f", {least if least == most else f'{least} to {most}'} visits each" if not of else ""
             yield Sentence(f"{whose}{', '.join(told)} at most (ISO 9283{times}){of}.")

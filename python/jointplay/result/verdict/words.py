@@ -91,7 +91,11 @@ def caused(result: Result, quantity: str, side: str, at: int, head: str) -> str:
     sources, share = found
     if sources == [LOAD]:
         return f"{head[0]} most of it is the deformation under the load, {100 * share:.0f} %"
-    return f"{head}: {in_words(sources, share)}"
+    # Correlations take back what they add: the parts of all sources are the whole.
+    back = (
+        ", which correlated sources take back in part" if share > 1.0 and result.attrs["question"] == "random" else ""
+    )
+    return f"{head}: {in_words(sources, share)}{back}"
 
 
 def limits_in_words(result: Result) -> str:
