@@ -216,13 +216,12 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
 
 def _slopes(errors: Errors, drives: Floats, places: PlaceIndices, unit: Floats) -> Floats:
     """dE/dq by central differences of the non-linear model, shape (place, component, drive)."""
-    columns = []
-    for d in range(drives.shape[1]):
-        shift = np.zeros(drives.shape[1])
-        shift[d] = PROBE * unit[d]
-        above, below = errors(drives + shift, places)[0], errors(drives - shift, places)[0]
-        columns.append((above - below) / (2.0 * shift[d]))
-    return np.stack(columns, axis=2)
+    half = PROBE * unit
+    shifts = np.concatenate([np.diag(half), -np.diag(half)])
+    # All at once, because the core solves many in little more time than one.
+    found, _ = errors((shifts[:, None] + drives).reshape(-1, len(unit)), np.tile(places, len(shifts)))
+    above, below = found.reshape(2, len(unit), len(places), -1)
+    return np.moveaxis((above - below) / (2.0 * half[:, None, None]), 0, -1)
 
 
 def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
