@@ -60,13 +60,12 @@ class LeastLargest:
 
 def slopes(errors: SeveralErrors, drives: Floats, places: PlaceIndices, unit: Floats) -> Floats:
     """dE/dq by central differences of the non-linear model, with the drives as the last dimension."""
-    columns = []
-    for d in range(drives.shape[1]):
-        shift = np.zeros(drives.shape[1])
-        shift[d] = PROBE * unit[d]
-        above, below = errors(drives + shift, places)[0], errors(drives - shift, places)[0]
-        columns.append((above - below) / (2.0 * shift[d]))
-    return np.stack(columns, axis=-1)
+    half = PROBE * unit
+    shifts = np.concatenate([np.diag(half), -np.diag(half)])
+    # All at once, because the core solves many in little more time than one.
+    found, _ = errors((shifts[:, None] + drives).reshape(-1, len(unit)), np.tile(places, len(shifts)))
+    above, below = found.reshape(2, len(unit), *drives.shape[:1], *found.shape[1:])
+    return np.moveaxis((above - below) / (2.0 * half.reshape(-1, *[1] * found.ndim)), 0, -1)
 
 
 def least_largest(
