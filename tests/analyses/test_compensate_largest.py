@@ -89,7 +89,8 @@ def test_no_other_values_of_two_drives_leave_less():
         method="Nelder-Mead",
         options={"xatol": 1e-6, "fatol": 1e-8},
     )
-    assert_allclose(result.residual_position[3], best.fun, rtol=1e-6)
+    assert result.residual_position[3] <= best.fun * (1.0 + 1e-6)
+    assert_allclose(result.residual_position[3], best.fun, rtol=1e-5)
     assert result.residual_position[3] < 0.9 * result.error_position[3]
 
 
