@@ -17,8 +17,8 @@ PEERS = ("jointplay", "numpy", "scipy", "numba", "jax", "casadi", "pylinkage", "
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table; all columns read from the left."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    head, *body = (f"| {' | '.join(line)} |" for line in [header, *rows])
+    return "\n".join([head, "|---" * len(header) + "|", *body])
 
 
 def written(report: Report) -> str:

@@ -21,8 +21,8 @@ def put_table(name: str, header: Sequence[str], rows: Iterable[Sequence[object]]
     page : Path
         In Markdown, with both marks.
     """
-    lines = [header, ["---"] * len(header), *rows]
-    table = "\n".join(f"| {' | '.join(str(cell) for cell in line)} |" for line in lines)
+    head, *body = (f"| {' | '.join(map(str, line))} |" for line in [header, *rows])
+    table = "\n".join([head, "|---" * len(header) + "|", *body])
     text = page.read_text(encoding="utf-8")
     before, begin, rest = text.partition(f"<!-- {name} -->\n")
     _, end, after = rest.partition(f"<!-- /{name} -->")
