@@ -115,7 +115,7 @@ def compensate(
     Raises
     ------
     InputError
-        When there is no drive, a name is unknown, an array has the wrong shape, or options do not go together.
+        When there is no drive, a name is unknown, an array has the wrong shape, or one option excludes another.
 
     Examples
     --------
