@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.basics.files import require_writable
+
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
@@ -16,6 +18,9 @@ from .printing import prints
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
+
+#: extensions of the boundary alone
+BOUNDARIES = (".dxf", ".stl")
 
 
 @prints()
@@ -72,14 +77,25 @@ def workspace(
     """
     from jointplay.analyses.workspace import compute
 
+    is_boundary = output is not None and output.suffix.lower() in BOUNDARIES
+    if is_boundary:
+        require_writable(output)
     m = answer.mechanism(file, settings, output_point, load_case)
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
 
+    found: list[Result] = []
+
     def ask(m: Mechanism, progress: Any) -> Result:
         asked = {} if question is None else options.of(m, question)
-        return compute(
-            m, ranges, question=question, centre=middle, count=count, tolerance=tolerance, progress=progress, **asked
-        )
+        every = {"question": question, "centre": middle, "count": count, "tolerance": tolerance, **asked}
+        found.append(compute(m, ranges, progress=progress, **every))
+        return found[0]
 
-    return answer.answer({"workspace": ask}, m, output, plot)
+    code = answer.answer({"workspace": ask}, m, None if is_boundary else output, plot)
+    if is_boundary and found:
+        from jointplay.exchange.exporting import boundary
+
+        boundary(found[0], output)
+        typer.echo(f"wrote {output}")
+    return code

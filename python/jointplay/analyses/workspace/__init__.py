@@ -112,9 +112,7 @@ def workspace(
     ['drives.q1.high', 'drives.q1.low', 'drives.q2.high', 'drives.q2.low']
     """
     given = None if centre is None else [*centre]
-    return to_dataset(
-        compute(m, grid, question=question, centre=given, count=count, tolerance=tolerance, **options)
-    )
+    return to_dataset(compute(m, grid, question=question, centre=given, count=count, tolerance=tolerance, **options))
 
 
 @recorded
@@ -229,7 +227,7 @@ def _told(
     _add_shares(builder, found, facets)
     builder.add("vertex", ("point", "along"), found.points * length, "points of the boundary", "length")
     builder.add("vertex_bound", "point", found.bound, "what bounds the region at the point")
-    builder.add("facet", ("side", "corner"), facets, "points of the segments or triangles of the boundary")
+    builder.add("facet", ("piece", "corner"), facets, "points of the segments or triangles of the boundary")
     _add_inscribed(builder, found, facets, coarse, centre)
     return builder.result()
 
@@ -261,18 +259,14 @@ def _add_inscribed(
 ) -> None:
     """The disc or ball, and the box."""
     n, length, spacing = len(found.values), builder.units.length, found.asked.spacing
-    nothing = np.full(n, np.nan)
-    middle, radius, radius_error, low, high, error = nothing, np.nan, np.nan, nothing, nothing, np.nan
+    middle, ends = np.full(n, np.nan), np.full((2, n), np.nan)
+    radius = radius_error = error = np.nan
     if found.inside.any() and (centre is None or _holds(found, facets, centre)):
         middle, radius = disc(found.points, facets, found.nodes, spacing, centre)
-        low, high = box(found.points, facets, found.values, found.inside, spacing, centre)
-        every = tuple(slice(1, None, 2) for _ in range(n))
-        fewer = found.inside[every]
-        if len(coarse) and fewer.any():
-            halves = [values[1::2] for values in found.values]
+        ends = box(found.points, facets, found.holds, centre)
+        if len(coarse):
             radius_error = abs(radius - disc(found.points, coarse, middle[None], 2.0 * spacing, centre)[1])
-            ends = box(found.points, coarse, halves, fewer, 2.0 * spacing, centre)
-            error = abs(float(np.prod(high - low)) - float(np.prod(ends[1] - ends[0])))
+            error = abs(_product(ends) - _product(box(found.points, coarse, found.holds, centre)))
     elif centre is not None:
         builder.attrs["centre"] = "outside"
     if centre is not None:
@@ -284,12 +278,17 @@ def _add_inscribed(
     builder.add("disc_radius", (), np.array(radius * length), f"radius of the largest {ball} {where}", "length")
     words = "how far the radius by every second node is from it"
     builder.add("disc_radius_error", (), np.array(radius_error * length), words, "length")
-    builder.add("box_low", "along", low * length, f"lowest corner of the largest box {where}", "length")
-    builder.add("box_high", "along", high * length, "highest corner of the box", "length")
-    size = np.array(float(np.prod(high - low)) * length**n)
+    builder.add("box_low", "along", ends[0] * length, f"lowest corner of the largest box {where}", "length")
+    builder.add("box_high", "along", ends[1] * length, "highest corner of the box", "length")
+    size = np.array(_product(ends) * length**n)
     builder.add("box_size", (), size, "area of the box" if n == 2 else "volume of the box", "length", n)
     words = "how far its size by every second node is from it"
     builder.add("box_size_error", (), np.array(error * length**n), words, "length", n)
+
+
+def _product(ends: Floats) -> float:
+    """Area or volume of a box."""
+    return float(np.prod(ends[1] - ends[0]))
 
 
 def _holds(found: HeldRegion, facets: Ints, place: Floats) -> bool:

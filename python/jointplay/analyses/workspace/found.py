@@ -67,6 +67,14 @@ class HeldRegion:
         """Positions of the nodes inside, shape (node, axis)."""
         return places(self.values)[self.inside.ravel()]
 
+    def holds(self, positions: Floats) -> Flags:
+        """Whether the nodes next to some positions are inside."""
+        nearest = [
+            np.clip(np.searchsorted(0.5 * (along[1:] + along[:-1]), positions[:, k]), 0, len(along) - 1)
+            for k, along in enumerate(self.values)
+        ]
+        return np.asarray(self.inside[tuple(nearest)])
+
 
 def region(
     whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: Part

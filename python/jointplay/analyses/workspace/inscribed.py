@@ -3,13 +3,14 @@
     r(c) = min |c - p|    over the points p of the boundary
 
 is increased from the best nodes by linear programs, each of which moves c where the nearest points p_i allow it:
-max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. A box holds no point of the boundary; from the largest one
-of nodes on, one face is moved inwards and the others outwards as far as they go, by smaller and smaller steps.
+max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. A box is enlarged in the same way while planes stand between
+it and the facets. Both are the best near where they began; there may be better ones elsewhere.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,10 +25,12 @@ STARTS = 3
 MOST_POINTS = 300
 #: steps go down to this part of a spacing
 SMALLEST = 1.0 / 512.0
-#: nodes along an axis in space among which the first box is looked for
-MOST = 24
-#: planes between which a box about a centre is looked for, and how often
-PLANES, ROUNDS = 60, 3
+#: a box is moved where it gains a larger part, and shrinks by this factor where a facet is in it
+LEAST_GAIN, SHRINK = 1e-7, 0.97
+#: how many boxes are tried and improved how often; how slim they may be, as powers of e
+BOXES, TRIES, SLIM = 8, 80, 2.0
+#: whether places are in a region, shape (place, axis)
+Within = Callable[[Floats], Flags]
 
 
 def samples(points: Floats, facets: Ints, parts: int) -> Floats:
@@ -92,142 +95,118 @@ def _moved(tree: Any, centre: Floats, spacing: float) -> tuple[Floats, float]:
     return centre, radius
 
 
-def box(
-    points: Floats, facets: Ints, values: list[Floats], inside: Flags, spacing: float, centre: Floats | None
-) -> tuple[Floats, Floats]:
+def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> Floats:
     """The lowest and the highest corner of the largest box with sides along the axes.
 
     Parameters
     ----------
     points, facets : ndarray
         The boundary.
-    values : list of ndarray
-        Of the nodes along each axis.
-    inside : ndarray
-        Which nodes are in the region.
-    spacing : float
-        Of the nodes.
+    within : callable
+        Which places are in the region, roughly.
     centre : ndarray, optional
-        Where the middle of the box has to be; inside.
+        Where the middle of the box has to be.
     """
+    from scipy.optimize import differential_evolution
+
     n = points.shape[1]
-    surface = samples(points, facets, PARTS[n])
-    if centre is not None:
-        half = _half_sides(np.abs(surface - centre), np.ptp(surface, axis=0))
-        return centre - half, centre + half
-    low, high = _of_nodes(values, inside)
-    margin = 4.0 * spacing
-    near = ((surface > low - margin) & (surface < high + margin)).all(axis=1)
-    return _grown(low, high, surface[near], spacing, margin)
+    surface = points[np.unique(facets)]
+    low, high = points.min(axis=0), points.max(axis=0)
+    free = 0 if centre is not None else n
+
+    def boxes(numbers: Floats) -> tuple[Floats, Floats]:
+        """Middles and half the sides of the largest boxes of some proportions, shape (axis, box)."""
+        middle = np.repeat(centre[:, None], numbers.shape[1], axis=1) if centre is not None else numbers[:n]
+        sides = np.exp(np.vstack([numbers[free:], -numbers[free:].sum(axis=0)])) * (high - low)[:, None]
+        parts = np.abs(surface[:, :, None] - middle) / sides
+        return middle, sides * parts.max(axis=1).min(axis=0)
+
+    def smallness(numbers: Floats) -> Floats:
+        middle, half = boxes(numbers)
+        with np.errstate(divide="ignore"):
+            return np.where(within(middle.T), -np.log(half).sum(axis=0), np.inf)
+
+    limits = [*zip(low, high, strict=True)][:free] + [(-SLIM, SLIM)] * (n - 1)
+    found = differential_evolution(
+        smallness,
+        limits,
+        seed=0,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        popsize=BOXES,
+        maxiter=TRIES,
+        tol=1e-3,
+    )
+    middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
+    planes = _Planes(points[facets])
+    # Between the samples a corner may have come through.
+    ends = planes.within(np.stack([middle - half, middle + half]))
+    return _enlarged(ends, planes, centred=centre is not None)
 
 
-def _half_sides(away: Floats, most: Floats) -> Floats:
-    """Half the sides of the largest box about the origin that has none of some points in it; all coordinates >= 0."""
-    if away.shape[1] == 2:
-        order = np.argsort(away[:, 0])
-        across = np.concatenate([[most[1]], np.minimum.accumulate(away[order, 1])[:-1]])
-        k = int(np.argmax(away[order, 0] * across))
-        return np.array([away[order[k], 0], across[k]])
-    best, found = -1.0, np.zeros(3)
-    low, high = 0.0, float(away[:, 2].max())
-    for _ in range(ROUNDS):
-        planes = np.linspace(low, high, PLANES)[1:]
-        for plane in planes.tolist():
-            within = away[away[:, 2] < plane]
-            half = _half_sides(within[:, :2], most) if len(within) else np.zeros(2)
-            if half.prod() * plane > best:
-                best, found = float(half.prod() * plane), np.array([*half, plane])
-        step = float(planes[1] - planes[0])
-        low, high = max(0.0, found[2] - 2.0 * step), found[2] + 2.0 * step
-    return found
+class _Planes:
+    """Planes that may stand between a box and facets, several for each facet.
+
+    Two convex bodies are apart if and only if one of their own directions, or one across an edge of both, separates
+    them (Gottschalk, Lin and Manocha 1996). With such a plane held, the condition on the box is linear in its ends.
+    """
+
+    def __init__(self, corners: Floats) -> None:
+        n = corners.shape[2]
+        sides = np.roll(corners, -1, axis=1) - corners
+        own = sides[:, :1, ::-1] * [1.0, -1.0] if n == 2 else np.cross(sides[:, 0], sides[:, 1])[:, None]
+        across = [np.cross(sides, axis) for axis in np.eye(3)] if n == 3 else []
+        axes = np.broadcast_to(np.eye(n), (len(corners), n, n))
+        normal = np.concatenate([axes, own, *across], axis=1)
+        normal = np.concatenate([normal, -normal], axis=1)
+        length = np.linalg.norm(normal, axis=2, keepdims=True)
+        self.normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        support = np.einsum("fkx,fcx->fkc", self.normal, corners).min(axis=2)
+        self.support = np.where(length[..., 0] > 0.0, support, -np.inf)
+
+    def gaps(self, ends: Floats) -> tuple[Floats, Floats]:
+        """How far every facet is from a box, negative where it is in it, and the normal of the plane between them."""
+        reach = np.maximum(self.normal, 0.0) @ ends[1] + np.minimum(self.normal, 0.0) @ ends[0]
+        gaps = self.support - reach
+        best, every = gaps.argmax(axis=1), np.arange(len(gaps))
+        return gaps[every, best], self.normal[every, best]
+
+    def within(self, ends: Floats) -> Floats:
+        """A box, smaller where a facet reaches into it."""
+        middle, half = ends.mean(axis=0), 0.5 * (ends[1] - ends[0])
+        while self.gaps(ends)[0].min() < 0.0:
+            half = half * SHRINK
+            ends = np.stack([middle - half, middle + half])
+        return ends
 
 
-def _of_nodes(values: list[Floats], inside: Flags) -> tuple[Floats, Floats]:
-    """The largest box of which all nodes are inside."""
-    if inside.ndim == 2:
-        return _rectangle(values, inside)[1:]
-    every = [max(1, -(-len(along) // MOST)) for along in values]
-    values = [along[::step] for along, step in zip(values, every, strict=True)]
-    inside = inside[tuple(slice(None, None, step) for step in every)]
-    best, found = -1.0, (np.zeros(3), np.zeros(3))
-    for i in range(len(values[0])):
-        all_between = np.ones_like(inside[0])
-        for j in range(i, len(values[0])):
-            all_between = all_between & inside[j]
-            side = float(values[0][j] - values[0][i])
-            # No box between these planes is larger than their common part.
-            if not all_between.any():
-                break
-            if side * np.ptp(values[1]) * np.ptp(values[2]) <= best:
-                continue
-            area, low, high = _rectangle(values[1:], all_between)
-            if area * side > best:
-                best = area * side
-                found = np.array([values[0][i], *low]), np.array([values[0][j], *high])
-    return found
+def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
+    """A box made larger as long as that goes, by linear programs within steps that shrink."""
+    from scipy.optimize import linprog
 
-
-def _rectangle(values: list[Floats], inside: Flags) -> tuple[float, Floats, Floats]:
-    """Area and corners of the largest rectangle of which all nodes are inside."""
-    x, y = values
-    best, found = -1.0, (np.array([x[0], y[0]]), np.array([x[0], y[0]]))
-    all_between = inside
-    for rows in range(len(x)):
-        # From every row over as many more: where all nodes are inside, and how long the runs of them are.
-        all_between = all_between[: len(x) - rows] & inside[rows:]
-        if not all_between.any():
-            break
-        start = np.where(all_between, np.inf, -np.inf)
-        first = np.full(len(all_between), np.inf)
-        for k in range(len(y)):
-            first = np.where(all_between[:, k], np.minimum(first, y[k]), np.inf)
-            start[:, k] = first
-        runs = np.where(all_between, y - start, -1.0)
-        area = runs.max(axis=1) * (x[rows:] - x[: len(x) - rows])
-        i = int(np.argmax(area))
-        if area[i] > best:
-            k = int(np.argmax(runs[i]))
-            best, found = float(area[i]), (np.array([x[i], start[i, k]]), np.array([x[i + rows], y[k]]))
-    return best, *found
-
-
-def _grown(low: Floats, high: Floats, surface: Floats, spacing: float, most: float) -> tuple[Floats, Floats]:
-    """A box made larger as long as that goes: no point of the surface is in it."""
-    n = len(low)
-    ends = np.stack([low, high])
-    bounds = np.stack([low - most, high + most])
-    faces = list(itertools.product(range(2), range(n)))
-
-    def grow(ends: Floats, side: int, axis: int) -> None:
-        others = [k for k in range(n) if k != axis]
-        beside = ((surface[:, others] > ends[0, others]) & (surface[:, others] < ends[1, others])).all(axis=1)
-        along, middle = surface[beside, axis], 0.5 * (ends[0, axis] + ends[1, axis])
-        if side:
-            ends[1, axis] = min(along[along > middle].min(initial=np.inf), bounds[1, axis])
+    n = ends.shape[1]
+    step = float((ends[1] - ends[0]).max())
+    smallest = SMALLEST * step
+    while step > smallest:
+        gaps, normal = planes.gaps(ends)
+        near = np.argsort(gaps)[:MOST_POINTS]
+        near = near[gaps[near] < 2.0 * n * step]
+        outwards, inwards = np.maximum(normal[near], 0.0), np.minimum(normal[near], 0.0)
+        # What of the box moves: half its sides, or its lowest and its highest corner.
+        rows = outwards - inwards if centred else np.column_stack([inwards, outwards])
+        gain = 1.0 / (ends[1] - ends[0])
+        cost = -gain if centred else np.concatenate([gain, -gain])
+        # Facets that are not looked at are farther away than these.
+        most = min(step, float(gaps[near].max(initial=np.inf)) / n if len(near) == MOST_POINTS else step)
+        found = linprog(cost, rows, gaps[near], bounds=[(-most, most)] * len(cost))
+        moved = ends
+        if found.status == 0:
+            change = np.stack([-found.x, found.x]) if centred else found.x.reshape(2, n)
+            moved = ends + change
+        sides, before = moved[1] - moved[0], ends[1] - ends[0]
+        if (sides > 0.0).all() and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN) and planes.gaps(moved)[0].min() >= 0.0:
+            ends = moved
         else:
-            ends[0, axis] = max(along[along <= middle].max(initial=-np.inf), bounds[0, axis])
-
-    def volume(ends: Floats) -> float:
-        return float(np.prod(ends[1] - ends[0]))
-
-    def tried(step: float) -> Floats:
-        best = ends
-        for k, (side, axis) in enumerate(faces):
-            for first in range(1, len(faces)):
-                trial = ends.copy()
-                trial[side, axis] += step * (1.0 if side == 0 else -1.0)
-                if trial[0, axis] >= trial[1, axis]:
-                    continue
-                for other in (*range(first, len(faces)), *range(1, first), 0):
-                    grow(trial, *faces[(k + other) % len(faces)])
-                if volume(trial) > volume(best) * (1.0 + 1e-12):
-                    best = trial
-        return best
-
-    step = spacing
-    while step > SMALLEST * spacing:
-        larger = tried(step)
-        if larger is ends:
-            step *= 0.5
-        ends = larger
-    return ends[0], ends[1]
+            step *= 0.25
+    return ends

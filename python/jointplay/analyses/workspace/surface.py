@@ -161,17 +161,3 @@ def facet_sizes(points: Floats, facets: Ints) -> Floats:
     sides = corners[:, 1:] - corners[:, :1]
     gram = sides @ sides.transpose(0, 2, 1)
     return np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(points.shape[1] - 1)
-
-
-def loops(facets: Ints) -> list[Ints]:
-    """The closed lines of a boundary in the plane, each by its points in their order."""
-    following = dict(facets.tolist())
-    found = []
-    while following:
-        start, point = following.popitem()
-        line = [start]
-        while point != start:
-            line.append(point)
-            point = following.pop(point)
-        found.append(np.array(line))
-    return found

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from jointplay.result import Result
 
 from .sizes import share_of
@@ -83,21 +81,24 @@ def _answer(result: Result) -> Iterator[Sentence]:
     unit = result.unit("disc_radius")
     radius, error = (float(result.get(name)) for name in ("disc_radius", "disc_radius_error"))
     where = "there" if "centre" in result.attrs else "in it"
-    yield Sentence(
+    ball = (
         f"The largest {'disc' if flat else 'ball'} {where} has a radius of {with_error(radius, error, unit)},"
-        f" about {_place(result, 'disc_centre')}."
+        f" about {_place(result, 'disc_centre')}"
     )
     sides = " × ".join(f"{side:.4g}" for side in (result.get("box_high") - result.get("box_low")).tolist())
     size, error = (float(result.get(name)) for name in ("box_size", "box_size_error"))
     yield Sentence(
-        f"The largest box {where} along the axes has {sides} {unit} ({with_error(size, error, result.unit('box_size'))}),"
-        f" from {_place(result, 'box_low')} to {_place(result, 'box_high')}."
+        f"{ball}; the largest box along the axes that was found has {sides} {unit}"
+        f" ({with_error(size, error, result.unit('box_size'))})."
     )
 
 
 def _place(result: Result, name: str) -> str:
     """``(x, y) = (1, 2) mm``."""
-    values = ", ".join(f"{value:.4g}" for value in np.where(np.abs(result.get(name)) < 1e-9, 0.0, result.get(name)))
+    place = result.get(name)
+    # The largest coordinate has four digits.
+    digits = 3 - math.floor(math.log10(max(float(abs(place).max()), 1e-12)))
+    values = ", ".join(f"{round(value, digits) + 0.0:.6g}" for value in place.tolist())
     return f"({', '.join(result.labels('along'))}) = ({values}) {result.unit(name)}"
 
 
