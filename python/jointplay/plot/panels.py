@@ -191,6 +191,14 @@ def _planes(sheet: Sheet) -> Iterable[str] | None:
     return planes(sheet.first) if sheet.results else None
 
 
+def _plane(sheet: Sheet, name: str, *, axes: Axes) -> None:
+    """A section; of several one has the legend."""
+    workspace(sheet.first, name, axes=axes)
+    own = axes.get_legend()
+    if own is not None and sheet.choice.panel is None and name != planes(sheet.first)[0]:
+        own.remove()
+
+
 def _residual_names(sheet: Sheet) -> Iterable[str] | None:
     """A panel of residuals for every measured column, and one of the error that is left."""
     if not sheet.results:
@@ -308,7 +316,7 @@ SHEETS: Mapping[str, Kind] = {
     "calibrated": Kind((PanelEntry(_residual_names, _calibrated),), has_components=False),
     "life": Kind((PanelEntry(AGEING, _aged),), has_components=False),
     "workspace": Kind(
-        (PanelEntry(_planes, lambda sheet, name: Panel(_into(workspace, sheet.first, name), 5.0, around=KEYS)),),
+        (PanelEntry(_planes, lambda sheet, name: Panel(_into(_plane, sheet, name), 5.0, around=KEYS)),),
         has_components=False,
     ),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),

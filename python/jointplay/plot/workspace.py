@@ -19,10 +19,9 @@ from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known
 from jointplay.result import Result
-from jointplay.result.conclusions.workspace import BOUNDS, bound_words
 
 from .style import Style, canvas, mixed, series, theme
-from .words import labelled, legend, light, title
+from .words import labelled, legend, light
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,18 +86,16 @@ def _section(result: Result, plane: str, axes: Axes) -> None:
     _inscribed(result, shown, axes)
     axes.set_aspect("equal")
     axes.autoscale_view()
-    axes.set(xlabel=labelled(plane[0], unit), ylabel=labelled(plane[1], unit))
+    middle = result.get("disc_centre")
+    across = [f" at {name} = {middle[k]:.4g} {unit}" for k, name in enumerate(names) if k not in shown]
+    axes.set(xlabel="".join([labelled(plane[0], unit), *across]), ylabel=labelled(plane[1], unit))
     handles = [Line2D([], [], color=str(series(min(k, MOST_BOUNDS))["color"]), linewidth=2.0) for k in range(len(bounds))]
     shares = result.get("share")
     words = [
-        f"{bound_words(word) if word not in BOUNDS else word.replace('_', ' ')} {100.0 * share:.2g} %"
+        f"{word.replace('_', ' ').removeprefix('drives.').removeprefix('joints.')} {100.0 * share:.2g} %"
         for word, share in zip(bounds, shares.tolist(), strict=True)
     ]
     legend(axes, (handles, words))
-    middle = result.get("disc_centre")
-    if len(names) > 2 and np.isfinite(middle).all():
-        k = next(k for k in range(3) if k not in shown)
-        title(axes, f"at {names[k]} = {middle[k]:.4g} {unit}")
 
 
 def _inscribed(result: Result, shown: list[int], axes: Axes) -> None:

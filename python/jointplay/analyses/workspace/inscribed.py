@@ -17,6 +17,8 @@ import numpy as np
 
 from jointplay.basics.arrays import Flags, Floats, Ints
 
+from .surface import facet_sizes
+
 #: points of a facet along each of its sides, by dimensions, and around what has been found
 PARTS, FINE = {2: 8, 3: 3}, 32
 #: nodes from which the largest disc is looked for
@@ -27,6 +29,8 @@ MOST_POINTS = 300
 SMALLEST = 1.0 / 512.0
 #: a box is moved where it gains a larger part, and shrinks by this factor where a facet is in it
 LEAST_GAIN, SHRINK = 1e-7, 0.97
+#: planes are as good as others within this part of the extent
+TIE = 1e-9
 #: how many boxes are tried and improved how often; how slim they may be, as powers of e
 BOXES, TRIES, SLIM = 8, 80, 2.0
 #: whether places are in a region, shape (place, axis)
@@ -139,7 +143,7 @@ def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> 
         tol=1e-3,
     )
     middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
-    planes = _Planes(points[facets])
+    planes = _Planes(points[facets[facet_sizes(points, facets) > 0.0]])
     # Between the samples a corner may have come through.
     ends = planes.within(np.stack([middle - half, middle + half]))
     return _enlarged(ends, planes, centred=centre is not None)
@@ -158,8 +162,7 @@ class _Planes:
         own = sides[:, :1, ::-1] * [1.0, -1.0] if n == 2 else np.cross(sides[:, 0], sides[:, 1])[:, None]
         across = [np.cross(sides, axis) for axis in np.eye(3)] if n == 3 else []
         axes = np.broadcast_to(np.eye(n), (len(corners), n, n))
-        normal = np.concatenate([axes, own, *across], axis=1)
-        normal = np.concatenate([normal, -normal], axis=1)
+        normal = np.concatenate([own, -own, axes, -axes, *across, *(-one for one in across)], axis=1)
         length = np.linalg.norm(normal, axis=2, keepdims=True)
         self.normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
         support = np.einsum("fkx,fcx->fkc", self.normal, corners).min(axis=2)
@@ -169,7 +172,9 @@ class _Planes:
         """How far every facet is from a box, negative where it is in it, and the normal of the plane between them."""
         reach = np.maximum(self.normal, 0.0) @ ends[1] + np.minimum(self.normal, 0.0) @ ends[0]
         gaps = self.support - reach
-        best, every = gaps.argmax(axis=1), np.arange(len(gaps))
+        # At a corner of a facet several are as good; along the plane of the facet itself the box slides past it.
+        own, best, every = gaps[:, :2].argmax(axis=1), gaps.argmax(axis=1), np.arange(len(gaps))
+        best = np.where(gaps[every, own] > gaps[every, best] - TIE * float(np.ptp(ends)), own, best)
         return gaps[every, best], self.normal[every, best]
 
     def within(self, ends: Floats) -> Floats:
