@@ -190,8 +190,8 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "life", "allocate", "workspace",
-        "cost_curve", "map", "mechanism", "assembly", "pareto", "reactions",
+        "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "life", "allocate",
+        "workspace", "cost_curve", "map", "mechanism", "assembly", "pareto", "reactions",
     ],
 )  # fmt: skip
 def test_every_figure_is_in_the_manual(name: str) -> None:

@@ -49,7 +49,11 @@ def workspace(
     ] = None,
     count: Annotated[
         int | None,
-        typer.Option("--count", metavar="N", help="Nodes along the longest side, where no grid says it. [default: 101, in space 25]"),
+        typer.Option(
+            "--count",
+            metavar="N",
+            help="Nodes along the longest side, where no grid says it. [default: 101, in space 25]",
+        ),
     ] = None,
     tolerance: Annotated[
         float | None,
@@ -77,9 +81,9 @@ def workspace(
     """
     from jointplay.analyses.workspace import compute
 
-    is_boundary = output is not None and output.suffix.lower() in BOUNDARIES
-    if is_boundary:
-        require_writable(output)
+    drawn = output if output is not None and output.suffix.lower() in BOUNDARIES else None
+    if drawn is not None:
+        require_writable(drawn)
     m = answer.mechanism(file, settings, output_point, load_case)
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
@@ -92,10 +96,10 @@ def workspace(
         found.append(compute(m, ranges, progress=progress, **every))
         return found[0]
 
-    code = answer.answer({"workspace": ask}, m, None if is_boundary else output, plot)
-    if is_boundary and found:
+    code = answer.answer({"workspace": ask}, m, output if drawn is None else None, plot)
+    if drawn is not None and found:
         from jointplay.exchange.exporting import boundary
 
-        boundary(found[0], output)
-        typer.echo(f"wrote {output}")
+        boundary(found[0], drawn)
+        typer.echo(f"wrote {drawn}")
     return code

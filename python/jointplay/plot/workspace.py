@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -89,7 +89,9 @@ def _section(result: Result, plane: str, axes: Axes) -> None:
     middle = result.get("disc_centre")
     across = [f" at {name} = {middle[k]:.4g} {unit}" for k, name in enumerate(names) if k not in shown]
     axes.set(xlabel="".join([labelled(plane[0], unit), *across]), ylabel=labelled(plane[1], unit))
-    handles = [Line2D([], [], color=str(series(min(k, MOST_BOUNDS))["color"]), linewidth=2.0) for k in range(len(bounds))]
+    handles = [
+        Line2D([], [], color=str(series(min(k, MOST_BOUNDS))["color"]), linewidth=2.0) for k in range(len(bounds))
+    ]
     shares = result.get("share")
     words = [
         f"{word.replace('_', ' ').removeprefix('drives.').removeprefix('joints.')} {100.0 * share:.2g} %"
@@ -104,7 +106,7 @@ def _inscribed(result: Result, shown: list[int], axes: Axes) -> None:
     if not np.isfinite(radius):
         return
     low, high = (result.get(name) for name in ("box_low", "box_high"))
-    look = {"fill": False, "edgecolor": theme().ink, "linewidth": 1.0, "zorder": 4}
+    look: dict[str, Any] = {"fill": False, "edgecolor": theme().ink, "linewidth": 1.0, "zorder": 4}
     axes.add_patch(Circle(tuple(centre[shown].tolist()), radius, linestyle="--", **look))
     if all(low[k] <= centre[k] <= high[k] for k in range(len(centre)) if k not in shown):
         sides = (high - low)[shown].tolist()

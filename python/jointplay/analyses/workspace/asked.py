@@ -155,8 +155,8 @@ class AskedRanges:
         inner = low + (high - low) * np.random.default_rng(0).random((SAMPLES, len(low)))
         rows = np.vstack([corners, inner])
         n = len(rows)
-        first = [np.repeat(values, n, axis=0) for values in (start.drives, start.poses)]
-        found = m.core.trace_grid([n], rows, list(range(n)), *first, [False] * n, False)
+        drives, poses = (np.repeat(values, n, axis=0) for values in (start.drives, start.poses))
+        found = m.core.trace_grid([n], rows, list(range(n)), drives, poses, [False] * n, False)
         output = np.vstack([start.output, found["output"]]) / m.component_factors
         output = output[:, [m.components.index(name) for name in self.lengths]]
         output = output[np.isfinite(output).all(axis=1)]
@@ -172,7 +172,8 @@ class AskedRanges:
                 raise InputError(problem, file=m.file, key=f"limits.drives.{name}")
             low, high = m.limits.drives.get(name, (at - np.pi, at + np.pi))
             ends.append((low, high))
-        return np.array(ends).T
+        low, high = np.array(ends).T
+        return low, high
 
 
 def even(low: Floats, high: Floats, names: list[str], count: int) -> dict[str, Floats]:

@@ -64,7 +64,7 @@ def leave(of: OneOrientation, ways: Ways, rooms: Floats, tolerance: float) -> tu
             break
         to = _tried(low[k], high[k], room[:, k], 0.5 * tolerance / ways.length[k], by_roots=number < ROOTS)
         from_, target = (first[k] + part[:, None] * (last[k] - first[k]) for part in (low[k], to))
-        held, there = of.on_the_way(ways.inner[k], from_, poses[k], target)
+        held, there = of.on_the_way(from_, poses[k], target)
         ok = held.inside
         low[k[ok]], poses[k[ok]], room[0, k[ok]] = to[ok], there[ok], held.room[ok]
         high[k[~ok]], why[k[~ok]], room[1, k[~ok]] = to[~ok], held.why[~ok], held.room[~ok]

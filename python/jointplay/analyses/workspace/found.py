@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from jointplay.analyses.map.answering import MapQuestion
-from jointplay.basics.arrays import Flags, Floats, Ints, Texts
+from jointplay.basics.arrays import Flags, Floats, Texts
 from jointplay.model.mechanism import Mechanism
 
 from .asked import AskedGrid
@@ -99,7 +100,7 @@ def region(
     part(0.0)
     for k, orientation in enumerate(asked.orientations):
         one = OneOrientation(asked.of(whole, orientation), ask)
-        every.append((one, one.nodes(lambda done, of, k=k: part(NODES * (k + done / of) / count))))
+        every.append((one, one.nodes(partial(_advance, part, k, count))))
         part(NODES * (k + 1) / count)
     why = every[0][1].why
     for _, held in every[1:]:
@@ -110,6 +111,10 @@ def region(
     points, bound = _boundary(every, asked, edges, tolerance, lambda done: part(NODES + (1.0 - NODES) * done))
     apart = int(np.count_nonzero(why == "") - np.count_nonzero(inside))
     return HeldRegion(every[0][0].m, asked, inside, why, apart, far, edges, points, bound)
+
+
+def _advance(part: Part, orientation: int, count: int, done: int, of: int) -> None:
+    part(NODES * (orientation + done / of) / count)
 
 
 def coarse_region(whole: Mechanism, asked: AskedGrid, start: Floats) -> Flags:

@@ -81,7 +81,7 @@ class OneOrientation:
         self.poses = at.poses
         return self.held(at, progress)
 
-    def on_the_way(self, nodes: Ints, rows: Floats, poses: Floats, to: Floats) -> tuple[Held, Floats]:
+    def on_the_way(self, rows: Floats, poses: Floats, to: Floats) -> tuple[Held, Floats]:
         """What is found at rows of commands, each reached on a straight way from a pose; and the poses there."""
         parts, there = [], []
         for low in range(0, len(rows), AT_ONCE):

@@ -2,9 +2,10 @@
 
     r(c) = min |c - p|    over the points p of the boundary
 
-is increased from the best nodes by linear programs, each of which moves c where the nearest points p_i allow it:
-max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. A box is enlarged in the same way while planes stand between
-it and the facets. Both are the best near where they began; there may be better ones elsewhere.
+is increased from the best nodes by linear programs, each of which moves c by d where the nearest points p_i allow it:
+max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. Boxes of many places and proportions are as large as the
+points of the boundary let them be; the best of them, by differential evolution, is enlarged by linear programs while
+planes stand between it and the facets. What is found is in the region; that nothing larger is, is not proven.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def samples(points: Floats, facets: Ints, parts: int) -> Floats:
     """Points all over the facets, their corners among them."""
     n = points.shape[1]
     weights = np.array([k for k in itertools.product(range(parts + 1), repeat=n) if sum(k) == parts]) / parts
-    return np.einsum("wk,fkx->fwx", weights, points[facets]).reshape(-1, n)
+    return np.asarray(np.einsum("wk,fkx->fwx", weights, points[facets]).reshape(-1, n))
 
 
 def disc(points: Floats, facets: Ints, nodes: Floats, spacing: float, centre: Floats | None) -> tuple[Floats, float]:
@@ -210,7 +211,11 @@ def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
             change = np.stack([-found.x, found.x]) if centred else found.x.reshape(2, n)
             moved = ends + change
         sides, before = moved[1] - moved[0], ends[1] - ends[0]
-        if (sides > 0.0).all() and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN) and planes.gaps(moved)[0].min() >= 0.0:
+        if (
+            (sides > 0.0).all()
+            and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN)
+            and planes.gaps(moved)[0].min() >= 0.0
+        ):
             ends = moved
         else:
             step *= 0.25

@@ -104,7 +104,7 @@ class CrossedEdges:
             for k, axis in enumerate(order):
                 corners[k + 1 :, axis] = 1
             cells = [tuple(slice(k, k - 1 or None) for k in corner) for corner in corners.tolist()]
-            code = sum(self.inside[cell].astype(np.int64) << k for k, cell in enumerate(cells))
+            code = np.sum([self.inside[cell].astype(np.int64) << k for k, cell in enumerate(cells)], axis=0)
             is_odd = np.linalg.det(np.eye(n)[list(order)]) < 0.0
             for case, facets in FACETS[n].items():
                 at = np.nonzero(code == case)
@@ -124,7 +124,7 @@ def _ends(d: Direction) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
 
 
 def _cases(n: int) -> dict[int, list[list[tuple[int, int]]]]:
-    """By which corners of a simplex are inside, as bits: the facets that cut it, each by its edges (inside, outside)."""
+    """By the corners of a simplex that are inside, as bits: the facets that cut it, each by its edges inside-out."""
     path = np.tril(np.ones((n + 1, n)), -1)
     table = {}
     for case in range(1, 2 ** (n + 1) - 1):
@@ -160,4 +160,4 @@ def facet_sizes(points: Floats, facets: Ints) -> Floats:
     corners = points[facets]
     sides = corners[:, 1:] - corners[:, :1]
     gram = sides @ sides.transpose(0, 2, 1)
-    return np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(points.shape[1] - 1)
+    return np.asarray(np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(points.shape[1] - 1))

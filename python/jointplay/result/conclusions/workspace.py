@@ -67,7 +67,9 @@ def _answer(result: Result) -> Iterator[Sentence]:
         return
     flat = len(result.labels("along")) == 2
     size, error = (float(result.get(name)) for name in ("size", "size_error"))
-    yield Sentence(f"The workspace has {'an area' if flat else 'a volume'} of {with_error(size, error, result.unit('size'))}.")
+    yield Sentence(
+        f"The workspace has {'an area' if flat else 'a volume'} of {with_error(size, error, result.unit('size'))}."
+    )
     named = [
         f"{bound_words(word)} {share_of(float(share), 2)}"
         for word, share in zip(result.labels("bound"), result.get("share"), strict=True)
@@ -106,7 +108,9 @@ def _conditions(result: Result) -> Iterator[Sentence]:
     attrs = result.attrs
     unit = result.unit("disc_radius")
     if not attrs["ranges"]:
-        yield Sentence("No drive and no joint has a range in the file, so that only assembly and singularities bound it.")
+        yield Sentence(
+            "No drive and no joint has a range in the file, so that only assembly and singularities bound it."
+        )
     if "edge" in result.labels("bound"):
         yield Sentence("It reaches the edge of the grid, and may go on there.")
     if "start" in attrs:
