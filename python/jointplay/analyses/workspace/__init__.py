@@ -205,7 +205,7 @@ def _told(
     if asked.orientations != ({},):
         builder.attrs["orientations"] = len(asked.orientations)
         builder.attrs["orientation"] = _orientation(asked)
-    builder.attrs["box"] = "found" if ranges.unsaid else "given"
+    builder.attrs["box"] = "found" if ranges.unsaid else "asked"
     builder.attrs["ranges"] = len(m.limits.drives) + len(m.limits.joints)
     builder.attrs["apart"] = found.apart
     length, n = builder.units.length, len(values)
@@ -270,7 +270,7 @@ def _add_inscribed(
     elif centre is not None:
         builder.attrs["centre"] = "outside"
     if centre is not None:
-        builder.attrs.setdefault("centre", "given")
+        builder.attrs.setdefault("centre", "asked")
         middle = centre
     ball = "disc" if n == 2 else "ball"
     where = "about the given centre" if centre is not None else "in the region"

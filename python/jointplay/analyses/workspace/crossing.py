@@ -50,7 +50,7 @@ def leave(of: OneOrientation, ways: Ways, rooms: Floats, tolerance: float) -> tu
         Its nodes are solved.
     ways : Ways
     rooms : ndarray
-        Distances to ends of ranges at all nodes, as `Held` has them.
+        Distances to ends of ranges at all nodes, as `HeldPlaces` has them.
     tolerance : float
         In the unit of the lengths.
     """

@@ -14,13 +14,13 @@ from jointplay.model.mechanism import Mechanism
 
 from .asked import AskedGrid
 from .crossing import Ways, leave
-from .holding import EDGE, WIDTH, Held, OneOrientation
+from .holding import EDGE, WIDTH, HeldPlaces, OneOrientation
 from .surface import CrossedEdges, directions, framed, framed_values
 
 #: part of the work that the nodes are
 NODES = 0.7
 #: called with the part of the work that is done
-Part = Callable[[float], None]
+PartDone = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class HeldRegion:
 
 
 def region(
-    whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: Part
+    whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: PartDone
 ) -> HeldRegion:
     """The region of a grid.
 
@@ -95,7 +95,7 @@ def region(
         Of the boundary along edges, file units.
     part : callable
     """
-    every: list[tuple[OneOrientation, Held]] = []
+    every: list[tuple[OneOrientation, HeldPlaces]] = []
     count = len(asked.orientations)
     part(0.0)
     for k, orientation in enumerate(asked.orientations):
@@ -113,7 +113,7 @@ def region(
     return HeldRegion(every[0][0].m, asked, inside, why, apart, far, edges, points, bound)
 
 
-def _advance(part: Part, orientation: int, count: int, done: int, of: int) -> None:
+def _advance(part: PartDone, orientation: int, count: int, done: int, of: int) -> None:
     part(NODES * (orientation + done / of) / count)
 
 
@@ -148,7 +148,11 @@ def places(values: list[Floats]) -> Floats:
 
 
 def _boundary(
-    every: list[tuple[OneOrientation, Held]], asked: AskedGrid, edges: CrossedEdges, tolerance: float, part: Part
+    every: list[tuple[OneOrientation, HeldPlaces]],
+    asked: AskedGrid,
+    edges: CrossedEdges,
+    tolerance: float,
+    part: PartDone,
 ) -> tuple[Floats, Texts]:
     """Where the edges leave the region: in the orientation in which they do first."""
     values = list(asked.axes.values())

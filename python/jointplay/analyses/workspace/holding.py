@@ -32,7 +32,7 @@ AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldPlaces:
     """What was found at some configurations.
 
     Attributes
@@ -74,14 +74,14 @@ class OneOrientation:
         self.rows = self.follower.commands(self.lattice, 0)
         self.poses = np.zeros((0, 0, 0))
 
-    def nodes(self, progress: Progress | None = None) -> Held:
+    def nodes(self, progress: Progress | None = None) -> HeldPlaces:
         """What is found at all nodes that are reached from the start without a singularity."""
         starts = self.follower.starts(self.lattice)
         at = self.follower.solve(self.lattice, 0, starts.get(0, self.follower.no_seeds)).at
         self.poses = at.poses
         return self.held(at, progress)
 
-    def on_the_way(self, rows: Floats, poses: Floats, to: Floats) -> tuple[Held, Floats]:
+    def on_the_way(self, rows: Floats, poses: Floats, to: Floats) -> tuple[HeldPlaces, Floats]:
         """What is found at rows of commands, each reached on a straight way from a pose; and the poses there."""
         parts, there = [], []
         for low in range(0, len(rows), AT_ONCE):
@@ -92,9 +92,9 @@ class OneOrientation:
             parts.append(self.held(at))
             there.append(at.poses)
         why, room = (np.concatenate([getattr(part, name) for part in parts]) for name in ("why", "room"))
-        return Held(why, room), np.concatenate(there)
+        return HeldPlaces(why, room), np.concatenate(there)
 
-    def held(self, at: Nominal, progress: Progress | None = None) -> Held:
+    def held(self, at: Nominal, progress: Progress | None = None) -> HeldPlaces:
         """What is found at configurations that are solved."""
         status = STATUSES[at.status]
         why = np.full(len(at), NOT_ASSEMBLED, dtype=WIDTH)
@@ -112,7 +112,7 @@ class OneOrientation:
         if self.ask is not None:
             places = np.flatnonzero(why == "")
             why[places] = self._limits(self.ask, at, places, progress)
-        return Held(why, np.where(np.isfinite(room), room, np.nan))
+        return HeldPlaces(why, np.where(np.isfinite(room), room, np.nan))
 
     def _limits(self, ask: MapQuestion, at: Nominal, places: Ints, progress: Progress | None) -> Texts:
         """Which limit is missed at some configurations; empty where all hold."""

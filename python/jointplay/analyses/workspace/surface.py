@@ -20,10 +20,10 @@ import numpy as np
 from jointplay.basics.arrays import Flags, Floats, Ints
 
 #: from a node to another one of its cell
-Direction = tuple[int, ...]
+KuhnStep = tuple[int, ...]
 
 
-def directions(dimensions: int) -> list[Direction]:
+def directions(dimensions: int) -> list[KuhnStep]:
     """The directions of the edges of the triangulation."""
     return [d for d in itertools.product((0, 1), repeat=dimensions) if any(d)]
 
@@ -53,7 +53,7 @@ class CrossedEdges:
     """
 
     inside: Flags
-    number: dict[Direction, Ints]
+    number: dict[KuhnStep, Ints]
     inner: Ints
     outer: Ints
 
@@ -61,7 +61,7 @@ class CrossedEdges:
     def of(cls, inside: Flags) -> CrossedEdges:
         """Those of a framed region."""
         nodes = np.arange(inside.size).reshape(inside.shape)
-        number: dict[Direction, Ints] = {}
+        number: dict[KuhnStep, Ints] = {}
         inner: list[Ints] = [np.zeros(0, np.int64)]
         outer: list[Ints] = [np.zeros(0, np.int64)]
         total = 0
@@ -118,7 +118,7 @@ class CrossedEdges:
         return np.concatenate(found)
 
 
-def _ends(d: Direction) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+def _ends(d: KuhnStep) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
     """The nodes where edges of a direction begin, and where they end."""
     return tuple(slice(None, -k or None) for k in d), tuple(slice(k, None) for k in d)
 
