@@ -32,8 +32,8 @@ SMALLEST = 1.0 / 512.0
 LEAST_GAIN, SHRINK = 1e-7, 0.97
 #: planes are as good as others within this part of the extent
 TIE = 1e-9
-#: how many boxes are tried and improved how often; how slim they may be, as powers of e
-BOXES, TRIES, SLIM = 8, 80, 2.0
+#: by dimensions, how many boxes are tried and improved how often; how slim they may be, as powers of e
+BOXES, TRIES, SLIM = {2: 20, 3: 8}, {2: 200, 3: 80}, 2.0
 #: whether places are in a region, shape (place, axis)
 Within = Callable[[Floats], Flags]
 
@@ -139,9 +139,9 @@ def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> 
         vectorized=True,
         updating="deferred",
         polish=False,
-        popsize=BOXES,
-        maxiter=TRIES,
-        tol=1e-3,
+        popsize=BOXES[n],
+        maxiter=TRIES[n],
+        tol=1e-5,
     )
     middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
     planes = _Planes(points[facets[facet_sizes(points, facets) > 0.0]])
