@@ -308,6 +308,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
     "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],
+    "workspace": lambda: [jp.workspace(jp.loads(jp.examples.text("serial-2r")), {"x": [0, 200, 400], "y": [0, 200]})],
     "plan": lambda: [jp.plan(_pushed(), 2, sigma={"length": 0.1, "angle": 0.1})],
     "diagnose": lambda: [jp.diagnose(_pushed(), _under_loads(), sigma={"length": 0.1})],
     "verify": lambda: [jp.verify(_pushed(), _under_loads(side=True), sigma={"length": 0.1})],

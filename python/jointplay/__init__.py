@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.verify import verify
+    from .analyses.workspace import workspace
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
@@ -98,6 +99,7 @@ __all__ = [
     "table",
     "verify",
     "view",
+    "workspace",
     "worst",
 ]
 

@@ -99,6 +99,7 @@ QUESTIONS: Mapping[str, Question] = {
                 # The rest decides nothing, and takes most of the time.
                 allow={"details": False, "follows": False},
                 life={"details": False, "follows": False},
+                workspace={"details": False, "follows": False},
             ),
             needs_loads=True,
             chunk=2**14,
@@ -112,7 +113,7 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
-                *("error", "map", "sweep", "compare", "compensate", "allow", "life", "allocate", "assemble"),
+                *("error", "map", "sweep", "compare", "compensate", "allow", "life", "workspace", "allocate", "assemble"),
                 # While sliders move.
                 studio={"exact": False},
             ),
@@ -133,6 +134,7 @@ QUESTIONS: Mapping[str, Question] = {
                 map={"path": False},
                 allow={"path": False, "probabilities": (), "follows": False},
                 life={"path": False, "follows": False},
+                workspace={"path": False, "probabilities": (), "follows": False},
             ),
             chunk=2**6,
             table="questions.of_random",
@@ -195,6 +197,7 @@ QUESTIONS: Mapping[str, Question] = {
         Question("diagnose", conclusion="built.of_diagnose", overview="calibrate.of_diagnose"),
         Question("verify", conclusion="built.of_verify", overview="calibrate.of_verify"),
         Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
+        Question("workspace", conclusion="workspace.of_workspace", overview="workspace.overview", sheet="workspace"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),
         # These ask others.

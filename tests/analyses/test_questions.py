@@ -22,7 +22,19 @@ from jointplay.result import from_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "jointplay"
-ASKERS = ("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble", "compensate", "studio")
+ASKERS = (
+    "error",
+    "map",
+    "sweep",
+    "compare",
+    "allow",
+    "life",
+    "workspace",
+    "allocate",
+    "assemble",
+    "compensate",
+    "studio",
+)
 #: beside the module of the question, its test and its two pages; CONTRIBUTING.md says why
 ALWAYS = {"questions.py", "__init__.py"}
 TOUCHED = {

@@ -59,6 +59,7 @@ READ = {"configuration": [0], "angle": [30.05]}
 #: the same of a machine that is pushed and pulled
 PUSHED = example("five-bar", load_cases={"push": [{"force": [0, -60]}], "pull": [{"force": [0, 60]}]})
 PUSHED_READ = {"configuration": [0, 0], "load_case": ["push", "pull"], "x": [-60.0, -60.1]}
+ARM = example("serial-2r")
 GRID = {"theta1": [30.0, 40.0]}
 
 
@@ -96,6 +97,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "solve", jp.solve, {"m": M}
     yield "sweep", jp.sweep, {"m": M, "key": "joints.J1.clearance.radial", "values": [0.1], "question": "solve"}
     yield "view", jp.view, {"m": SHORT}
+    yield "workspace", jp.workspace, {"m": ARM, "count": 5}
     yield "worst", jp.worst, {"m": M, "starts": 1}
     yield "Mechanism", jp.Mechanism, {"raw": dict(M.raw)}
     yield "Builder", jp.Builder, {"space": "planar", "units": {}}

@@ -50,13 +50,14 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
         "assemble": ("antenna-support", results(example("antenna-support"), "assemble")),
         "allow": ("six-bar", results(example("six-bar"), "allow")),
         "life": ("four-bar", results(four.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}), "life")),
+        "workspace": ("serial-2r", {"workspace": from_dataset(jp.workspace(example("serial-2r"), count=21))}),
         "allocate": ("press", results(example("press"), "allocate")),
     }
 
 
 KINDS = (
     "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities",
-    "assemble", "allow", "life", "allocate",
+    "assemble", "allow", "life", "workspace", "allocate",
 )  # fmt: skip
 
 

@@ -132,6 +132,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
     "allow": jp.allow,
     "life": lambda m: jp.life(m.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0})),
+    "workspace": lambda _: jp.workspace(jp.loads(examples.text("serial-2r")), {"x": [0, 200, 400], "y": [0, 200]}),
     "allow random": lambda m: jp.allow(m, "random", samples=400),
     "calibrate": lambda m: jp.calibrate(
         m, {"configuration": [0, 1], "angle": [35.0, 53.0]}, sigma={"angle": 1.0}, free={"theta1": 0.1}, hold_out=0.5
@@ -147,6 +148,7 @@ ELSEWHERE = {
     "calibrate": ("questions.md", "calibration.md"),
     "life": ("questions.md", "running.md"),
     "map": ("questions.md", "map.md"),
+    "workspace": ("questions.md", "workspace.md"),
 }
 ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
@@ -189,7 +191,7 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
     "name",
     [
         "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "life", "allocate",
-        "cost_curve", "map", "mechanism", "assembly", "pareto", "reactions",
+        "workspace", "cost_curve", "map", "mechanism", "assembly", "pareto", "reactions",
     ],
 )  # fmt: skip
 def test_every_figure_is_in_the_manual(name: str) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Flags, Floats, Texts
 from jointplay.core.compile import ANGULAR, DRIVABLE
 from jointplay.model.mechanism import Mechanism
+from jointplay.result import SIDES
 
 TURN = 2.0 * np.pi
 
@@ -39,6 +42,38 @@ def leaving(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> Text
         Whether the configurations follow one another. Where they do not, an angle in space counts by the turn that is
         nearest to its range.
     """
+    ends, room = rooms(m, drives, placed, path=path)
+    found = np.array(["", *(end.name for end in ends)])
+    beyond = room < 0.0
+    return found[np.where(beyond.any(axis=1), beyond.argmax(axis=1) + 1, 0)]
+
+
+@dataclass(frozen=True)
+class RangeEnd:
+    """An end of the range of a drive or a joint.
+
+    Attributes
+    ----------
+    kind : str
+        ``drives`` or ``joints``, as in the file.
+    name : str
+    side : str
+        ``low`` or ``high``.
+    """
+
+    kind: str
+    name: str
+    side: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}.{self.name}.{self.side}"
+
+
+def rooms(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> tuple[list[RangeEnd], Floats]:
+    """How far drives and joints are from the ends of their ranges, SI, (configuration, end); negative beyond them.
+
+    What is beyond an end by rounding only is at it. `path` is that of `leaving`.
+    """
     values, angular = coordinates(m, drives, placed)
     if not path and m.pose_size == poses.SPATIAL:
         driven = {k for k, _ in _driven(m, drives)}
@@ -46,13 +81,14 @@ def leaving(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> Text
             k = m.joints.index(name)
             if angular[k] and k not in driven and m.joint_kinds[k] != "screw":
                 values[:, k] += TURN * np.round((0.5 * (low + high) - values[:, k]) / TURN)
-    ranges = [(name, drives[:, m.drives.index(name)], span) for name, span in m.limits.drives.items()]
-    ranges += [(name, values[:, m.joints.index(name)], span) for name, span in m.limits.joints.items()]
-    found = np.full(len(drives), "", dtype=f"<U{max((len(name) for name, _, _ in ranges), default=1)}")
-    for name, value, (low, high) in ranges:
+    ranges = [("drives", name, drives[:, m.drives.index(name)], span) for name, span in m.limits.drives.items()]
+    ranges += [("joints", name, values[:, m.joints.index(name)], span) for name, span in m.limits.joints.items()]
+    ends, found = [], np.empty((len(drives), 2 * len(ranges)))
+    for k, (kind, name, value, (low, high)) in enumerate(ranges):
         slack = 1e-9 * max(abs(low), abs(high), m.length)
-        found[(found == "") & ((value < low - slack) | (value > high + slack))] = name
-    return found
+        ends += [RangeEnd(kind, name, side) for side in SIDES]
+        found[:, 2 * k], found[:, 2 * k + 1] = value - low + slack, high + slack - value
+    return ends, found
 
 
 def _raw(m: Mechanism, placed: Floats) -> tuple[Floats, Flags]:

@@ -20,6 +20,7 @@ HOMES = {
     "sweep": "sweeping.sweep",
     "allow": "allowing.allow",
     "life": "living.life",
+    "workspace": "reaching.workspace",
     "calibrate": "calibrating.calibrate",
     "plan": "calibrating.plan",
     "diagnose": "calibrating.diagnose",

@@ -33,6 +33,10 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay life press-running.toml": "",
         "jointplay life press-running.toml --cycles 0:1e6:5": "at these ages",
     },
+    "workspace": {
+        "jointplay workspace five-bar.toml": "",
+        "jointplay workspace five-bar.toml --centre 0,150 -o boundary.dxf": "",
+    },
     "calibrate": {
         "jointplay calibrate five-bar.toml --measured readings.csv": "",
         "jointplay calibrate five-bar.toml --measured readings.csv -o built.toml": "",

@@ -1,4 +1,4 @@
-"""`export`: a mechanism in a foreign format, by extension."""
+"""`export`: a mechanism or the boundary of a workspace in a foreign format, by extension."""
 
 from __future__ import annotations
 
@@ -6,33 +6,42 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jointplay.basics import files
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed
 from jointplay.model.mechanism import Mechanism
+from jointplay.result import Result, from_dataset
 
 from .contacts import to_mjcf
 from .drafting import to_dxf
+from .outlines import boundary_to_dxf, boundary_to_stl
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ModelWriter = Callable[[Mechanism, int], str]
 
 DRAWING = ".dxf"
 #: by extension, in small letters
 WRITERS: Mapping[str, ModelWriter] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, DRAWING: to_dxf})
+#: the same of the boundary of a workspace
+BOUNDARIES: Mapping[str, Callable[[Result], bytes]] = MappingProxyType(
+    {DRAWING: boundary_to_dxf, ".stl": boundary_to_stl}
+)
 
 
 @typed
 def export(
-    m: Mechanism,
+    m: Mechanism | Result | xr.Dataset,
     path: str | os.PathLike[str],
     *,
     configuration: int = 0,
     offsets: Mapping[str, Any] | None = None,
     deviations: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a mechanism in a foreign format.
+    """Write a mechanism, or the boundary of a workspace, in a foreign format.
 
     As `.xml` or `.mjcf` it is a model of MuJoCo, whose joints are contacts with the clearances of the mechanism: for a
     study of its dynamics. It has to be a mechanism of rigid bodies without couplings.
@@ -40,9 +49,11 @@ def export(
     As `.dxf` it is a drawing (needs the extra `dxf`): a layer for each body, pins as circles, guides as centre lines,
     the output with its path. `read` makes the same mechanism of it where it is planar and has pins, guides and slots.
 
+    A result of `workspace` is written as `.dxf`, with a layer for everything that bounds it, or in space as `.stl`.
+
     Parameters
     ----------
-    m : Mechanism
+    m : Mechanism or xarray.Dataset
     path : path-like
         A file, which is replaced if it is there.
     configuration : int, optional
@@ -69,6 +80,9 @@ def export(
     """
     place = Path(path)
     kind = place.suffix.lower()
+    if not isinstance(m, Mechanism):
+        boundary(m if isinstance(m, Result) else from_dataset(m), place)
+        return
     if kind not in WRITERS:
         if kind == ".csv":
             problem = "a table of poses is what `jointplay solve FILE -o poses.csv` writes"
@@ -84,3 +98,19 @@ def export(
         problem = "a model of MuJoCo has its clearances as contacts; offsets are drawn in a .dxf"
         raise InputError(problem, file=os.fspath(path), key="offsets")
     files.put(text.encode(), place)
+
+
+def boundary(result: Result, path: Path) -> None:
+    """Write the boundary of a workspace.
+
+    Raises
+    ------
+    InputError
+        When it is another result, or cannot be written there.
+    """
+    kind = path.suffix.lower()
+    if result.attrs.get("question") != "workspace":
+        raise InputError("is not the result of workspace; `save` writes every result", key="m")
+    if kind not in BOUNDARIES:
+        raise InputError(f"'{kind}' is not a format of a boundary; known: {listed(BOUNDARIES)}", file=os.fspath(path))
+    files.put(BOUNDARIES[kind](result), files.require_writable(path))

@@ -29,6 +29,7 @@ from .sheet import Drawn, draw
 from .singular import distance, nearness
 from .style import Style
 from .sweeps import sweep
+from .workspace import workspace
 
 __all__ = [
     "Drawn",
@@ -54,6 +55,7 @@ __all__ = [
     "pareto",
     "reactions",
     "sweep",
+    "workspace",
 ]
 
 

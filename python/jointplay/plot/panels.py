@@ -33,6 +33,7 @@ from .paths import displaced_path
 from .singular import KINDS, distance, nearness
 from .sweeps import sweep
 from .words import automatic
+from .workspace import planes, workspace
 
 if TYPE_CHECKING:
     from .sheet import Drawn
@@ -185,6 +186,19 @@ def _aged(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(life, sheet.first, name)) if name in sheet.first.data else None
 
 
+def _planes(sheet: Sheet) -> Iterable[str] | None:
+    """A section for every plane of the axes."""
+    return planes(sheet.first) if sheet.results else None
+
+
+def _plane(sheet: Sheet, name: str, *, axes: Axes) -> None:
+    """A section; of several one has the legend."""
+    workspace(sheet.first, name, axes=axes)
+    own = axes.get_legend()
+    if own is not None and sheet.choice.panel is None and name != planes(sheet.first)[0]:
+        own.remove()
+
+
 def _residual_names(sheet: Sheet) -> Iterable[str] | None:
     """A panel of residuals for every measured column, and one of the error that is left."""
     if not sheet.results:
@@ -301,6 +315,10 @@ SHEETS: Mapping[str, Kind] = {
     "allowed": Kind((_of_units(allow),), columns=1),
     "calibrated": Kind((PanelEntry(_residual_names, _calibrated),), has_components=False),
     "life": Kind((PanelEntry(AGEING, _aged),), has_components=False),
+    "workspace": Kind(
+        (PanelEntry(_planes, lambda sheet, name: Panel(_into(_plane, sheet, name), 5.0, around=KEYS)),),
+        has_components=False,
+    ),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }
 

@@ -59,6 +59,7 @@ OPTIONS = {
     "assemble": ["-q", "-c", "-s", "-o", "--plot", "--law"],
     "allow": ["-s", "-o", "--plot", "-q", "--probability", "--tolerance", "--seed", "--law", "--contact", "--sizes"],
     "life": ["-s", "-o", "--plot", "-q", "--cycles", "--cycle", "--probability", "--tolerance", "--seed", "--contact"],
+    "workspace": ["-s", "-o", "--plot", "-q", "-g", "--centre", "--count", "--tolerance", "--samples"],
     "allocate": ["-s", "-o", "--plot", "-q", "--probability", "--curve", "--changes", "--samples", "--seed"],
     "schema": ["-o"],
 }
@@ -73,7 +74,7 @@ WORDS = {
     "--components": ["x", "x,y", "x,y,angle", "z", "x,x", "", ","],
     "--variable": ["position", "rotation", "error.x", "error", "status", "undetermined.angle", "nothing", "x", ""],
 }
-SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow", "life")
+SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow", "life", "workspace")
 
 
 def line(random: Random) -> list[str]:

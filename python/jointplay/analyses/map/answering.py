@@ -45,11 +45,14 @@ class MapQuestion:
     question : str
     options : mapping
         Of the question.
+    asker : str
+        Who asks at the nodes of a grid.
     """
 
     whole: Mechanism
     question: str
     options: Mapping[str, Any]
+    asker: str = "map"
 
     @cached_property
     def m(self) -> Mechanism:
@@ -58,8 +61,8 @@ class MapQuestion:
 
     def __call__(self, at: Nominal) -> Result:
         """The answer at configurations that are solved."""
-        ask, m = computation(self.question, "map"), self.m
-        also = QUESTIONS[self.question].asked_by["map"]
+        ask, m = computation(self.question, self.asker), self.m
+        also = QUESTIONS[self.question].asked_by[self.asker]
         if self.whole is m:
             return ask(m, at=at, **self.options, **also)
         # The axes of the grid come first.

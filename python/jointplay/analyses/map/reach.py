@@ -99,7 +99,7 @@ class GridFollower:
         require_determinate(m, over_constrained=True)
         self.m = m
         self.grid = grid
-        self.start = _start(m)
+        self.start = start_of(m)
         if grid.of_output:
             self.names = tuple(name for name in m.components if name in (*grid.axes, *grid.held))
             commanded = [name for name in self.names if name not in ROTATIONS]
@@ -151,10 +151,16 @@ class GridFollower:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
         found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
+        return Solved(self._nominal(rows, found), found["crossing"], found["seed_crossing"])
+
+    def straight(self, seeds: Seeds, rows: Floats) -> Nominal:
+        """The nominal mechanism at some rows of commands, each reached on a straight way from its own seed."""
+        return self._nominal(rows, self._trace_grid([len(rows)], rows, seeds, spread=False))
+
+    def _nominal(self, rows: Floats, found: TracedGrid) -> Nominal:
         there = found["poses"]
         drives = self.m.core.drive_values(there, self.start.drives[0]) if self.grid.of_output else rows
-        at = Nominal(drives, there, found["output"], found["status"])
-        return Solved(at, found["crossing"], found["seed_crossing"])
+        return Nominal(drives, there, found["output"], found["status"])
 
     def _straight(self, first: Seeds, rows: Floats) -> TracedGrid:
         """The mechanism at some rows, each reached from one state on a straight way."""
@@ -173,7 +179,7 @@ def _one(rows: Floats, poses: Floats) -> Seeds:
     return Seeds(np.zeros(1, np.int64), rows[:1], poses[:1], np.zeros(1, bool))
 
 
-def _start(m: Mechanism) -> Nominal:
+def start_of(m: Mechanism) -> Nominal:
     """The mechanism where it is assembled: at the first values of its drives, else as the file says it starts."""
     rows = [m.start_drives] if m.drive_values is None else [m.drive_values[0], m.start_drives]
     for row in rows:

@@ -62,7 +62,7 @@ def _axes(ranges: dict[str, GridRange]) -> dict[str, GridRange]:
 
 
 #: by name of a drive, or by component of the output; a number holds it
-GridTable = Annotated[
-    dict[Name, Annotated[GridRange, BeforeValidator(_range, json_schema_input_type=Number | Numbers | GridRange)]],
-    AfterValidator(_axes),
+GridRanges = dict[
+    Name, Annotated[GridRange, BeforeValidator(_range, json_schema_input_type=Number | Numbers | GridRange)]
 ]
+GridTable = Annotated[GridRanges, AfterValidator(_axes)]

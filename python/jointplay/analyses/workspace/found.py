@@ -1,0 +1,175 @@
+"""The region of a workspace: its nodes in all orientations, and the points where edges of the grid leave it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from jointplay.analyses.map.answering import MapQuestion
+from jointplay.basics.arrays import Flags, Floats, Texts
+from jointplay.model.mechanism import Mechanism
+
+from .asked import AskedGrid
+from .crossing import Ways, leave
+from .holding import EDGE, WIDTH, HeldPlaces, OneOrientation
+from .surface import CrossedEdges, directions, framed, framed_values
+
+#: part of the work that the nodes are
+NODES = 0.7
+#: called with the part of the work that is done
+PartDone = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class HeldRegion:
+    """A region and its boundary, file units.
+
+    Attributes
+    ----------
+    m : Mechanism
+        With the output that the grid speaks of.
+    asked : AskedGrid
+    inside : ndarray
+        Which nodes are in it, over the axes.
+    why : ndarray
+        What keeps the mechanism from every node; empty also where a region apart from this one is.
+    apart : int
+        Nodes of such regions.
+    far : float
+        Distance from the start to the nearest node of the region, in cells.
+    edges : CrossedEdges
+        Those that lead out of it.
+    points : ndarray
+        Where they do, shape (edge, axis).
+    bound : ndarray
+        What ends each of them.
+    """
+
+    m: Mechanism
+    asked: AskedGrid
+    inside: Flags
+    why: Texts
+    apart: int
+    far: float
+    edges: CrossedEdges
+    points: Floats
+    bound: Texts
+
+    @property
+    def values(self) -> list[Floats]:
+        """Of the nodes along each axis."""
+        return list(self.asked.axes.values())
+
+    @property
+    def nodes(self) -> Floats:
+        """Positions of the nodes inside, shape (node, axis)."""
+        return places(self.values)[self.inside.ravel()]
+
+    def holds(self, positions: Floats) -> Flags:
+        """Whether the nodes next to some positions are inside."""
+        nearest = [
+            np.clip(np.searchsorted(0.5 * (along[1:] + along[:-1]), positions[:, k]), 0, len(along) - 1)
+            for k, along in enumerate(self.values)
+        ]
+        return np.asarray(self.inside[tuple(nearest)])
+
+
+def region(
+    whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: PartDone
+) -> HeldRegion:
+    """The region of a grid.
+
+    Parameters
+    ----------
+    whole : Mechanism
+        With all outputs and load cases.
+    asked : AskedGrid
+    start : ndarray
+        Position along every axis at the start, file units.
+    ask : MapQuestion, optional
+        Whose limits have to hold.
+    tolerance : float
+        Of the boundary along edges, file units.
+    part : callable
+    """
+    every: list[tuple[OneOrientation, HeldPlaces]] = []
+    count = len(asked.orientations)
+    part(0.0)
+    for k, orientation in enumerate(asked.orientations):
+        one = OneOrientation(asked.of(whole, orientation), ask)
+        every.append((one, one.nodes(partial(_advance, part, k, count))))
+        part(NODES * (k + 1) / count)
+    why = every[0][1].why
+    for _, held in every[1:]:
+        why = np.where(why == "", held.why, why)
+    why = why.reshape([len(values) for values in asked.axes.values()])
+    inside, far = connected(np.asarray(why == ""), asked, start)
+    edges = CrossedEdges.of(framed(inside))
+    points, bound = _boundary(every, asked, edges, tolerance, lambda done: part(NODES + (1.0 - NODES) * done))
+    apart = int(np.count_nonzero(why == "") - np.count_nonzero(inside))
+    return HeldRegion(every[0][0].m, asked, inside, why, apart, far, edges, points, bound)
+
+
+def _advance(part: PartDone, orientation: int, count: int, done: int, of: int) -> None:
+    part(NODES * (orientation + done / of) / count)
+
+
+def coarse_region(whole: Mechanism, asked: AskedGrid, start: Floats) -> Flags:
+    """The nodes of a region in its first orientation, without its boundary."""
+    one = OneOrientation(asked.of(whole, asked.orientations[0]), None)
+    held = one.nodes().inside.reshape([len(values) for values in asked.axes.values()])
+    return connected(held, asked, start)[0]
+
+
+def connected(held: Flags, asked: AskedGrid, start: Floats) -> tuple[Flags, float]:
+    """The part of some nodes that hangs together with the one nearest to the start, and how far that is in cells."""
+    from scipy.ndimage import label
+
+    if not held.any():
+        return held, np.inf
+    beside = np.zeros((3,) * held.ndim, dtype=bool)
+    beside[(1,) * held.ndim] = True
+    for d in directions(held.ndim):
+        beside[tuple(1 + k for k in d)] = beside[tuple(1 - k for k in d)] = True
+    numbers = label(held, beside)[0]
+    cells = [float(np.diff(values).max()) for values in asked.axes.values()]
+    far = np.linalg.norm((places(list(asked.axes.values())) - start) / cells, axis=1)
+    far[~held.ravel()] = np.inf
+    nearest = int(np.argmin(far))
+    return np.asarray(numbers == numbers.ravel()[nearest]), float(far[nearest])
+
+
+def places(values: list[Floats]) -> Floats:
+    """The positions of all nodes, the last axis fastest."""
+    return np.stack([along.ravel() for along in np.meshgrid(*values, indexing="ij")], axis=1)
+
+
+def _boundary(
+    every: list[tuple[OneOrientation, HeldPlaces]],
+    asked: AskedGrid,
+    edges: CrossedEdges,
+    tolerance: float,
+    part: PartDone,
+) -> tuple[Floats, Texts]:
+    """Where the edges leave the region: in the orientation in which they do first."""
+    values = list(asked.axes.values())
+    framed_places = places([framed_values(along) for along in values])
+    first, last = framed_places[edges.inner], framed_places[edges.outer]
+    nodes = [np.stack(np.unravel_index(ends, edges.inside.shape)) - 1 for ends in (edges.inner, edges.outer)]
+    shape = np.array([len(along) for along in values])[:, None]
+    is_edge = ((nodes[1] < 0) | (nodes[1] >= shape)).any(axis=0)
+    low = np.where(is_edge, 0.0, 1.0)
+    bound = np.where(is_edge, EDGE, "").astype(WIDTH)
+    inner, outer = (np.ravel_multi_index(tuple(end), shape.ravel(), mode="clip") for end in nodes)
+    for k, (one, held) in enumerate(every):
+        ways = np.flatnonzero(~is_edge & (held.why[outer] != ""))
+        length = np.linalg.norm(last[ways] - first[ways], axis=1)
+        found = Ways(inner[ways], outer[ways], length, held.why[outer[ways]])
+        gone, why = leave(one, found, held.room, tolerance)
+        sooner = ways[gone < low[ways]]
+        low[sooner], bound[sooner] = gone[gone < low[ways]], why[gone < low[ways]]
+        part((k + 1) / len(every))
+    return first + low[:, None] * (last - first), bound

@@ -1,0 +1,222 @@
+"""The largest disc, ball and box within a boundary.
+
+    r(c) = min |c - p|    over the points p of the boundary
+
+is increased from the best nodes by linear programs, each of which moves c by d where the nearest points p_i allow it:
+max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. Boxes of many places and proportions are as large as the
+points of the boundary let them be; the best of them, by differential evolution, is enlarged by linear programs while
+planes stand between it and the facets. What is found is in the region; that nothing larger is, is not proven.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from jointplay.basics.arrays import Flags, Floats, Ints
+
+from .surface import facet_sizes
+
+#: points of a facet along each of its sides, by dimensions, and around what has been found
+PARTS, FINE = {2: 8, 3: 3}, 32
+#: nodes from which the largest disc is looked for
+STARTS = 3
+#: points of the boundary that are nearest to a centre and decide where it goes
+MOST_POINTS = 300
+#: steps go down to this part of a spacing
+SMALLEST = 1.0 / 512.0
+#: a box is moved where it gains a larger part, and shrinks by this factor where a facet is in it
+LEAST_GAIN, SHRINK = 1e-7, 0.97
+#: planes are as good as others within this part of the extent
+TIE = 1e-9
+#: by dimensions, how many boxes are tried and improved how often; how slim they may be, as powers of e
+BOXES, TRIES, SLIM = {2: 20, 3: 8}, {2: 200, 3: 80}, 2.0
+#: whether places are in a region, shape (place, axis)
+Within = Callable[[Floats], Flags]
+
+
+def samples(points: Floats, facets: Ints, parts: int) -> Floats:
+    """Points all over the facets, their corners among them."""
+    n = points.shape[1]
+    weights = np.array([k for k in itertools.product(range(parts + 1), repeat=n) if sum(k) == parts]) / parts
+    return np.asarray(np.einsum("wk,fkx->fwx", weights, points[facets]).reshape(-1, n))
+
+
+def disc(points: Floats, facets: Ints, nodes: Floats, spacing: float, centre: Floats | None) -> tuple[Floats, float]:
+    """Centre and radius of the largest disc or ball; about a centre that is given, if one is.
+
+    Parameters
+    ----------
+    points, facets : ndarray
+        The boundary.
+    nodes : ndarray
+        Those inside, shape (node, axis).
+    spacing : float
+        Of the nodes.
+    centre : ndarray, optional
+        Inside.
+    """
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(samples(points, facets, PARTS[points.shape[1]]))
+    if centre is None:
+        far = tree.query(nodes)[0]
+        centre, best = nodes[0], -np.inf
+        for _ in range(min(STARTS, len(nodes))):
+            first = int(np.argmax(far))
+            if not far[first] > 0.0:
+                break
+            found, radius = _moved(tree, nodes[first], spacing)
+            if radius > best:
+                centre, best = found, radius
+            # Nodes of the same disc lead to the same one.
+            far = np.where(np.linalg.norm(nodes - nodes[first], axis=1) < 0.5 * far[first], 0.0, far)
+    radius = float(tree.query(centre)[0])
+    near = (np.linalg.norm(points[facets] - centre, axis=2) < radius + 3.0 * spacing).any(axis=1)
+    return centre, float(np.linalg.norm(samples(points, facets[near], FINE) - centre, axis=1).min())
+
+
+def _moved(tree: Any, centre: Floats, spacing: float) -> tuple[Floats, float]:
+    """A centre with a locally largest distance from the points of a tree."""
+    from scipy.optimize import linprog
+
+    n, step = len(centre), spacing
+    radius = float(tree.query(centre)[0])
+    while step > SMALLEST * spacing:
+        _, nearest = tree.query(centre, min(MOST_POINTS, tree.n), distance_upper_bound=radius + 2.0 * np.sqrt(n) * step)
+        away = centre - tree.data[nearest[nearest < tree.n]]
+        far = np.linalg.norm(away, axis=1)
+        rows = np.column_stack([-away / far[:, None], np.ones(len(far))])
+        found = linprog([0.0] * n + [-1.0], rows, far, bounds=[(-step, step)] * n + [(0.0, None)])
+        moved = centre + found.x[:n] if found.status == 0 else centre
+        reached = float(tree.query(moved)[0])
+        if reached > radius * (1.0 + 1e-12):
+            centre, radius = moved, reached
+        else:
+            step *= 0.25
+    return centre, radius
+
+
+def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> Floats:
+    """The lowest and the highest corner of the largest box with sides along the axes.
+
+    Parameters
+    ----------
+    points, facets : ndarray
+        The boundary.
+    within : callable
+        Which places are in the region, roughly.
+    centre : ndarray, optional
+        Where the middle of the box has to be.
+    """
+    from scipy.optimize import differential_evolution
+
+    n = points.shape[1]
+    surface = points[np.unique(facets)]
+    low, high = points.min(axis=0), points.max(axis=0)
+    free = 0 if centre is not None else n
+
+    def boxes(numbers: Floats) -> tuple[Floats, Floats]:
+        """Middles and half the sides of the largest boxes of some proportions, shape (axis, box)."""
+        middle = np.repeat(centre[:, None], numbers.shape[1], axis=1) if centre is not None else numbers[:n]
+        sides = np.exp(np.vstack([numbers[free:], -numbers[free:].sum(axis=0)])) * (high - low)[:, None]
+        parts = np.abs(surface[:, :, None] - middle) / sides
+        return middle, sides * parts.max(axis=1).min(axis=0)
+
+    def smallness(numbers: Floats) -> Floats:
+        middle, half = boxes(numbers)
+        with np.errstate(divide="ignore"):
+            return np.where(within(middle.T), -np.log(half).sum(axis=0), np.inf)
+
+    limits = [*zip(low, high, strict=True)][:free] + [(-SLIM, SLIM)] * (n - 1)
+    found = differential_evolution(
+        smallness,
+        limits,
+        seed=0,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        popsize=BOXES[n],
+        maxiter=TRIES[n],
+        tol=1e-5,
+    )
+    middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
+    planes = _Planes(points[facets[facet_sizes(points, facets) > 0.0]])
+    # Between the samples a corner may have come through.
+    ends = planes.within(np.stack([middle - half, middle + half]))
+    return _enlarged(ends, planes, centred=centre is not None)
+
+
+class _Planes:
+    """Planes that may stand between a box and facets, several for each facet.
+
+    Two convex bodies are apart if and only if one of their own directions, or one across an edge of both, separates
+    them (Gottschalk, Lin and Manocha 1996). With such a plane held, the condition on the box is linear in its ends.
+    """
+
+    def __init__(self, corners: Floats) -> None:
+        n = corners.shape[2]
+        sides = np.roll(corners, -1, axis=1) - corners
+        own = sides[:, :1, ::-1] * [1.0, -1.0] if n == 2 else np.cross(sides[:, 0], sides[:, 1])[:, None]
+        across = [np.cross(sides, axis) for axis in np.eye(3)] if n == 3 else []
+        axes = np.broadcast_to(np.eye(n), (len(corners), n, n))
+        normal = np.concatenate([own, -own, axes, -axes, *across, *(-one for one in across)], axis=1)
+        length = np.linalg.norm(normal, axis=2, keepdims=True)
+        self.normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        support = np.einsum("fkx,fcx->fkc", self.normal, corners).min(axis=2)
+        self.support = np.where(length[..., 0] > 0.0, support, -np.inf)
+
+    def gaps(self, ends: Floats) -> tuple[Floats, Floats]:
+        """How far every facet is from a box, negative where it is in it, and the normal of the plane between them."""
+        reach = np.maximum(self.normal, 0.0) @ ends[1] + np.minimum(self.normal, 0.0) @ ends[0]
+        gaps = self.support - reach
+        # At a corner of a facet several are as good; along the plane of the facet itself the box slides past it.
+        own, best, every = gaps[:, :2].argmax(axis=1), gaps.argmax(axis=1), np.arange(len(gaps))
+        best = np.where(gaps[every, own] > gaps[every, best] - TIE * float(np.ptp(ends)), own, best)
+        return gaps[every, best], self.normal[every, best]
+
+    def within(self, ends: Floats) -> Floats:
+        """A box, smaller where a facet reaches into it."""
+        middle, half = ends.mean(axis=0), 0.5 * (ends[1] - ends[0])
+        while self.gaps(ends)[0].min() < 0.0:
+            half = half * SHRINK
+            ends = np.stack([middle - half, middle + half])
+        return ends
+
+
+def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
+    """A box made larger as long as that goes, by linear programs within steps that shrink."""
+    from scipy.optimize import linprog
+
+    n = ends.shape[1]
+    step = float((ends[1] - ends[0]).max())
+    smallest = SMALLEST * step
+    while step > smallest:
+        gaps, normal = planes.gaps(ends)
+        near = np.argsort(gaps)[:MOST_POINTS]
+        near = near[gaps[near] < 2.0 * n * step]
+        outwards, inwards = np.maximum(normal[near], 0.0), np.minimum(normal[near], 0.0)
+        # What of the box moves: half its sides, or its lowest and its highest corner.
+        rows = outwards - inwards if centred else np.column_stack([inwards, outwards])
+        gain = 1.0 / (ends[1] - ends[0])
+        cost = -gain if centred else np.concatenate([gain, -gain])
+        # Facets that are not looked at are farther away than these.
+        most = min(step, float(gaps[near].max(initial=np.inf)) / n if len(near) == MOST_POINTS else step)
+        found = linprog(cost, rows, gaps[near], bounds=[(-most, most)] * len(cost))
+        moved = ends
+        if found.status == 0:
+            change = np.stack([-found.x, found.x]) if centred else found.x.reshape(2, n)
+            moved = ends + change
+        sides, before = moved[1] - moved[0], ends[1] - ends[0]
+        if (
+            (sides > 0.0).all()
+            and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN)
+            and planes.gaps(moved)[0].min() >= 0.0
+        ):
+            ends = moved
+        else:
+            step *= 0.25
+    return ends

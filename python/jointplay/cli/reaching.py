@@ -1,0 +1,105 @@
+"""The subcommand that finds the workspace of a mechanism."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from jointplay.basics.files import require_writable
+
+from . import answer, arguments
+from .belonging import NO_OPTIONS, GivenOptions, asks
+from .drawing import NO_FIGURE, FigureFile, with_figure
+from .options import File, LoadCase, PointName, Settings
+from .printing import prints
+
+if TYPE_CHECKING:
+    from jointplay.model.mechanism import Mechanism
+    from jointplay.result import Result
+
+#: extensions of the boundary alone
+BOUNDARIES = (".dxf", ".stl")
+
+
+@prints()
+@with_figure("panel")
+@asks(
+    "workspace",
+    "In which question the limits of the file have to hold as well. [default: errors do not count]",
+    None,
+    *("first_order", "samples", "seed", "law", "sampling", "contact"),
+    samples=1_024,
+)
+def workspace(
+    file: File,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--grid",
+            "-g",
+            metavar="NAME=A:B:N",
+            help="Axis, such as x=-50:50:101; of rotations, orientations that are all needed. In place of the file's.",
+        ),
+    ] = None,
+    centre: Annotated[
+        str | None,
+        typer.Option("--centre", metavar="X,Y[,Z]", help="Disc and box about it. [default: where they are largest]"),
+    ] = None,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            "--count",
+            metavar="N",
+            help="Nodes along the longest side, where no grid says it. [default: 101, in space 25]",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option("--tolerance", metavar="T", help="Of the boundary between nodes. [default: spacing / 1000]"),
+    ] = None,
+    question: str | None = None,
+    options: GivenOptions = NO_OPTIONS,
+    output_point: PointName = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Write it: .nc, .zarr, .csv, .json, .parquet, .xlsx; its boundary: .dxf (plane), .stl (space).",
+        ),
+    ] = None,
+    plot: FigureFile = NO_FIGURE,
+) -> int:
+    """Find the region in which it can be used, and what bounds it.
+
+    Says how large it is, and the largest disc and box in it. Exit code 1: there is none.
+    """
+    from jointplay.analyses.workspace import compute
+
+    drawn = output if output is not None and output.suffix.lower() in BOUNDARIES else None
+    if drawn is not None:
+        require_writable(drawn)
+    m = answer.mechanism(file, settings, output_point, load_case)
+    ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
+    middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
+
+    found: list[Result] = []
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        asked = {} if question is None else options.of(m, question)
+        every = {"question": question, "centre": middle, "count": count, "tolerance": tolerance, **asked}
+        found.append(compute(m, ranges, progress=progress, **every))
+        return found[0]
+
+    code = answer.answer({"workspace": ask}, m, output if drawn is None else None, plot)
+    if drawn is not None and found:
+        from jointplay.exchange.exporting import boundary
+
+        boundary(found[0], drawn)
+        typer.echo(f"wrote {drawn}")
+    return code
