@@ -60,6 +60,8 @@ class Question:
     asked_by: Askers = field(default_factory=dict)
     #: whether there is an answer only where something loads the mechanism
     needs_loads: bool = False
+    #: the same of a target of the output
+    needs_target: bool = False
     #: nodes of a map that are computed at a time: some seconds of work, some ten megabytes
     chunk: int = 0
     #: in its module, what others ask, and the function with the options that they give, if it is not that of its name
@@ -148,6 +150,17 @@ QUESTIONS: Mapping[str, Question] = {
             asked_by=_by("error", "map", "sweep", "compensate", "studio"),
             chunk=2**13,
             sheet="errors",
+        ),
+        Question(
+            "structural",
+            title="Structural error: the nominal mechanism beside what its output ought to do",
+            label="structural error",
+            figures={"structural": Figure("structural_error", "structural error")},
+            asked_by=_by("error", "sweep"),
+            needs_target=True,
+            conclusion="errors.of_structural",
+            table="questions.of_structural",
+            sheet="structural",
         ),
         Question(
             "solve",

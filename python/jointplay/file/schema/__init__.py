@@ -54,6 +54,7 @@ from .spatial_tables import SpatialStart
 from .springs import SpringTable
 from .stiffness import Stiffness
 from .tables import Dimension, Drive, LoadTable, OutputTable, variables_of
+from .target import TargetDwell, TargetFunction, TargetTable
 from .values import NAME, ToleranceTable
 from .wear import Wear
 
@@ -122,6 +123,9 @@ __all__ = [
     "SpatialStart",
     "SpringTable",
     "Stiffness",
+    "TargetDwell",
+    "TargetFunction",
+    "TargetTable",
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",

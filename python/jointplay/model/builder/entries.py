@@ -20,6 +20,7 @@ from .tables import (
     BlockWearDict,
     BoundsDict,
     ChoiceDict,
+    CircleDict,
     ComponentDeviationDict,
     ErrorLimitsDict,
     FlankClearanceDict,
@@ -32,6 +33,7 @@ from .tables import (
     JournalStiffnessDict,
     JournalWearDict,
     LawDict,
+    LineDict,
     LockedAngleDict,
     MountStiffnessDict,
     PlacementDict,
@@ -50,6 +52,9 @@ from .tables import (
     SlotFrictionDict,
     SlotStiffnessDict,
     StrandStiffnessDict,
+    TargetDict,
+    TargetDwellDict,
+    TargetFunctionDict,
     ThreadFrictionDict,
     ToleranceDict,
     ToothFrictionDict,
@@ -1695,6 +1700,50 @@ class Whole(Parts):
             },
         )
 
+    def target(
+        self,
+        *,
+        points: RowsLike | None = None,
+        timed: bool | None = None,
+        line: LineDict | None = None,
+        circle: CircleDict | None = None,
+        function: TargetFunctionDict | None = None,
+        dwell: TargetDwellDict | None = None,
+        tolerance: NumberLike | None = None,
+    ) -> None:
+        """What the output ought to do ideally: one of points, line, circle, function, dwell.
+
+        Parameters
+        ----------
+        points : optional
+            Positions [x, y] of the output point; in space: positions [x, y, z] of the output point.
+        timed : optional
+            Of points: whether each belongs to the configuration of its number; if not, the nearest point of the
+            polyline through them counts.
+        line : optional
+            A straight line.
+        circle : optional
+            A circle.
+        function : optional
+            A function of the drives.
+        dwell : optional
+            A coordinate that stays as it is.
+        tolerance : optional
+            Largest acceptable structural error.
+        """
+        self._single(
+            "target",
+            {
+                "points": points,
+                "timed": timed,
+                "line": line,
+                "circle": circle,
+                "function": function,
+                "dwell": dwell,
+                "tolerance": tolerance,
+            },
+        )
+
     def output(
         self,
         name: str | None = None,
@@ -1704,6 +1753,7 @@ class Whole(Parts):
         at: str | NumbersLike | None = None,
         relative_to: str | None = None,
         limits: ErrorLimitsDict | None = None,
+        target: TargetDict | None = None,
         leads: bool | None = None,
     ) -> None:
         """The point whose error is asked, or one of several.
@@ -1721,10 +1771,15 @@ class Whole(Parts):
             The body against which the output is measured, in the axes of that body; the ground if left out.
         limits : optional
             Its own limits, in place of those of [limits].
+        target : optional
+            What it ought to do ideally, see [target].
         leads : optional
             Whether it is the one that [path] and a [grid] of positions speak of.
         """
-        self._output(name, {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "leads": leads})
+        self._output(
+            name,
+            {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "target": target, "leads": leads},
+        )
 
     def load(
         self,
