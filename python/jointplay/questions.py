@@ -100,6 +100,7 @@ QUESTIONS: Mapping[str, Question] = {
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
                 allow={"details": False, "follows": False},
+                design={"details": False, "follows": False},
                 life={"details": False, "follows": False},
             ),
             needs_loads=True,
@@ -114,7 +115,7 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
-                *("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble"),
+                *("error", "map", "sweep", "compare", "allow", "life", "allocate", "design", "assemble"),
                 # While sliders move.
                 studio={"exact": False},
             ),
@@ -134,6 +135,7 @@ QUESTIONS: Mapping[str, Question] = {
                 # The nodes of a grid are no path.
                 map={"path": False},
                 allow={"path": False, "probabilities": (), "follows": False},
+                design={"path": False, "probabilities": (), "follows": False},
                 life={"path": False, "follows": False},
             ),
             chunk=2**6,
@@ -209,6 +211,7 @@ QUESTIONS: Mapping[str, Question] = {
         Question("verify", conclusion="built.of_verify", overview="calibrate.of_verify"),
         Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
+        Question("design", conclusion="dimensions.of_design", overview="design.overview", sheet="designed"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),
         # These ask others.
         Question("sweep", sheet="sweep"),

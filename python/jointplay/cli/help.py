@@ -44,6 +44,9 @@ LINES: dict[str, dict[str, str]] = {
     "diagnose": {"jointplay diagnose pushed.toml --reversal pushed.csv --sigma length=0.001": ""},
     "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
+    "design": {
+        "jointplay design p3r.toml --vary joints.J3.on.ground.0=-200:0 \\\n    --aim worst_position": "",
+    },
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",
         "jointplay map five-bar.toml -g left=120:150:4 -g right=40 -q worst": "",

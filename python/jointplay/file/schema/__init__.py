@@ -33,6 +33,7 @@ from .clearances import (
 )
 from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, CrossedGear, GearKeys, Mesh, Screw
+from .design import DesignTable, Variation
 from .deviations import DH, AxisDeviation, ComponentDeviation, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables
@@ -77,6 +78,7 @@ __all__ = [
     "Cost",
     "Coupling",
     "CrossedGear",
+    "DesignTable",
     "Deviating",
     "Dimension",
     "Drive",
@@ -130,6 +132,7 @@ __all__ = [
     "ToleranceTable",
     "Universal",
     "Variables",
+    "Variation",
     "Wear",
     "Zone",
     "along_the_path",

@@ -12,6 +12,7 @@ from .assembly import Assembly
 from .bodies import BodyTable, Expansion, PlanarBody, SpatialBody
 from .correlations import Correlation
 from .costs import Cost, SourceName
+from .design import DESIGN, DesignTable
 from .deviations import LinkTable, PlanarLink, SpatialLink
 from .followers import Follower
 from .grid import GridTable
@@ -136,6 +137,7 @@ class MechanismFile(Table):
         (), description="sources that scatter together"
     )
     costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
+    design: DesignTable | SkipJsonSchema[None] = Field(None, description=DESIGN)
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: LimitsTable
 

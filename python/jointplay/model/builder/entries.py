@@ -58,6 +58,7 @@ from .tables import (
     ThreadFrictionDict,
     ToleranceDict,
     ToothFrictionDict,
+    VariationDict,
 )
 from .values import Count, NumberLike, NumbersLike, RowsLike
 from .writing import Writing
@@ -1742,6 +1743,58 @@ class Whole(Parts):
                 "dwell": dwell,
                 "tolerance": tolerance,
             },
+        )
+
+    def design(
+        self,
+        *,
+        vary: Mapping[str, NumbersLike | VariationDict] | None = None,
+        aim: Literal[
+            "worst_position",
+            "worst_rotation",
+            "loaded_position",
+            "loaded_rotation",
+            "structural",
+            "structural_worst",
+            "outside",
+            "drive_force",
+            "size",
+        ]
+        | Sequence[
+            Literal[
+                "worst_position",
+                "worst_rotation",
+                "loaded_position",
+                "loaded_rotation",
+                "structural",
+                "structural_worst",
+                "outside",
+                "drive_force",
+                "size",
+            ]
+        ]
+        | None = None,
+        weights: Mapping[str, NumberLike] | None = None,
+        question: Literal["worst", "loaded"] | None = None,
+        transmission: Mapping[str, NumberLike] | None = None,
+    ) -> None:
+        """Which values may be chosen anew, what is to be small, and what has to hold beside the limits.
+
+        Parameters
+        ----------
+        vary : optional
+            Bounds or catalogues by the key of a value, as `--set` takes it, in quotes.
+        aim : optional
+            What is to be small, at the configuration where it is largest; of two there is a front.
+        weights : optional
+            Instead of aim: several, each times its weight, whose sum is to be small.
+        question : optional
+            In which question the limits of the error have to hold.
+        transmission : optional
+            Smallest acceptable transmission angle, by joint: between the lines along its two bodies.
+        """
+        self._single(
+            "design", {"vary": vary, "aim": aim, "weights": weights, "question": question, "transmission": transmission}
         )
 
     def output(

@@ -944,3 +944,10 @@ class UnitsDict(TypedDict, total=False):
     turning_speed: Literal["1/min", "1/s", "deg/s", "rad/s"]
     """Unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if
     left out."""
+
+
+VariationDict = TypedDict(
+    "VariationDict",
+    {"from": "NumberLike", "to": "NumberLike", "step": "NumberLike", "values": "NumbersLike"},
+    total=False,
+)
