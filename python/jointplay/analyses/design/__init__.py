@@ -198,11 +198,13 @@ def _least(search: Search, weights: Mapping[str, float]) -> Attempt:
     search.everywhere(objective)
     for start in search.starts(objective):
         search.nearby(start, weights)
+    # What held nothing at first may do so now.
     light = search.best(objective)
     assert light is not None
-    found = search.attempt(light.values, exact=True)
-    if found.aims:
-        search.nearby(found, weights, exact=True, steps=LAST)
+    search.nearby(light, weights)
+    light = search.best(objective)
+    assert light is not None
+    search.nearby(search.attempt(light.values, exact=True), weights, exact=True, steps=LAST)
     best = search.best(objective, exact=True)
     assert best is not None
     return best
@@ -245,18 +247,26 @@ def _front(search: Search, answer: Designed, names: Sequence[str], points: int) 
     chosen += [min(least, key=lambda one: (one.aim(first), one.aim(second)))] if least else []
     exact = [search.attempt(values, exact=True) for values in dict.fromkeys(one.values for one in chosen)]
     every = [one for one in (*exact, *ends) if one.holds]
-    answer.front = sorted(
-        {one.values: one for one in every if not any(_beats(other, one, names) for other in every)}.values(),
-        key=lambda one: one.aim(first),
+    best = sorted(
+        (one for one in every if not any(_beats(other, one, names) for other in every)),
+        key=lambda one: (one.aim(first), one.aim(second)),
     )
-    sizes = [max(one.aim(name) for one in answer.front) or 1.0 for name in names]
-    leasts = [min(one.aim(name) for one in answer.front) for name in names]
+    sizes = [max(one.aim(name) for one in best) or 1.0 for name in names]
+    leasts = [min(one.aim(name) for one in best) for name in names]
+    for one in best:
+        if not any(_is_alike(one, other, names, sizes) for other in answer.front):
+            answer.front.append(one)
     answer.best = min(
         answer.front,
         key=lambda one: sum(
             ((one.aim(n) - least) / size) ** 2 for n, least, size in zip(names, leasts, sizes, strict=True)
         ),
     )
+
+
+def _is_alike(one: Attempt, other: Attempt, names: Sequence[str], sizes: Sequence[float]) -> bool:
+    """Whether nobody tells the aims of two designs apart."""
+    return all(abs(one.aim(name) - other.aim(name)) <= 1e-3 * size for name, size in zip(names, sizes, strict=True))
 
 
 def _beats(one: Attempt, other: Attempt, names: Sequence[str]) -> bool:

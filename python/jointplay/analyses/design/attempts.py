@@ -9,6 +9,7 @@ configuration needs a pose: the share of those without one is what a search goes
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,7 +24,7 @@ from jointplay.analyses.several import places_of
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.errors import InputError, listed, not_known
-from jointplay.file.schema import DesignTable, Variables, Variation, variables_of
+from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Variation, variables_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, figure, parts
@@ -262,7 +263,9 @@ class Attempts:
 def _variable(m: Mechanism, key: str, variation: Variation) -> Variable:
     value = m.value(key)
     if isinstance(value, str):
-        value = Variables(*variables_of(m.raw)).number(value)
+        # A text that has no value is a name.
+        with suppress(NotAnExpression):
+            value = Variables(*variables_of(m.raw)).number(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("is not a number; only numbers can be varied", file=m.file, key=key)
     return Variable(key, float(value), *variation.bounds, variation.choices)

@@ -32,7 +32,8 @@ STARTS, STEPS, LAST = 3, 40, 12
 STEP = 1e-6
 #: limits are kept by this part of them, so that they hold in spite of rounding
 KEPT = 1e-7
-#: attempts of the whole are counted as so many for the progress
+#: a row with this ceiling is free
+FREE = 1e3
 Objective = Callable[[Attempt], float]
 
 
@@ -132,6 +133,8 @@ class Search:
     ) -> None:
         """Search near an attempt; what is found is among the attempts.
 
+        Where it does not hold everything, the largest part that is used of anything is to be small.
+
         Parameters
         ----------
         start : Attempt
@@ -145,64 +148,36 @@ class Search:
         """
         from scipy.optimize import minimize
 
-        free = [k for k, one in enumerate(self.attempts.variables) if not one.choices and one.high > one.low]
+        variables = self.attempts.variables
+        free = [k for k, one in enumerate(variables) if not one.choices and one.high > one.low]
         if not free or not start.aims:
             return
-        variables = [self.attempts.variables[k] for k in free]
-        names = list(weights)
-        sizes = {name: max(abs(start.aim(name)), 1e-12) for name in start.aims}
-        shapes = {name: len(values) for name, values in (*start.aims.items(), *start.used.items())}
-        total = sum(weights[name] * sizes[name] for name in names)
-        slopes = np.append(np.zeros(len(free)), [weights[name] * sizes[name] / total for name in names])
-
-        def point(z: Floats) -> list[float]:
-            x = [*start.values]
-            for k, one, part in zip(free, variables, z, strict=False):
-                x[k] = one.low + float(np.clip(part, 0.0, 1.0)) * one.span
-            return x
+        count = len(free)
+        layout = _Rows(start, weights if start.holds else {}, bounds or {})
 
         def rows(x: Floats) -> Floats:
-            """Aims in parts of those of the start, and what is used; shorter where there is no pose."""
-            found = self.attempt(point(x), exact=exact)
-            if found.lost:
-                return np.full(sum(shapes.values()), 1e3)
-            parts = [values / sizes[name] for name, values in found.aims.items()]
-            return np.concatenate([*parts, *(np.minimum(values, 1e3) for values in found.used.values())])
-
-        def spare(z: Floats) -> Floats:
-            return ceilings(z) - rows(z[: len(free)])
-
-        caps = {name: value / sizes[name] * (1.0 - KEPT) for name, value in (bounds or {}).items()}
-
-        def ceilings(z: Floats) -> Floats:
-            """What every row has to stay below: t of its aim, a bound, or the whole of a limit."""
-            own = dict(zip(names, z[len(free) :], strict=True))
-            each = []
-            for name in start.aims:
-                each.append(np.full(shapes[name], own.get(name, caps.get(name, np.inf))))
-            each += [np.full(shapes[name], 1.0 - KEPT) for name in start.used]
-            return np.minimum(np.concatenate(each), 1e6)
+            values = [*start.values]
+            for k, part in zip(free, x, strict=True):
+                values[k] = variables[k].low + float(np.clip(part, 0.0, 1.0)) * variables[k].span
+            return layout.of(self.attempt(values, exact=exact))
 
         def jacobian(z: Floats) -> Floats:
-            here = rows(z[: len(free)])
-            found = np.zeros((len(here), len(z)))
-            for k in range(len(free)):
+            here = rows(z[:count])
+            slopes = np.empty((len(here), count))
+            for k in range(count):
+                moved = z[:count].copy()
                 # Towards the inside of the box.
-                step = STEP if z[k] < 0.5 else -STEP
-                moved = z[: len(free)].copy()
-                moved[k] += step
-                found[:, k] = -(rows(moved) - here) / step
-            for k in range(len(names)):
-                found[:, len(free) + k] = ceilings(z + np.eye(len(z))[len(free) + k]) - ceilings(z)
-            return found
+                moved[k] += (step := STEP if z[k] < 0.5 else -STEP)
+                slopes[:, k] = (rows(moved) - here) / step
+            return np.hstack([-slopes, layout.raises])
 
-        x0 = [(start.values[k] - one.low) / one.span for k, one in zip(free, variables, strict=True)]
+        descent = np.concatenate([np.zeros(count), layout.weights])
         minimize(
-            lambda z: float(slopes @ z),
-            np.array([*x0, *(1.0 for _ in names)]),
-            jac=lambda _: slopes,
-            bounds=[(0.0, 1.0)] * len(free) + [(None, None)] * len(names),
-            constraints=[{"type": "ineq", "fun": spare, "jac": jacobian}],
+            lambda z: float(descent @ z),
+            np.array([*((start.values[k] - variables[k].low) / variables[k].span for k in free), *layout.tops]),
+            jac=lambda _: descent,
+            bounds=[(0.0, 1.0)] * count + [(None, None)] * len(layout.weights),
+            constraints=[{"type": "ineq", "fun": lambda z: layout.room(z[count:]) - rows(z[:count]), "jac": jacobian}],
             method="SLSQP",
             options={"maxiter": steps, "ftol": 1e-10},
         )
@@ -217,6 +192,54 @@ class Search:
             if all(np.abs((np.array(one.values) - other.values) / spans).max() > 0.05 for other in found):
                 found.append(one)
         return found
+
+
+class _Rows:
+    """What a search keeps below ceilings: aims in parts of those of the start, and what is used.
+
+    Parameters
+    ----------
+    start : Attempt
+    weights : mapping
+        Of the aims that are to be small; if there are none, what is used is.
+    bounds : mapping
+        Largest acceptable values of aims.
+    """
+
+    def __init__(self, start: Attempt, weights: Mapping[str, float], bounds: Mapping[str, float]) -> None:
+        names = [*weights]
+        self.sizes = {name: max(abs(start.aim(name)), 1e-12) for name in start.aims}
+        parts = [weights[name] * self.sizes[name] for name in names] or [1.0]
+        self.weights = np.array(parts) / sum(parts)
+        self.tops = np.ones(len(names)) if names else np.array([max(start.largest.values())])
+        aims = [(name, len(values)) for name, values in start.aims.items()]
+        held = sum(map(len, start.used.values()))
+        self.count = sum(count for _, count in aims) + held
+        #: by how much every row's ceiling rises with those that are searched for
+        self.raises = np.zeros((self.count, len(self.weights)))
+        self.fixed = np.full(self.count, FREE)
+        row = 0
+        for name, count in aims:
+            here = slice(row, row := row + count)
+            if name in weights:
+                self.raises[here, names.index(name)], self.fixed[here] = 1.0, 0.0
+            elif name in bounds:
+                self.fixed[here] = bounds[name] / self.sizes[name] * (1.0 - KEPT)
+        if names:
+            self.fixed[row:] = 1.0 - KEPT
+        else:
+            self.raises[row:, 0], self.fixed[row:] = 1.0, 0.0
+
+    def of(self, found: Attempt) -> Floats:
+        """The rows of an attempt; far above all ceilings where there is no pose."""
+        if found.lost:
+            return np.full(self.count, FREE)
+        parts = [values / self.sizes[name] for name, values in found.aims.items()]
+        return np.concatenate([*parts, *(np.minimum(values, FREE) for values in found.used.values())])
+
+    def room(self, tops: Floats) -> Floats:
+        """The ceilings."""
+        return np.asarray(self.fixed + self.raises @ tops)
 
 
 def rank(one: Attempt, objective: Objective) -> tuple[int, float]:
