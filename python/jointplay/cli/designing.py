@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, PointName, Seed, Settings, choice
+from .options import File, LimitsHold, PointName, Seed, Settings
 from .printing import prints
 from .streams import hold, tell
 
@@ -45,7 +45,7 @@ def design(
         ),
     ] = None,
     question: Annotated[
-        choice("worst", "loaded") | None,
+        LimitsHold | None,
         typer.Option("--question", "-q", help="In which question the limits have to hold. [default: worst]"),
     ] = None,
     evaluations: Annotated[
@@ -82,7 +82,7 @@ def design(
 
     m = answer.mechanism(file, settings, output_point)
     read = answer.reader(m)
-    every = {
+    every: dict[str, Any] = {
         "vary": _variations(vary, read) if vary else None,
         "aim": None if aim is None else _aims(aim, read),
         "question": None if question is None else question.value,

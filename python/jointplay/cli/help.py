@@ -45,7 +45,8 @@ LINES: dict[str, dict[str, str]] = {
     "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "design": {
-        "jointplay design p3r.toml --vary joints.J3.on.ground.0=-200:0 \\\n    --aim worst_position": "",
+        "jointplay design straight-line.toml --evaluations 60": "",
+        "jointplay design straight-line.toml --aim size -o small.toml --evaluations 40": "",
     },
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",

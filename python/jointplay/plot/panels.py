@@ -25,12 +25,14 @@ from .allow import allow
 from .bars import AROUND, BAR
 from .calibrate import REMAINING, RESIDUALS, calibrate
 from .corrections import correction
+from .design import front, held
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel
 from .life import AGEING, life
 from .linkage import VIEWS, mechanism
 from .paths import displaced_path
 from .singular import KINDS, distance, nearness
+from .structural import structural
 from .sweeps import sweep
 from .words import automatic
 
@@ -130,7 +132,8 @@ def _size(sheet: Sheet, name: str) -> Panel | None:
     if name != size_behind(quantity):
         return None
     # What is given by the worst case lies on its curve, where it is drawn.
-    kept = {key: result for key, result in sheet.results.items() if "offsets_of" not in result.attrs} or sheet.results
+    errors = {key: result for key, result in sheet.results.items() if "structural_error" not in result.data}
+    kept = {key: result for key, result in errors.items() if "offsets_of" not in result.attrs} or errors
     is_named = len(kept) > 1 or kind_of(kept) is SHEETS["errors"]
     return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
 
@@ -178,6 +181,15 @@ def _of_units(drawing: Callable[..., Figure]) -> PanelEntry:
 
 def _cost(sheet: Sheet, _: str) -> Panel | None:
     return Panel(_into(cost_curve, sheet.first)) if "curve_cost" in sheet.first.data else None
+
+
+def _front(sheet: Sheet, _: str) -> Panel | None:
+    return Panel(_into(front, sheet.first)) if "front_aim" in sheet.first.data else None
+
+
+def _held(sheet: Sheet, _: str) -> Panel:
+    """What is used of everything that has to hold."""
+    return Panel(_into(held, sheet.first), AROUND + BAR * sheet.first.sizes["held"])
 
 
 def _aged(sheet: Sheet, name: str) -> Panel | None:
@@ -266,6 +278,14 @@ def _histogram(sheet: Sheet, _: str) -> Panel:
     return Panel(_into(histogram, sheet.results["random"], sheet.quantity, sheet.choice.configuration))
 
 
+def _compared(sheet: Sheet) -> Iterable[str]:
+    return ("structural",) if "structural" in sheet.asked else ()
+
+
+def _structural(sheet: Sheet, _: str) -> Panel:
+    return Panel(_into(structural, sheet.results["structural"]))
+
+
 def _path(sheet: Sheet, name: str) -> Panel | None:
     """The displaced path, where it is asked for."""
     return Panel(_into(displaced_path, sheet.results), 5.0) if sheet.choice.panel == name else None
@@ -281,9 +301,11 @@ SHEETS: Mapping[str, Kind] = {
             _ERRORS,
             PanelEntry(SOURCES, _sources),
             PanelEntry(_scattered, _histogram),
+            PanelEntry(_compared, _structural),
             PanelEntry(("path",), _path),
         )
     ),
+    "structural": Kind((PanelEntry(_compared, _structural),), has_components=False),
     "poses": Kind((PanelEntry(_drawings, _poses),)),
     "sweep": Kind(
         (PanelEntry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
@@ -301,6 +323,7 @@ SHEETS: Mapping[str, Kind] = {
     "allowed": Kind((_of_units(allow),), columns=1),
     "calibrated": Kind((PanelEntry(_residual_names, _calibrated),), has_components=False),
     "life": Kind((PanelEntry(AGEING, _aged),), has_components=False),
+    "designed": Kind((PanelEntry(("front",), _front), PanelEntry(("held",), _held)), columns=1, has_components=False),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }
 

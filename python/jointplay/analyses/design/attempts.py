@@ -217,10 +217,7 @@ class Attempts:
                             used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
         if lost := max(unreliable, default=0.0):
             return Attempt(values, lost=lost)
-        joined = (
-            {name: np.concatenate([*map(np.atleast_1d, each)]) for name, each in of.items()} for of in (aims, used)
-        )
-        return Attempt(values, *joined)
+        return Attempt(values, _joined(aims), _joined(used))
 
     @staticmethod
     def _parts(m: Mechanism, question: str) -> list[Mechanism]:
@@ -258,6 +255,11 @@ class Attempts:
         if "size" in self.aims:
             aims["size"] = [np.array([_diagonal(nominals) / nominals[0][0].units.length])]
         return used, aims
+
+
+def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:
+    """By name the values of all outputs and load cases."""
+    return {name: np.concatenate([*map(np.atleast_1d, each)]) for name, each in parts.items()}
 
 
 def _variable(m: Mechanism, key: str, variation: Variation) -> Variable:

@@ -24,8 +24,8 @@ from .attempts import Attempt, Attempts
 
 #: attempts of a generation, per variable and at least
 CROWD, FEWEST = 8, 16
-#: a generation whose attempts are as alike is the last one
-ALIKE = 1e-4
+#: a generation whose attempts are as alike is the last one: the search that follows finds the bottom of a valley
+ALIKE = 1e-2
 #: starts of the search that follows, steps of each, and of the last one on the exact closure
 STARTS, STEPS, LAST = 3, 40, 12
 #: part of a range by which slopes are found
