@@ -47,7 +47,7 @@ def of_lever(a: float) -> float:
 def test_the_least_worst_error_of_a_lever_by_its_closed_form() -> None:
     found = jp.design(lever(), {"variables.a": [2, 40]}, "worst_position", evaluations=60)
     best = np.sqrt(PLAY / SLOPE)
-    # At a minimum the value is known twice as well as the place, and it is rounded to a hundred-thousandth of its range.
+    # At a minimum the value is known twice as well as the place; places are rounded, too.
     assert found.value_found.item() == pytest.approx(best, abs=1e-2)
     assert found.aim_found.item() == pytest.approx(2.0 * np.sqrt(PLAY * SLOPE), rel=1e-6)
     assert found.aim_before.item() == pytest.approx(of_lever(20.0), rel=1e-6)

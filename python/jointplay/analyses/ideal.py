@@ -52,6 +52,18 @@ class Strays:
     fitted: str = ""
 
 
+def compared(m: Mechanism) -> tuple[str, str]:
+    """The coordinate that a target is of, empty where it is of positions, and its kind, ``length`` or ``angle``."""
+    wanted = None if m.ideal is None else m.ideal.wanted
+    if wanted is None:
+        return "", "length"
+    if wanted.component is not None:
+        name = m.components[wanted.component]
+        return name, "length" if name in LENGTHS else "angle"
+    assert wanted.joint is not None
+    return m.joints[wanted.joint], m.coordinate_kind(wanted.joint)
+
+
 def strays(m: Mechanism, drives: Floats, placed: Floats, output: Floats, whole: Flags) -> Strays | None:
     """How far all configurations of a path are from the target; None where the file has none.
 
@@ -137,11 +149,10 @@ def _of_coordinate(m: Mechanism, ideal: Ideal, drives: Floats, placed: Floats, o
     assert wanted is not None
     if wanted.component is not None:
         value = output[:, wanted.component]
-        turns = m.components[wanted.component] not in LENGTHS
     else:
         assert wanted.joint is not None
         value = m.coordinate(wanted.joint, placed)
-        turns = m.coordinate_kind(wanted.joint) == "angle"
+    turns = compared(m)[1] == "angle"
     known = whole & np.isfinite(value)
     off = np.full(len(value), np.nan)
     fitted = ""

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics.typed import typed
-from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .ideal import strays
+from .ideal import compared, strays
 from .nominal import OK, Nominal, nominal, report
 from .recorded import recorded
 from .several import of_each
@@ -82,12 +81,9 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     builder = report(m, "structural", at, target=m.ideal.kind)
     if off.fitted:
         builder.attrs["fitted"] = off.fitted
-    kind = "length"
-    if (wanted := m.ideal.wanted) is not None:
-        name = "" if wanted.component is None else m.components[wanted.component]
-        builder.attrs["of"] = name or m.joints[wanted.joint or 0]
-        is_length = name in LENGTHS if name else m.coordinate_kind(wanted.joint or 0) == "length"
-        kind = "length" if is_length else "angle"
+    of, kind = compared(m)
+    if of:
+        builder.attrs["of"] = of
     words = "structural error: size of nominal less ideal"
     builder.add("structural_error", "configuration", off.size, words, kind)
     allowed = np.array(m.ideal.tolerance if np.isfinite(m.ideal.tolerance) else np.nan)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.allow.asked import used_of_limits
-from jointplay.analyses.ideal import strays
+from jointplay.analyses.ideal import compared, strays
 from jointplay.analyses.nominal import OK, OUTSIDE, Nominal, within_another
 from jointplay.analyses.questions import computation
 from jointplay.analyses.ranges import coordinates
@@ -48,7 +48,7 @@ WORDS: Mapping[str, str] = {
     "loaded_position": "the largest position error under the loads",
     "loaded_rotation": "the largest rotation under the loads",
     "structural": "the largest structural error",
-    "structural_worst": "the largest sum of structural error and worst position error",
+    "structural_worst": "the largest sum of structural and worst error",
     "outside": "the largest share of the specimens outside the limits",
     "drive_force": "the largest force or moment of a drive",
     "size": "the diagonal of the box around all joints and outputs, wherever they go",
@@ -154,6 +154,10 @@ class Attempts:
         if targets and not m.has_target:
             problem = f"{listed(sorted(targets))} needs a [target] of every output, from which it is measured"
             raise InputError(problem, file=m.file, key="design.aim")
+        wanted = [part.ideal.wanted for part in every if part.ideal is not None and part.ideal.wanted is not None]
+        if "structural_worst" in self.aims and any(one.joint is not None for one in wanted):
+            problem = "structural_worst: the target is of a joint, whose error is none of the output; take structural"
+            raise InputError(problem, file=m.file, key="design.aim")
         loaded = [name for name in self.aims if ASKS.get(name) == "loaded"]
         loaded += ["question = 'loaded'"] * (self.table.question == "loaded")
         if loaded and not m.has_loads:
@@ -210,7 +214,7 @@ class Attempts:
                 unreliable.append(float(np.mean(~np.isin(each.get("status"), (*READABLE, "outside_limits")))))
                 for name in self.aims:
                     if ASKS.get(name) == question:
-                        aims.setdefault(name, []).append(_figure(each, name))
+                        aims.setdefault(name, []).append(_figure(each, name, compared(part)[1]))
                 if question == self.table.question and part.limits.errors:
                     for k, name in enumerate(part.quantities):
                         if name in part.limits.errors:
@@ -273,10 +277,11 @@ def _variable(m: Mechanism, key: str, variation: Variation) -> Variable:
     return Variable(key, float(value), *variation.bounds, variation.choices)
 
 
-def _figure(result: Result, name: str) -> Floats:
-    """Values of an aim, in units of the file."""
+def _figure(result: Result, name: str, kind: str) -> Floats:
+    """Values of an aim, in units of the file; those of a target are lengths or angles."""
     if name == "structural_worst":
-        return np.asarray(ends(result)[1][:, -2])
+        # Of a target of an angle the rotation.
+        return np.asarray(ends(result)[1][:, -2 if kind == "length" else -1])
     if name == "outside":
         return np.asarray(result.get("outside"))
     if name == "drive_force":

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.analyses.allocate.report import BINDS, written
+from jointplay.analyses.ideal import compared
 from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import SIDES, Result, ResultBuilder, Variable
@@ -126,10 +127,8 @@ def _unit(m: Mechanism, name: str) -> str:
     if name == "drive_force":
         kind = m.coordinate_kind(m.drive_joints[0])
         return str(m.units.force_name if kind == "length" else m.units.moment_name)
-    if name == "structural" and m.ideal is not None and m.ideal.wanted is not None:
-        wanted = m.ideal.wanted
-        return str(m.units.length_name if wanted.factor == m.units.length else m.units.angle_name)
-    return str(m.units.angle_name if name.endswith("rotation") else m.units.length_name)
+    turns = name.endswith("rotation") or (name.startswith("structural") and compared(m)[1] == "angle")
+    return str(m.units.angle_name if turns else m.units.length_name)
 
 
 def _add(builder: ResultBuilder, name: str, dims: Sequence[str], values: object, words: str) -> None:
