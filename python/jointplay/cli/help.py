@@ -45,8 +45,7 @@ LINES: dict[str, dict[str, str]] = {
     "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
     "design": {
-        "jointplay design straight-line.toml --evaluations 60": "",
-        "jointplay design straight-line.toml --aim size -o new.toml --evaluations 40": "",
+        "jointplay design straight-line.toml --evaluations 20 -o new.toml": "",
     },
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",
