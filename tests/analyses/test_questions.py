@@ -22,7 +22,7 @@ from jointplay.result import from_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "jointplay"
-ASKERS = ("error", "map", "sweep", "compare", "allow", "life", "allocate", "assemble", "compensate", "studio")
+ASKERS = ("error", "map", "sweep", "compare", "allow", "life", "allocate", "design", "assemble", "compensate", "studio")
 #: beside the module of the question, its test and its two pages; CONTRIBUTING.md says why
 ALWAYS = {"questions.py", "__init__.py"}
 TOUCHED = {
@@ -113,6 +113,7 @@ def test_a_declaration_names_what_there_is(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name, question in QUESTIONS.items() if question.figures])
 def test_the_figures_are_variables_of_its_results(name: str) -> None:
     m = jp.loads(jp.examples.text("four-bar"))
+    m = m.with_(target={"line": {"fit": True}}) if QUESTIONS[name].needs_target else m
     options = {"samples": 16} if name == "random" else {}
     result = from_dataset(getattr(jp, name)(m, **options))
     assert {figure.variable for figure in QUESTIONS[name].figures.values()} <= set(result.data)
