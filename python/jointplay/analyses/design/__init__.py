@@ -21,9 +21,9 @@ from jointplay.file.schema import DesignTable
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .attempts import Attempt, Attempts
+from .attempts import Attempts, Candidate
 from .report import Designed, report
-from .search import LAST, Search, rank, tolerated, weighted
+from .search import LAST, DesignSearch, rank, tolerated, weighted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,7 +138,7 @@ def compute(
     attempts = Attempts(m, table, tuple(weights), samples, seed)
     is_front = table.aim is not None and len(table.aim) > 1
     rounds = 2 if is_front else 1
-    search = Search(attempts, evaluations, seed, progress, total=rounds * evaluations)
+    search = DesignSearch(attempts, evaluations, seed, progress, total=rounds * evaluations)
     before = tuple(one.before for one in attempts.variables)
     answer = Designed(m, attempts, weights, attempts.at(before, exact=True), seed, LOSSES)
     objective = weighted(weights)
@@ -192,7 +192,7 @@ def _table(
     return table
 
 
-def _least(search: Search, weights: Mapping[str, float]) -> Attempt:
+def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
     """The best design for a weighted sum, judged on the exact closure."""
     objective = weighted(weights)
     search.everywhere(objective)
@@ -210,7 +210,7 @@ def _least(search: Search, weights: Mapping[str, float]) -> Attempt:
     return best
 
 
-def _rounded(search: Search, best: Attempt, objective: Any) -> Attempt:
+def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate:
     """The same with values of fewer digits, if it is as good."""
     values = []
     for one, value in zip(search.attempts.variables, best.values, strict=True):
@@ -221,7 +221,7 @@ def _rounded(search: Search, best: Attempt, objective: Any) -> Attempt:
     return found if found.holds and objective(found) <= most else best
 
 
-def _front(search: Search, answer: Designed, names: Sequence[str], points: int) -> None:
+def _front(search: DesignSearch, answer: Designed, names: Sequence[str], points: int) -> None:
     """The front of two aims: its ends, then one aim for bounds on the other in between."""
     first, second = names
     ends = [_least(search, {first: 1.0}), _least(search, {second: 1.0})]
@@ -264,12 +264,12 @@ def _front(search: Search, answer: Designed, names: Sequence[str], points: int) 
     )
 
 
-def _is_alike(one: Attempt, other: Attempt, names: Sequence[str], sizes: Sequence[float]) -> bool:
+def _is_alike(one: Candidate, other: Candidate, names: Sequence[str], sizes: Sequence[float]) -> bool:
     """Whether nobody tells the aims of two designs apart."""
     return all(abs(one.aim(name) - other.aim(name)) <= 1e-3 * size for name, size in zip(names, sizes, strict=True))
 
 
-def _beats(one: Attempt, other: Attempt, names: Sequence[str]) -> bool:
+def _beats(one: Candidate, other: Candidate, names: Sequence[str]) -> bool:
     """Whether one is no worse in both aims and better in one, by more than rounding."""
     pairs = [(one.aim(name), other.aim(name)) for name in names]
     return all(a <= b * (1.0 + 1e-9) for a, b in pairs) and any(a < b * (1.0 - 1e-9) for a, b in pairs)

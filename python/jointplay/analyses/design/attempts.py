@@ -56,7 +56,7 @@ WORDS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Variable:
+class DesignVariable:
     """A value that may be chosen anew.
 
     Attributes
@@ -82,7 +82,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class Candidate:
     """What was found with some values.
 
     Attributes
@@ -145,7 +145,7 @@ class Attempts:
         self.m, self.table, self.aims = m, table, tuple(aims)
         self.variables = [_variable(m, key, variation) for key, variation in table.vary.items()]
         self.random = {"samples": samples, "seed": seed}
-        self.known: dict[tuple[tuple[float, ...], bool], Attempt] = {}
+        self.known: dict[tuple[tuple[float, ...], bool], Candidate] = {}
         self._check()
 
     def _check(self) -> None:
@@ -169,7 +169,7 @@ class Attempts:
             raise InputError(problem, file=m.file, key="design.aim")
         self.crossings = {name: _lines(m, name) for name in self.table.transmission}
 
-    def at(self, values: Sequence[float], *, exact: bool = False) -> Attempt:
+    def at(self, values: Sequence[float], *, exact: bool = False) -> Candidate:
         """What becomes of some values; to first order unless `exact`."""
         key = (tuple(float(value) for value in values), exact)
         if key not in self.known:
@@ -180,24 +180,24 @@ class Attempts:
         """Values by key."""
         return {one.key: float(value) for one, value in zip(self.variables, values, strict=True)}
 
-    def _try(self, values: tuple[float, ...], exact: bool) -> Attempt:
+    def _try(self, values: tuple[float, ...], exact: bool) -> Candidate:
         try:
             copy = self.m.with_(self.changes(values))
             outputs = [copy.only(output).without_load_cases() for output in copy.outputs or (None,)]
             places = places_of(outputs)
         except InputError as problem:
-            return Attempt(values, lost=np.inf, why=str(problem))
+            return Candidate(values, lost=np.inf, why=str(problem))
         lost = np.mean([~np.isin(at.status, (OK, OUTSIDE)) for at in places])
         if lost > 0.0:
-            return Attempt(values, lost=float(lost))
+            return Candidate(values, lost=float(lost))
         try:
             return self._asked(values, copy, [*zip(outputs, places, strict=True)], exact)
         except InputError as problem:
-            return Attempt(values, lost=np.inf, why=str(problem))
+            return Candidate(values, lost=np.inf, why=str(problem))
 
     def _asked(
         self, values: tuple[float, ...], m: Mechanism, nominals: list[tuple[Mechanism, Nominal]], exact: bool
-    ) -> Attempt:
+    ) -> Candidate:
         used, aims = self._of_nominal(nominals)
         limited = any(part.limits.errors for part in m.every_part)
         questions = {ASKS[name] for name in self.aims if name in ASKS} | ({self.table.question} if limited else set())
@@ -220,8 +220,8 @@ class Attempts:
                         if name in part.limits.errors:
                             used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
         if lost := max(unreliable, default=0.0):
-            return Attempt(values, lost=lost)
-        return Attempt(values, _joined(aims), _joined(used))
+            return Candidate(values, lost=lost)
+        return Candidate(values, _joined(aims), _joined(used))
 
     @staticmethod
     def _parts(m: Mechanism, question: str) -> list[Mechanism]:
@@ -266,7 +266,7 @@ def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:
     return {name: np.concatenate([*map(np.atleast_1d, each)]) for name, each in parts.items()}
 
 
-def _variable(m: Mechanism, key: str, variation: Variation) -> Variable:
+def _variable(m: Mechanism, key: str, variation: Variation) -> DesignVariable:
     value = m.value(key)
     if isinstance(value, str):
         # A text that has no value is a name.
@@ -274,7 +274,7 @@ def _variable(m: Mechanism, key: str, variation: Variation) -> Variable:
             value = Variables(*variables_of(m.raw)).number(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("is not a number; only numbers can be varied", file=m.file, key=key)
-    return Variable(key, float(value), *variation.bounds, variation.choices)
+    return DesignVariable(key, float(value), *variation.bounds, variation.choices)
 
 
 def _figure(result: Result, name: str, kind: str) -> Floats:

@@ -13,7 +13,7 @@ from jointplay.basics.arrays import Floats
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import SIDES, Result, ResultBuilder, Variable
 
-from .attempts import ASSEMBLY, WORDS, Attempt, Attempts
+from .attempts import ASSEMBLY, WORDS, Attempts, Candidate
 
 #: a value within this part of its range of a bound is at the bound
 AT_BOUND = 1e-6
@@ -29,14 +29,14 @@ class Designed:
     attempts : Attempts
     weights : mapping
         Of the aims.
-    before : Attempt
+    before : Candidate
         The design of the file.
     seed : int
     losses : tuple of float
-    best : Attempt or None
+    best : Candidate or None
         What was found.
     tolerated : ndarray or None
-    front : list of Attempt
+    front : list of Candidate
     incomplete : str
         Why it is not finished.
     done : int
@@ -46,12 +46,12 @@ class Designed:
     m: Mechanism
     attempts: Attempts
     weights: Mapping[str, float]
-    before: Attempt
+    before: Candidate
     seed: int
     losses: tuple[float, ...]
-    best: Attempt | None = None
+    best: Candidate | None = None
     tolerated: Floats | None = None
-    front: list[Attempt] = field(default_factory=list)
+    front: list[Candidate] = field(default_factory=list)
     incomplete: str = ""
     done: int = 0
 
@@ -110,7 +110,7 @@ def report(answer: Designed) -> Result:
     return builder.result()
 
 
-def _held(builder: ResultBuilder, answer: Designed, best: Attempt) -> None:
+def _held(builder: ResultBuilder, answer: Designed, best: Candidate) -> None:
     """What has to hold, and what is used of it."""
     used, before = ({ASSEMBLY: 1.0 + one.lost if one.lost else 0.0, **one.largest} for one in (best, answer.before))
     names = list(dict.fromkeys([*used, *before]))

@@ -20,7 +20,7 @@ import numpy as np
 from jointplay.analyses.nominal import Progress
 from jointplay.basics.arrays import Floats
 
-from .attempts import Attempt, Attempts
+from .attempts import Attempts, Candidate
 
 #: attempts of a generation, per variable and at least
 CROWD, FEWEST = 8, 16
@@ -34,11 +34,11 @@ STEP = 1e-6
 KEPT = 1e-7
 #: a row with this ceiling is free
 FREE = 1e3
-Objective = Callable[[Attempt], float]
+Objective = Callable[[Candidate], float]
 
 
 @dataclass
-class Search:
+class DesignSearch:
     """A search among attempts.
 
     Parameters
@@ -58,10 +58,10 @@ class Search:
     progress: Progress | None = None
     done: int = 0
     total: int = 0
-    every: list[Attempt] = field(default_factory=list)
-    exact: list[Attempt] = field(default_factory=list)
+    every: list[Candidate] = field(default_factory=list)
+    exact: list[Candidate] = field(default_factory=list)
 
-    def attempt(self, x: Sequence[float] | Floats, *, exact: bool = False) -> Attempt:
+    def attempt(self, x: Sequence[float] | Floats, *, exact: bool = False) -> Candidate:
         """What becomes of values, which are settled to those that can be had."""
         found = self.attempts.at(self.settled(x), exact=exact)
         (self.exact if exact else self.every).append(found)
@@ -80,7 +80,7 @@ class Search:
                 found.append(float(min(max(value, one.low), one.high)))
         return tuple(found)
 
-    def best(self, objective: Objective, *, exact: bool = False) -> Attempt | None:
+    def best(self, objective: Objective, *, exact: bool = False) -> Candidate | None:
         """The best attempt so far: of those that hold the one with the least objective, else the nearest to holding."""
         known = self.exact if exact else self.every
         return min(known, key=lambda one: rank(one, objective), default=None)
@@ -124,7 +124,7 @@ class Search:
 
     def nearby(
         self,
-        start: Attempt,
+        start: Candidate,
         weights: Mapping[str, float],
         bounds: Mapping[str, float] | None = None,
         *,
@@ -137,7 +137,7 @@ class Search:
 
         Parameters
         ----------
-        start : Attempt
+        start : Candidate
             Which has aims.
         weights : mapping
             Of the aims whose sum is to be small.
@@ -182,10 +182,10 @@ class Search:
             options={"maxiter": steps, "ftol": 1e-10},
         )
 
-    def starts(self, objective: Objective) -> list[Attempt]:
+    def starts(self, objective: Objective) -> list[Candidate]:
         """The best attempts that are not near one another, from which it is worth going on."""
         spans = np.array([one.span for one in self.attempts.variables])
-        found: list[Attempt] = []
+        found: list[Candidate] = []
         for one in sorted(self.every, key=lambda one: rank(one, objective)):
             if not one.aims or len(found) == STARTS:
                 break
@@ -199,14 +199,14 @@ class _Rows:
 
     Parameters
     ----------
-    start : Attempt
+    start : Candidate
     weights : mapping
         Of the aims that are to be small; if there are none, what is used is.
     bounds : mapping
         Largest acceptable values of aims.
     """
 
-    def __init__(self, start: Attempt, weights: Mapping[str, float], bounds: Mapping[str, float]) -> None:
+    def __init__(self, start: Candidate, weights: Mapping[str, float], bounds: Mapping[str, float]) -> None:
         names = [*weights]
         self.sizes = {name: max(abs(start.aim(name)), 1e-12) for name in start.aims}
         parts = [weights[name] * self.sizes[name] for name in names] or [1.0]
@@ -230,7 +230,7 @@ class _Rows:
         else:
             self.raises[row:, 0], self.fixed[row:] = 1.0, 0.0
 
-    def of(self, found: Attempt) -> Floats:
+    def of(self, found: Candidate) -> Floats:
         """The rows of an attempt; far above all ceilings where there is no pose."""
         if found.lost:
             return np.full(self.count, FREE)
@@ -242,7 +242,7 @@ class _Rows:
         return np.asarray(self.fixed + self.raises @ tops)
 
 
-def rank(one: Attempt, objective: Objective) -> tuple[int, float]:
+def rank(one: Candidate, objective: Objective) -> tuple[int, float]:
     """By which attempts are compared: whether all holds, then the objective; else how far it is from holding."""
     return (0, objective(one)) if one.holds else (1, one.beyond)
 
@@ -252,7 +252,7 @@ def weighted(weights: Mapping[str, float]) -> Objective:
     return lambda one: sum(weight * one.aim(name) for name, weight in weights.items())
 
 
-def tolerated(search: Search, best: Attempt, objective: Objective, losses: Sequence[float]) -> Floats:
+def tolerated(search: DesignSearch, best: Candidate, objective: Objective, losses: Sequence[float]) -> Floats:
     """How far each variable may move alone until the objective is larger by a part, or something does not hold.
 
     Returns
@@ -272,7 +272,7 @@ def tolerated(search: Search, best: Attempt, objective: Objective, losses: Seque
     return found
 
 
-def _far(search: Search, best: Attempt, objective: Objective, most: float, k: int, end: float) -> float:
+def _far(search: DesignSearch, best: Candidate, objective: Objective, most: float, k: int, end: float) -> float:
     """How far a variable may go towards an end: outwards in growing steps, then by halves."""
     start = best.values[k]
 
