@@ -317,6 +317,11 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
         jp.allocate(_press(), curve=[1.0]),
         jp.allocate(_press(), "random", probability=0.9, samples=512),
     ],
+    "structural": lambda: [jp.structural(_four_bar(target={"line": {"fit": True}}))],
+    "design": lambda: [
+        jp.design(_four_bar(), {"output.at.0": [149, 150]}, aim, evaluations=2, points=2)
+        for aim in ("size", ["size", "worst_position"], {"size": 1.0, "worst_position": 1.0})
+    ],
     "map": lambda: [jp.map(_four_bar(), grid={"theta1": [30.0, 40.0]})],
     "assemble": lambda: [
         jp.assemble(_steps()),

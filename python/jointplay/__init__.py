@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
+    from .analyses.design import design
     from .analyses.diagnose import diagnose
     from .analyses.given import given
     from .analyses.life import life
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from .analyses.sensitivity import sensitivity
     from .analyses.singularities import singularities
     from .analyses.solve import solve
+    from .analyses.structural import structural
     from .analyses.sweep import sweep
     from .analyses.verify import verify
     from .analyses.workspace import workspace
@@ -71,6 +73,7 @@ __all__ = [
     "check",
     "compare",
     "compensate",
+    "design",
     "diagnose",
     "diametral",
     "examples",
@@ -95,6 +98,7 @@ __all__ = [
     "sensitivity",
     "singularities",
     "solve",
+    "structural",
     "sweep",
     "table",
     "verify",

@@ -60,6 +60,8 @@ class Question:
     asked_by: Askers = field(default_factory=dict)
     #: whether there is an answer only where something loads the mechanism
     needs_loads: bool = False
+    #: the same of a target of the output
+    needs_target: bool = False
     #: nodes of a map that are computed at a time: some seconds of work, some ten megabytes
     chunk: int = 0
     #: in its module, what others ask, and the function with the options that they give, if it is not that of its name
@@ -98,6 +100,7 @@ QUESTIONS: Mapping[str, Question] = {
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
                 allow={"details": False, "follows": False},
+                design={"details": False, "follows": False},
                 life={"details": False, "follows": False},
                 workspace={"details": False, "follows": False},
             ),
@@ -113,7 +116,8 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
-                *("error", "map", "sweep", "compare", "compensate", "allow", "life", "workspace", "allocate", "assemble"),
+                *("error", "map", "sweep", "compare", "compensate", "allow", "life", "workspace", "allocate", "design"),
+                "assemble",
                 # While sliders move.
                 studio={"exact": False},
             ),
@@ -133,6 +137,7 @@ QUESTIONS: Mapping[str, Question] = {
                 # The nodes of a grid are no path.
                 map={"path": False},
                 allow={"path": False, "probabilities": (), "follows": False},
+                design={"path": False, "probabilities": (), "follows": False},
                 life={"path": False, "follows": False},
                 workspace={"path": False, "probabilities": (), "follows": False},
             ),
@@ -150,6 +155,17 @@ QUESTIONS: Mapping[str, Question] = {
             asked_by=_by("error", "map", "sweep", "compensate", "studio"),
             chunk=2**13,
             sheet="errors",
+        ),
+        Question(
+            "structural",
+            title="Structural error: the nominal mechanism beside what its output ought to do",
+            label="structural error",
+            figures={"structural": Figure("structural_error", "structural error")},
+            asked_by=_by("error", "sweep"),
+            needs_target=True,
+            conclusion="errors.of_structural",
+            table="questions.of_structural",
+            sheet="structural",
         ),
         Question(
             "solve",
@@ -199,6 +215,7 @@ QUESTIONS: Mapping[str, Question] = {
         Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
         Question("workspace", conclusion="workspace.of_workspace", overview="workspace.overview", sheet="workspace"),
         Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
+        Question("design", conclusion="dimensions.of_design", overview="design.overview", sheet="designed"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),
         # These ask others.
         Question("sweep", sheet="sweep"),

@@ -31,6 +31,7 @@ ASKERS = (
     "life",
     "workspace",
     "allocate",
+    "design",
     "assemble",
     "compensate",
     "studio",
@@ -125,6 +126,7 @@ def test_a_declaration_names_what_there_is(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name, question in QUESTIONS.items() if question.figures])
 def test_the_figures_are_variables_of_its_results(name: str) -> None:
     m = jp.loads(jp.examples.text("four-bar"))
+    m = m.with_(target={"line": {"fit": True}}) if QUESTIONS[name].needs_target else m
     options = {"samples": 16} if name == "random" else {}
     result = from_dataset(getattr(jp, name)(m, **options))
     assert {figure.variable for figure in QUESTIONS[name].figures.values()} <= set(result.data)

@@ -60,6 +60,7 @@ READ = {"configuration": [0], "angle": [30.05]}
 PUSHED = example("five-bar", load_cases={"push": [{"force": [0, -60]}], "pull": [{"force": [0, 60]}]})
 PUSHED_READ = {"configuration": [0, 0], "load_case": ["push", "pull"], "x": [-60.0, -60.1]}
 ARM = example("serial-2r")
+STRAIGHT = M.with_(target={"line": {"fit": True}})
 GRID = {"theta1": [30.0, 40.0]}
 
 
@@ -75,6 +76,8 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "verify", jp.verify, {"m": TOLERANT, "measured": READ, "sigma": {"angle": 0.1}}
     yield "calibrate", jp.calibrate, {"m": TOLERANT, "measured": READ, "sigma": {"angle": 0.1}}
     yield "as_built", jp.as_built, {"m": TOLERANT, "result": jp.calibrate(TOLERANT, READ, sigma={"angle": 0.1})}
+    yield "design", jp.design, {"m": M, "vary": {"output.at.0": [149, 150]}, "aim": "size", "evaluations": 2}
+    yield "structural", jp.structural, {"m": STRAIGHT}
     yield "check", jp.check, {"m": M}
     yield "compare", jp.compare, {"a": M, "b": M, "question": "loaded"}
     yield "compensate", jp.compensate, {"m": M}

@@ -26,6 +26,8 @@ values = [10]
 [output]
 body = "arm"
 at   = [200, 0]
+[target]
+dwell = { of = "y" }
 [[loads]]
 force = [0, -20]
 """

@@ -38,6 +38,8 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
     pairs = jp.sweep(
         four, "joints.J1.clearance.radial", [0.2, 0.9, 1.6], by={"joints.J3.clearance.radial": [0.2, 0.8, 1.4]}
     )
+    straight = example("straight-line")
+    designed = jp.design(straight, aim=["structural", "size"], evaluations=20, points=3)
     return {
         "error": ("four-bar", results(four, "loaded", "worst", "random")),
         "error in space": ("delta-by-hand", results(example("delta-by-hand"), "loaded", "worst")),
@@ -52,12 +54,14 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
         "life": ("four-bar", results(four.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}), "life")),
         "workspace": ("serial-2r", {"workspace": from_dataset(jp.workspace(example("serial-2r"), count=21))}),
         "allocate": ("press", results(example("press"), "allocate")),
+        "structural": ("straight-line", results(example("straight-line"), "structural")),
+        "design": ("straight-line", {"design": from_dataset(designed)}),
     }
 
 
 KINDS = (
     "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities",
-    "assemble", "allow", "life", "workspace", "allocate",
+    "assemble", "allow", "life", "workspace", "allocate", "structural", "design",
 )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.result import STATUSES, Result, ResultBuilder, counted
 
+from .ideal import strays
 from .ranges import leaving
 
 OK, UNASSEMBLED, SINGULAR, OUTSIDE = map(STATUSES.tolist().index, ("ok", "not_assembled", "singular", "outside_limits"))
@@ -80,6 +81,9 @@ class Nominal:
         With ranges in the file: the drive or joint that leaves its range, by its name, for every configuration.
     misfit : str
         What stays open of parts that are not drawn to fit, in a sentence.
+    strays : ndarray or None
+        With a target of the output's pose: nominal less ideal pose, shape (configuration, component), nan where
+        nothing is asked.
     """
 
     drives: Floats
@@ -89,6 +93,7 @@ class Nominal:
     units: Units | None = None
     leaves: Texts | None = None
     misfit: str = ""
+    strays: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.drives)
@@ -136,9 +141,14 @@ def nominal(m: Mechanism) -> Nominal:
         When the mechanism has too few or too many drives, or only has a grid.
     """
     misfit = require_determinate(m, over_constrained=True).misfit
-    if misfit is not None:
-        return replace(_nominal(m), misfit=misfit_words(m, misfit))
-    return _nominal(m)
+    at = _straying(m, _nominal(m))
+    return at if misfit is None else replace(at, misfit=misfit_words(m, misfit))
+
+
+def _straying(m: Mechanism, at: Nominal) -> Nominal:
+    """The same with how far it is from the target, which depends on the whole path."""
+    off = strays(m, at.drives, at.poses, at.output, at.status == OK)
+    return replace(at, strays=None if off is None else off.component)
 
 
 def _nominal(m: Mechanism) -> Nominal:
@@ -183,7 +193,7 @@ def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     # Pieces of an elastic body that only one of them has move with the body.
     own = [known.bodies.index(name if name in known.bodies else m.owners[k]) for k, name in enumerate(m.bodies)]
     poses = np.ascontiguousarray(at.poses[:, own])
-    return replace(at, poses=poses, output=m.core.output(poses))
+    return _straying(m, replace(at, poses=poses, output=m.core.output(poses)))
 
 
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: Floats | None = None) -> Nominal:
@@ -255,6 +265,9 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
         builder.attrs["held_spins"] = ", ".join("-".join(spin_bodies(m, spin)) for spin in spins)
     builder.drives(at.drives)
     builder.add("nominal", ("configuration", "component"), at.output, "nominal pose of the output", "component")
+    if at.strays is not None:
+        words = "nominal less ideal pose of the output"
+        builder.add("structural_deviation", ("configuration", "component"), at.strays, words, "component")
     if at.leaves is not None:
         builder.add("leaves_range", "configuration", at.leaves, "drive or joint that leaves its range; empty: none")
     return builder

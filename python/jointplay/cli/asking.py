@@ -28,7 +28,7 @@ ALL = "all"
 @with_figure("panel", "configuration", "quantity")
 @asks(
     "error",
-    "Which question; if left out: loaded, worst and random.",
+    "Which question; if left out: loaded, worst, random, and structural where there is a target.",
     None,
     *(
         "offset",
@@ -62,7 +62,8 @@ def error(
 
     loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
-    position error; asked only where it is named, or with --offset.
+    position error; asked only where it is named, or with --offset. structural: how far it is without play from what
+    the [target] of the file asks.
 
     Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
     where limits.probability asks for a yield).
@@ -78,6 +79,7 @@ def error(
 
     def is_asked(name: str) -> bool:
         usual = "offsets" not in known[name] and (m.has_loads or not QUESTIONS[name].needs_loads)
+        usual &= m.has_target or not QUESTIONS[name].needs_target
         return name in named or (ALL in named and usual)
 
     asked = [name for name in known if is_asked(name)]

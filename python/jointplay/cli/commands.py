@@ -29,6 +29,7 @@ HOMES = {
     "compare": "comparing.compare",
     "assemble": "assembling.assemble",
     "allocate": "allocating.allocate",
+    "design": "designing.design",
     "animate": "animating.animate",
     "report": "reporting.report",
     "studio": "serving.studio",

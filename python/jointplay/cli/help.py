@@ -48,6 +48,9 @@ LINES: dict[str, dict[str, str]] = {
     "diagnose": {"jointplay diagnose pushed.toml --reversal pushed.csv --sigma length=0.001": ""},
     "verify": {"jointplay verify five-bar.toml --measured readings.csv --sigma length=0.002": ""},
     "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
+    "design": {
+        "jointplay design straight-line.toml --evaluations 20 -o new.toml": "",
+    },
     "map": {
         "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",
         "jointplay map five-bar.toml -g left=120:150:4 -g right=40 -q worst": "",

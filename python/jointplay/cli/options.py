@@ -52,6 +52,13 @@ class Best(StrEnum):
     error = "error"
 
 
+class LimitsHold(StrEnum):
+    """In which question the limits have to hold where dimensions are chosen."""
+
+    worst = "worst"
+    loaded = "loaded"
+
+
 class Passes(StrEnum):
     """How a cycle goes along the path."""
 

@@ -28,7 +28,7 @@ __all__ = ["names", "parameters", "text", "title"]
 
 _PLANAR = (
     *("four-bar", "p3r", "slider-crank", "slider-crank-cases", "five-bar", "3-rrr", "six-bar", "serial-2r"),
-    *("excavator", "four-bar-fits", "press", "press-running", "five-bar-friction"),
+    *("excavator", "four-bar-fits", "press", "press-running", "five-bar-friction", "straight-line"),
 )
 _PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
 _TEMPLATES: Mapping[str, type[Template]] = {

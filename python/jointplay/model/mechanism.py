@@ -217,6 +217,11 @@ class Mechanism(Compiled):
         output, load_case = self.of
         return (output or None if not self.outputs else None, load_case or None if not self.load_cases else None)
 
+    @property
+    def has_target(self) -> bool:
+        """Whether the file says of every output that is asked about what it ought to do."""
+        return all(self.only(output).ideal is not None for output in self.outputs or (None,))
+
     def __dir__(self) -> list[str]:
         return sorted(PUBLIC)
 

@@ -17,6 +17,7 @@ from .allow import allow
 from .assembly import assembly
 from .calibrate import calibrate
 from .corrections import correction
+from .design import front, held
 from .figures import blame, error, histogram
 from .life import life
 from .linkage import mechanism
@@ -27,6 +28,7 @@ from .paths import displaced_path
 from .put import check_path
 from .sheet import Drawn, draw
 from .singular import distance, nearness
+from .structural import structural
 from .style import Style
 from .sweeps import sweep
 from .workspace import workspace
@@ -47,6 +49,8 @@ __all__ = [
     "draw",
     "draw_map",
     "error",
+    "front",
+    "held",
     "histogram",
     "life",
     "map",
@@ -54,6 +58,7 @@ __all__ = [
     "nearness",
     "pareto",
     "reactions",
+    "structural",
     "sweep",
     "workspace",
 ]

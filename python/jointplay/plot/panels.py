@@ -25,12 +25,14 @@ from .allow import allow
 from .bars import AROUND, BAR
 from .calibrate import REMAINING, RESIDUALS, calibrate
 from .corrections import correction
+from .design import front, held
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel
 from .life import AGEING, life
 from .linkage import VIEWS, mechanism
 from .paths import displaced_path
 from .singular import KINDS, distance, nearness
+from .structural import structural
 from .sweeps import sweep
 from .words import automatic
 from .workspace import planes, workspace
@@ -131,7 +133,8 @@ def _size(sheet: Sheet, name: str) -> Panel | None:
     if name != size_behind(quantity):
         return None
     # What is given by the worst case lies on its curve, where it is drawn.
-    kept = {key: result for key, result in sheet.results.items() if "offsets_of" not in result.attrs} or sheet.results
+    errors = {key: result for key, result in sheet.results.items() if "structural_error" not in result.data}
+    kept = {key: result for key, result in errors.items() if "offsets_of" not in result.attrs} or errors
     is_named = len(kept) > 1 or kind_of(kept) is SHEETS["errors"]
     return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
 
@@ -179,6 +182,15 @@ def _of_units(drawing: Callable[..., Figure]) -> PanelEntry:
 
 def _cost(sheet: Sheet, _: str) -> Panel | None:
     return Panel(_into(cost_curve, sheet.first)) if "curve_cost" in sheet.first.data else None
+
+
+def _front(sheet: Sheet, _: str) -> Panel | None:
+    return Panel(_into(front, sheet.first)) if "front_aim" in sheet.first.data else None
+
+
+def _held(sheet: Sheet, _: str) -> Panel:
+    """What is used of everything that has to hold."""
+    return Panel(_into(held, sheet.first), AROUND + BAR * sheet.first.sizes["held"])
 
 
 def _aged(sheet: Sheet, name: str) -> Panel | None:
@@ -280,6 +292,14 @@ def _histogram(sheet: Sheet, _: str) -> Panel:
     return Panel(_into(histogram, sheet.results["random"], sheet.quantity, sheet.choice.configuration))
 
 
+def _compared(sheet: Sheet) -> Iterable[str]:
+    return ("structural",) if "structural" in sheet.asked else ()
+
+
+def _structural(sheet: Sheet, _: str) -> Panel:
+    return Panel(_into(structural, sheet.results["structural"]))
+
+
 def _path(sheet: Sheet, name: str) -> Panel | None:
     """The displaced path, where it is asked for."""
     return Panel(_into(displaced_path, sheet.results), 5.0) if sheet.choice.panel == name else None
@@ -295,9 +315,11 @@ SHEETS: Mapping[str, Kind] = {
             _ERRORS,
             PanelEntry(SOURCES, _sources),
             PanelEntry(_scattered, _histogram),
+            PanelEntry(_compared, _structural),
             PanelEntry(("path",), _path),
         )
     ),
+    "structural": Kind((PanelEntry(_compared, _structural),), has_components=False),
     "poses": Kind((PanelEntry(_drawings, _poses),)),
     "sweep": Kind(
         (PanelEntry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
@@ -319,6 +341,7 @@ SHEETS: Mapping[str, Kind] = {
         (PanelEntry(_planes, lambda sheet, name: Panel(_into(_plane, sheet, name), 5.0, around=KEYS)),),
         has_components=False,
     ),
+    "designed": Kind((PanelEntry(("front",), _front), PanelEntry(("held",), _held)), columns=1, has_components=False),
     "allocated": Kind((_of_units(allocate), PanelEntry(("cost",), _cost)), columns=1),
 }
 

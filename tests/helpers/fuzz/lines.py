@@ -61,6 +61,7 @@ OPTIONS = {
     "life": ["-s", "-o", "--plot", "-q", "--cycles", "--cycle", "--probability", "--tolerance", "--seed", "--contact"],
     "workspace": ["-s", "-o", "--plot", "-q", "-g", "--centre", "--count", "--tolerance", "--samples"],
     "allocate": ["-s", "-o", "--plot", "-q", "--probability", "--curve", "--changes", "--samples", "--seed"],
+    "design": ["-s", "-o", "--plot", "-q", "--vary", "--aim", "--evaluations", "--points", "--seed", "--changes"],
     "schema": ["-o"],
 }
 FLAGS = {"--force", "--changes", "--path", "--no-path", "--overwrite", "--first-order", "--indices"}
@@ -71,6 +72,10 @@ WORDS = {
     "--sizes": ["middle", "largest", "smallest", "none"],
     "--cycle": ["closed", "back-and-forth", "one-way", "there"],
     "--cycles": ["0:1e6:3", "1000", "-1", "1e400", "1,2", ""],
+    "--vary": ["output.at.0=1:2", "joints.J1.on.ground.0=0:1", "output.at.0=2:1", "x=1", "a=1,2", "drives=0:1:3", ""],
+    "--aim": ["size", "worst_position,size", "size=1,structural=2", "loaded_position", "outside", "siz", ""],
+    "--evaluations": ["1", "5", "0", "-1", "many"],
+    "--points": ["2", "1", "0"],
     "--components": ["x", "x,y", "x,y,angle", "z", "x,x", "", ","],
     "--variable": ["position", "rotation", "error.x", "error", "status", "undetermined.angle", "nothing", "x", ""],
 }

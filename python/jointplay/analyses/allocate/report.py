@@ -113,6 +113,8 @@ def _begun(answer: Allocated) -> ResultBuilder:
     """Names and units of the sources, and what is known before anything is found."""
     builder = started(answer.base, "allocate", answer.at, **answer.attributes)
     del builder.data["nominal"]
+    if builder.data.pop("structural_deviation", None) is not None:
+        builder.attrs["play_alone"] = 1
     builder.coords.clear()
     items = answer.items
     builder.labels("source", [item.name for item in items], "source with a cost")

@@ -228,12 +228,17 @@ class Asked:
             every = np.where(limited, np.nan_to_num(shares), 0.0)
             worst_one = every == every.max(axis=1, keepdims=True)
             return np.where(worst_one, (result.get("outside") / (1.0 - self.probability))[:, None], every)
-        below, above = result.get("limit").T
-        lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
-        slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
-        every_end = [ends(result), *((low, high) for _, low, high in ends_of_plays(result))]
-        used = [np.maximum(_share(high - slack, above), _share(-low - slack, -below)) for low, high in every_end]
-        return np.asarray(np.max(used, axis=0))
+        return used_of_limits(part, result)
+
+
+def used_of_limits(part: Mechanism, result: Result) -> Floats:
+    """What errors use of every limit, shape (configuration, quantity); none of what has no limit."""
+    below, above = result.get("limit").T
+    lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
+    slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
+    every_end = [ends(result), *((low, high) for _, low, high in ends_of_plays(result))]
+    used = [np.maximum(_share(high - slack, above), _share(-low - slack, -below)) for low, high in every_end]
+    return np.asarray(np.max(used, axis=0))
 
 
 def _share(values: Floats, limit: Floats) -> Floats:

@@ -41,6 +41,7 @@ from .spatial_start import spatial_start
 from .spins import Spin, find_spins
 from .springs import compile_springs
 from .start import planar_start
+from .target import Ideal, compile_target
 
 __all__ = [
     "ANGULAR",
@@ -56,6 +57,7 @@ __all__ = [
     "CompiledSource",
     "DriveMotion",
     "Grid",
+    "Ideal",
     "Limits",
     "Loads",
     "Member",
@@ -190,6 +192,8 @@ class Compiled:
         What is mapped.
     limits : Limits
         What is acceptable.
+    ideal : Ideal or None
+        What the output ought to do.
     assembly : AssemblyOrder or None
         In which order it is assembled.
     loads : Loads
@@ -239,6 +243,7 @@ class Compiled:
     target_components: tuple[str, ...]
     grid: Grid | None
     limits: Limits
+    ideal: Ideal | None
     assembly: AssemblyOrder | None
     loads: Loads
     has_loads: bool
@@ -360,8 +365,9 @@ def compile_file(data: MechanismFile, file: str, output: str = "", load_case: st
         return _compiled(data.only(output, load_case), file, key_of_load)
     except InputError as error:
         head, *rest = error.key.split(".")
-        if output and head == "output":
-            raise InputError(error.problem, file=file, key=".".join(["outputs", output, *rest])) from None
+        if output and head in ("output", "target"):
+            own = [head] if head == "target" else []
+            raise InputError(error.problem, file=file, key=".".join(["outputs", output, *own, *rest])) from None
         if head == "loads" and rest:
             key = ".".join([key_of_load(int(rest[0])), *rest[1:]])
             raise InputError(error.problem, file=file, key=key) from None
@@ -470,6 +476,7 @@ def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str])
         target_components=commands.target_components,
         grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
+        ideal=compile_target(data, graph, commands, components),
         assembly=compile_assembly(data, graph),
         loads=loads,
         has_loads=loads.are_any or any(s["stiffness"] or s["preload"] for s in (*springs, *torsions)),

@@ -33,6 +33,7 @@ from .clearances import (
 )
 from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, CrossedGear, GearKeys, Mesh, Screw
+from .design import DesignTable, Variation
 from .deviations import DH, AxisDeviation, ComponentDeviation, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .drives import Backlash
 from .expressions import LONGEST, NotAnExpression, Variables
@@ -54,6 +55,7 @@ from .spatial_tables import SpatialStart
 from .springs import SpringTable
 from .stiffness import Stiffness
 from .tables import Dimension, Drive, LoadTable, OutputTable, variables_of
+from .target import TargetDwell, TargetFunction, TargetTable
 from .values import NAME, ToleranceTable
 from .wear import Wear
 
@@ -76,6 +78,7 @@ __all__ = [
     "Cost",
     "Coupling",
     "CrossedGear",
+    "DesignTable",
     "Deviating",
     "Dimension",
     "Drive",
@@ -122,10 +125,14 @@ __all__ = [
     "SpatialStart",
     "SpringTable",
     "Stiffness",
+    "TargetDwell",
+    "TargetFunction",
+    "TargetTable",
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",
     "Variables",
+    "Variation",
     "Wear",
     "Zone",
     "along_the_path",

@@ -12,6 +12,7 @@ from .assembly import Assembly
 from .bodies import BodyTable, Expansion, PlanarBody, SpatialBody
 from .correlations import Correlation
 from .costs import Cost, SourceName
+from .design import DESIGN, DesignTable
 from .deviations import LinkTable, PlanarLink, SpatialLink
 from .followers import Follower
 from .grid import GridTable
@@ -39,6 +40,7 @@ from .tables import (
     UnitsTable,
     VariableName,
 )
+from .target import TARGET, PlanarTarget, SpatialTarget, TargetTable
 from .values import Name, NonNegative, Number, Pair, Plain, Table, Triple, problem, short
 
 #: what the key `patterns` is
@@ -115,6 +117,7 @@ class MechanismFile(Table):
     )
     output: OutputTable | None
     outputs: Mapping[str, OneOfSeveral]
+    target: TargetTable | None
     loads: Sequence[LoadTable]
     load_cases: Mapping[str, Sequence[LoadTable]]
     springs: Mapping[str, SpringTable]
@@ -134,6 +137,7 @@ class MechanismFile(Table):
         (), description="sources that scatter together"
     )
     costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
+    design: DesignTable | SkipJsonSchema[None] = Field(None, description=DESIGN)
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: LimitsTable
 
@@ -158,6 +162,8 @@ class MechanismFile(Table):
             raise problem("give [output], or [outputs.NAME] for each of several; not both")
         if self.output is None and not self.outputs:
             raise problem(f"'output' is missing ({OUTPUT}), or [outputs.NAME] for each of several")
+        if self.target is not None and self.outputs:
+            raise problem(f"[target] is of [output]; of several it is [outputs.NAME.target]: {shown([*self.outputs])}")
         for word in self.limits.words():
             own = [name for name, output in self.outputs.items() if getattr(output.limits, word) is not None]
             if own and len(own) == len(self.outputs) and getattr(self.limits, word) is not None:
@@ -193,7 +199,7 @@ class MechanismFile(Table):
         if output:
             chosen = self.outputs[output]
             own = {key: value for key, value in chosen.limits if value is not None}
-            changes = {"output": chosen, "limits": self.limits.model_copy(update=own)}
+            changes = {"output": chosen, "limits": self.limits.model_copy(update=own), "target": chosen.target}
         if load_case:
             changes["loads"] = (*self.loads, *self.load_cases[load_case])
         return self.model_copy(update=changes)
@@ -213,6 +219,7 @@ class PlanarFile(MechanismFile):
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)
     outputs: dict[Name, NamedOutput] = Field({}, description=OUTPUTS)
+    target: PlanarTarget | SkipJsonSchema[None] = Field(None, description=TARGET)
     loads: LoadTables = Field((), description="forces and moments")
     load_cases: dict[Name, LoadTables] = Field({}, description=LOAD_CASES)
     springs: dict[Name, Spring] = Field({}, description="springs between bodies")
@@ -236,6 +243,7 @@ class SpatialFile(MechanismFile):
     )
     output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
     outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
+    target: SpatialTarget | SkipJsonSchema[None] = Field(None, description=TARGET)
     loads: SpatialLoads = Field((), description="forces and moments")
     load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")

@@ -8,7 +8,8 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .limits import SpatialErrorLimits
 from .places import PathTriple, SpatialPlace
-from .tables import OWN_LIMITS, LoadTable, OneOfSeveral, OutputTable, PathTable, StartTable
+from .tables import OWN_LIMITS, OWN_TARGET, LoadTable, OneOfSeveral, OutputTable, PathTable, StartTable
+from .target import SpatialTarget
 from .values import IN_PLANE, Number, Numbers, Triple, problem
 
 TURNS = ("rx", "ry", "rz")
@@ -62,6 +63,7 @@ class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
     limits: SpatialErrorLimits = Field(
         default_factory=lambda: SpatialErrorLimits.model_validate({}), description=OWN_LIMITS
     )
+    target: SpatialTarget | SkipJsonSchema[None] = Field(None, description=OWN_TARGET)
 
 
 class SpatialLoad(LoadTable):

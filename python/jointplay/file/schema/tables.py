@@ -14,6 +14,7 @@ from .expressions import RESERVED, is_variable
 from .laws import Deviating, ToleranceLaw, check_law
 from .limits import ErrorLimits, PlanarErrorLimits
 from .places import PathNumber, PathPair, Place
+from .target import PlanarTarget, TargetTable
 from .values import (
     IN_SPACE,
     ClearanceLaw,
@@ -32,6 +33,8 @@ from .values import (
 LINKS = "how far one joint of a body is off against another one, by components"
 #: what `limits` of an output is
 OWN_LIMITS = "its own limits, in place of those of [limits]"
+#: what `target` of an output is
+OWN_TARGET = "what it ought to do ideally, see [target]"
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
 MOST_CONFIGURATIONS = 1_000_000
 
@@ -323,7 +326,9 @@ class Path(PathTable):
 class OutputTable(Table):
     """The point on a body whose pose error is asked."""
 
-    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("limits", "leads"), "of one of several [outputs.NAME]")
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("limits", "leads"), "of one of several [outputs.NAME]") | {
+        "target": "of the file as a whole, [target], or of one of several [outputs.NAME]"
+    }
 
     body: str = Field(description="the body that carries the output point")
     at: tuple[float, ...] | str
@@ -347,6 +352,7 @@ class OneOfSeveral(OutputTable):
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     limits: ErrorLimits
+    target: TargetTable | None
     leads: bool = Field(False, description="whether it is the one that [path] and a [grid] of positions speak of")
 
 
@@ -356,6 +362,7 @@ class NamedOutput(Output, OneOfSeveral):
     limits: PlanarErrorLimits = Field(
         default_factory=lambda: PlanarErrorLimits.model_validate({}), description=OWN_LIMITS
     )
+    target: PlanarTarget | SkipJsonSchema[None] = Field(None, description=OWN_TARGET)
 
 
 class LoadTable(Table):

@@ -20,6 +20,7 @@ from .tables import (
     BlockWearDict,
     BoundsDict,
     ChoiceDict,
+    CircleDict,
     ComponentDeviationDict,
     ErrorLimitsDict,
     FlankClearanceDict,
@@ -32,6 +33,7 @@ from .tables import (
     JournalStiffnessDict,
     JournalWearDict,
     LawDict,
+    LineDict,
     LockedAngleDict,
     MountStiffnessDict,
     PlacementDict,
@@ -50,9 +52,13 @@ from .tables import (
     SlotFrictionDict,
     SlotStiffnessDict,
     StrandStiffnessDict,
+    TargetDict,
+    TargetDwellDict,
+    TargetFunctionDict,
     ThreadFrictionDict,
     ToleranceDict,
     ToothFrictionDict,
+    VariationDict,
 )
 from .values import Count, NumberLike, NumbersLike, RowsLike
 from .writing import Writing
@@ -1695,6 +1701,102 @@ class Whole(Parts):
             },
         )
 
+    def target(
+        self,
+        *,
+        points: RowsLike | None = None,
+        timed: bool | None = None,
+        line: LineDict | None = None,
+        circle: CircleDict | None = None,
+        function: TargetFunctionDict | None = None,
+        dwell: TargetDwellDict | None = None,
+        tolerance: NumberLike | None = None,
+    ) -> None:
+        """What the output ought to do ideally: one of points, line, circle, function, dwell.
+
+        Parameters
+        ----------
+        points : optional
+            Positions [x, y] of the output point; in space: positions [x, y, z] of the output point.
+        timed : optional
+            Of points: whether each belongs to the configuration of its number; if not, the nearest point of the
+            polyline through them counts.
+        line : optional
+            A straight line.
+        circle : optional
+            A circle.
+        function : optional
+            A function of the drives.
+        dwell : optional
+            A coordinate that stays as it is.
+        tolerance : optional
+            Largest acceptable structural error.
+        """
+        self._single(
+            "target",
+            {
+                "points": points,
+                "timed": timed,
+                "line": line,
+                "circle": circle,
+                "function": function,
+                "dwell": dwell,
+                "tolerance": tolerance,
+            },
+        )
+
+    def design(
+        self,
+        *,
+        vary: Mapping[str, NumbersLike | VariationDict] | None = None,
+        aim: Literal[
+            "worst_position",
+            "worst_rotation",
+            "loaded_position",
+            "loaded_rotation",
+            "structural",
+            "structural_worst",
+            "outside",
+            "drive_force",
+            "size",
+        ]
+        | Sequence[
+            Literal[
+                "worst_position",
+                "worst_rotation",
+                "loaded_position",
+                "loaded_rotation",
+                "structural",
+                "structural_worst",
+                "outside",
+                "drive_force",
+                "size",
+            ]
+        ]
+        | None = None,
+        weights: Mapping[str, NumberLike] | None = None,
+        question: Literal["worst", "loaded"] | None = None,
+        transmission: Mapping[str, NumberLike] | None = None,
+    ) -> None:
+        """Which values may be chosen anew, what is to be small, and what has to hold beside the limits.
+
+        Parameters
+        ----------
+        vary : optional
+            Bounds or catalogues by the key of a value, as `--set` takes it, in quotes.
+        aim : optional
+            What is to be small, at the configuration where it is largest; of two there is a front.
+        weights : optional
+            Instead of aim: several, each times its weight, whose sum is to be small.
+        question : optional
+            In which question the limits of the error have to hold.
+        transmission : optional
+            Smallest acceptable transmission angle, by joint: between the lines along its two bodies.
+        """
+        self._single(
+            "design", {"vary": vary, "aim": aim, "weights": weights, "question": question, "transmission": transmission}
+        )
+
     def output(
         self,
         name: str | None = None,
@@ -1704,6 +1806,7 @@ class Whole(Parts):
         at: str | NumbersLike | None = None,
         relative_to: str | None = None,
         limits: ErrorLimitsDict | None = None,
+        target: TargetDict | None = None,
         leads: bool | None = None,
     ) -> None:
         """The point whose error is asked, or one of several.
@@ -1721,10 +1824,15 @@ class Whole(Parts):
             The body against which the output is measured, in the axes of that body; the ground if left out.
         limits : optional
             Its own limits, in place of those of [limits].
+        target : optional
+            What it ought to do ideally, see [target].
         leads : optional
             Whether it is the one that [path] and a [grid] of positions speak of.
         """
-        self._output(name, {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "leads": leads})
+        self._output(
+            name,
+            {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "target": target, "leads": leads},
+        )
 
     def load(
         self,

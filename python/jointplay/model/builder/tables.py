@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
-from .values import Count, NumberLike, NumbersLike
+from .values import Count, NumberLike, NumbersLike, RowsLike
 
 
 class AboutDict(TypedDict, total=False):
@@ -186,6 +186,19 @@ class ChoiceDict(TypedDict, total=False):
     """Tolerance classes of ISO 286, such as H7/g6."""
     bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
     """Clearance group of a deep groove ball bearing, such as C3."""
+
+
+class CircleDict(TypedDict, total=False):
+    """A circle on which the output point ought to be."""
+
+    centre: NumbersLike
+    """Its centre."""
+    radius: NumberLike
+    """Its radius."""
+    fit: bool
+    """Whether it is the circle with the least largest distance; then nothing else (in the plane only)."""
+    axis: NumbersLike
+    """Direction of its axis (in space only)."""
 
 
 class ClearanceDict(TypedDict, total=False):
@@ -463,6 +476,19 @@ class LawDict(TypedDict, total=False):
     """With csv: the name of the column in its first row."""
     nominal: NumberLike
     """With measured values: what is subtracted from them, if they are whole sizes."""
+
+
+class LineDict(TypedDict, total=False):
+    """A straight line on which the output point ought to be."""
+
+    fit: bool
+    """Whether it is the line with the least largest distance; then nothing else."""
+    through: NumbersLike
+    """A point of the line."""
+    to: NumbersLike
+    """Another point of it."""
+    direction: NumberLike | NumbersLike
+    """Instead: its direction, [ux, uy] or an angle; in space: instead: its direction [ux, uy, uz]."""
 
 
 class LockedAngleDict(TypedDict, total=False):
@@ -820,6 +846,48 @@ class StrandStiffnessDict(TypedDict, total=False):
     """At the rim, along the strand that pulls, force per length."""
 
 
+class TargetDict(TypedDict, total=False):
+    """What the output ought to do ideally: one of points, line, circle, function, dwell."""
+
+    points: RowsLike
+    """Positions [x, y] of the output point; in space: positions [x, y, z] of the output point."""
+    timed: bool
+    """Of points: whether each belongs to the configuration of its number; if not, the nearest point of the
+    polyline through them counts."""
+    line: LineDict
+    """A straight line."""
+    circle: CircleDict
+    """A circle."""
+    function: TargetFunctionDict
+    """A function of the drives."""
+    dwell: TargetDwellDict
+    """A coordinate that stays as it is."""
+    tolerance: NumberLike
+    """Largest acceptable structural error."""
+
+
+TargetDwellDict = TypedDict(
+    "TargetDwellDict",
+    {"of": "str", "value": "NumberLike", "drive": "str", "from": "NumberLike", "to": "NumberLike"},
+    total=False,
+)
+
+
+class TargetFunctionDict(TypedDict, total=False):
+    """A coordinate that ought to be a function of the drives, as that of Ackermann steering."""
+
+    of: str
+    """Component of the output's pose, such as x, or a joint, whose coordinate is meant."""
+    value: NumberLike
+    """What it ought to be: an expression in the names of the drives and the variables."""
+    drive: str
+    """Of a table: the drive; may be left out of one drive."""
+    at: NumbersLike
+    """Instead of value: values of the drive, rising; outside of them nothing is asked."""
+    values: NumbersLike
+    """With at: what it ought to be there; between them a natural cubic spline."""
+
+
 class TemperatureDict(TypedDict, total=False):
     """How far the temperature is from the one at which the lengths of the file hold, in kelvin."""
 
@@ -876,3 +944,10 @@ class UnitsDict(TypedDict, total=False):
     turning_speed: Literal["1/min", "1/s", "deg/s", "rad/s"]
     """Unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if
     left out."""
+
+
+VariationDict = TypedDict(
+    "VariationDict",
+    {"from": "NumberLike", "to": "NumberLike", "step": "NumberLike", "values": "NumbersLike"},
+    total=False,
+)

@@ -145,3 +145,21 @@ def blamed(result: Result, quantity: str, configuration: int) -> str:
 def quantile(result: Result, quantity: str, probability: float) -> Array:
     """What a share of the specimens stays below, the one of the result that is nearest to it."""
     return np.asarray(result.get("error_quantile", probability=typical(result, probability), quantity=quantity))
+
+
+def of_structural(result: Result) -> Conclusion:
+    """The answer of `structural`: how far the nominal mechanism is from its target at most, and what was fitted."""
+    found = verdict(result)
+    error, unit = result.get("structural_error"), result.unit("structural_error")
+    configuration = farthest(error, result.get("status"))
+    sentences = [*judged_in(found)]
+    if configuration is None:
+        sentences.append(Sentence("The target asks for nothing where the mechanism can be.", is_answer=True))
+    elif not found.sentences:
+        of = f" of {result.attrs['of']}" if "of" in result.attrs else ""
+        largest = f"{say(float(error[configuration]), unit)}{there(result, configuration)}"
+        sentences.append(Sentence(f"Structural error{of} at most {largest}, without play.", is_answer=True))
+    if "fitted" in result.attrs:
+        sentences.append(Sentence(f"Nearest by the largest distance: {result.attrs['fitted']}."))
+    severity = (float(RANK[found.outcome]), found.used, 0.0 if configuration is None else float(error[configuration]))
+    return Conclusion((*sentences, *of_statuses(result)), severity)

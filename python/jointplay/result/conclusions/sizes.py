@@ -188,8 +188,9 @@ def of_allocate(result: Result) -> Conclusion:
         now += ", and hold them too" if result.attrs["before"] == "holds" else ", and miss them"
     if not result.attrs.get("changes"):
         now = f", that of the sizes in the file{'; none is found that is cheaper' if status == 'ok' else ''}"
+    alone = " by play alone" if "play_alone" in result.attrs else ""
     sentences = [
-        Sentence(f"The limits hold{_contacts(result)} for a cost of {cost:.5g}{now}."),
+        Sentence(f"The limits hold{alone}{_contacts(result)} for a cost of {cost:.5g}{now}."),
         Sentence(f"What binds is {place}{by}: {share_of(share)} of the limit is used.{_direction(result)}"),
     ]
     if status == "unfinished":

@@ -189,6 +189,20 @@ def of_error(result: Result) -> list[Column]:
     return [*columns, replace(_blamed(result, "rotation"), spare=1), *_contact(result)]
 
 
+def of_structural(result: Result) -> list[Column]:
+    """How far every configuration is from the target, and its components."""
+    columns = []
+    if "structural_deviation" in result.data:
+        asked = [
+            c for c in result.labels("component") if np.isfinite(result.get("structural_deviation", component=c)).any()
+        ]
+        columns = [
+            column for part in split(asked) if part for column in together(result, "structural_deviation", part, "")
+        ]
+    unit = result.unit("structural_error")
+    return [*columns, numbers("structural error", unit, result.get("structural_error"), rounding(result, unit))]
+
+
 def _contact(result: Result) -> list[Column]:
     """Where contact does not follow the reactions of a machine that runs."""
     if "contact" not in result.data:

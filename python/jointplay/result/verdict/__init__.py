@@ -20,6 +20,7 @@ from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
 from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
 from .shares import COUNTED, of_shares
+from .structural import of_tolerance
 from .words import (
     ROUNDING,
     SIZES,
@@ -96,6 +97,8 @@ def verdict(result: Result) -> Verdict:
     result : Result
         Of any question; of those that have no limits to keep to it says nothing.
     """
+    if "structural_error" in result.data:
+        return of_tolerance(result)
     if "limit" not in result.data or not np.isfinite(result.get("limit")).any():
         return Verdict()
     if "outside" in result.data:

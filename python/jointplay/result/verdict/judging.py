@@ -52,7 +52,7 @@ def ends_of_plays(result: Result) -> Iterator[tuple[str, Array, Array]]:
     for play in PLAYS:
         if f"play_{play}" in result.data:
             low, high = np.moveaxis(result.get(f"play_{play}"), -1, 0)
-            yield play, low, high
+            yield play, *_strayed(result, low, high)
 
 
 def room(limit: Array, lowest: Array, highest: Array) -> Array:
@@ -74,19 +74,20 @@ def ends(result: Result) -> tuple[Array, Array]:
 
     What a load leaves open counts: a component may be anywhere within its half-width, and a size is at most that of
     the farthest corner. Of corrected drives it is what is left that counts. With friction both sides count from which a
-    configuration is reached, or all that it can hold at rest.
+    configuration is reached, or all that it can hold at rest. With a target the structural error counts as well: to a
+    size that the worst case or friction has it is added, which is a bound.
     """
     for found in ("worst", "residual"):
-        if f"{found}_component" not in result.data:
-            continue
-        low, high = (result.get(f"{found}_component", side=side) for side in SIDES)
-        sizes = [result.get(f"{found}_{which}") for which in SIZES]
-        return np.column_stack([low, *map(np.zeros_like, sizes)]), np.column_stack([high, *sizes])
+        if f"{found}_component" in result.data:
+            low, high = (result.get(f"{found}_component", side=side) for side in SIDES)
+            sizes = [result.get(f"{found}_{which}") for which in SIZES]
+            nothing = map(np.zeros_like, sizes)
+            return _strayed(result, np.column_stack([low, *nothing]), np.column_stack([high, *sizes]))
     error, half = judged(result)
     components = result.labels("component")
     if "friction_low" in result.data:
         low, high, position, rotation = (result.get(f"friction_{name}") for name in ("low", "high", *SIZES))
-        return between(low, high, position, rotation, half, components)
+        return _strayed(result, *between(low, high, position, rotation, half, components))
     if "reversal" not in result.data:
         return reached([error], half, components)
     # The limits hold from whichever side the machine comes.
@@ -95,11 +96,32 @@ def ends(result: Result) -> tuple[Array, Array]:
 
 
 def judged(result: Result) -> tuple[Array, Array]:
-    """The errors that are judged, and what a load leaves open of each."""
+    """The errors that are judged, with those against the target, and what a load leaves open of each."""
     is_corrected = "correction" in result.data
     error = result.get("residual") - result.get("target") if is_corrected else result.get("error")
+    if has_strays(result):
+        error = error + np.nan_to_num(result.get("structural_deviation"))
     open_ = "residual_undetermined" if is_corrected else "undetermined"
     return error, result.get(open_) if open_ in result.data else np.zeros_like(error)
+
+
+def has_strays(result: Result) -> bool:
+    """Whether the nominal mechanism is compared with a target."""
+    return "structural_deviation" in result.data
+
+
+def play_alone(result: Result) -> str:
+    """What is to be said where the structural error does not count."""
+    return " by play alone" if has_strays(result) else ""
+
+
+def _strayed(result: Result, low: Array, high: Array) -> tuple[Array, Array]:
+    """Ends of errors of play with the structural error: components move, its sizes are added."""
+    if not has_strays(result):
+        return low, high
+    off = np.nan_to_num(result.get("structural_deviation"))
+    sizes = np.column_stack(_sizes(off, result.labels("component")))
+    return low + np.column_stack([off, np.zeros_like(sizes)]), high + np.column_stack([off, sizes])
 
 
 def reached(errors: Sequence[Array], half: Array, components: Sequence[str]) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ import numpy as np
 from jointplay.basics.arrays import Array
 from jointplay.result import LOAD, Result, in_words
 
+from .judging import play_alone
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict, worst_of
 from .words import cause, percent, there
 
@@ -91,12 +92,13 @@ def of_shares(result: Result) -> Verdict:
     required = float(result.attrs.get("required_yield", np.nan))
     is_required = bool(np.isfinite(required))
     seen = [one for one in contacts if np.isfinite(one.outside).any()]
+    alone = play_alone(result)
     nothing = ("",) * len(result.get("outside"))
     basis = " and".join(one.words for one in contacts)
     if not seen:
         if not is_required:
-            return Verdict((f"Outside the limits: not known; {rows.why()}{rows.left_out()}.",), nothing)
-        text = f"Required yield {percent(required)}: not shown; {rows.why()}{rows.left_out()}."
+            return Verdict((f"Outside the limits{alone}: not known; {rows.why()}{rows.left_out()}.",), nothing)
+        text = f"Required yield {percent(required)}{alone}: not shown; {rows.why()}{rows.left_out()}."
         return Verdict((text,), nothing, NOT_SHOWN, basis=basis, gist=rows.why())
     seen.sort(key=lambda one: (is_required and one.outcome(required) == MISSED, one.outside[one.at]), reverse=True)
     used = max(float(one.high[one.at]) for one in seen)
@@ -112,7 +114,7 @@ def of_shares(result: Result) -> Verdict:
     answer = {HELD: "met", MISSED: MISSED}.get(outcome) or f"{NOT_SHOWN}, {' and '.join(reasons)}"
     first, *others = seen
     least = "; ".join([_within(result, first), *(_shortly(result, one) for one in others)])
-    sentences.insert(0, f"Required yield {percent(required)}: {answer}; {least}{rows.left_out()}.")
+    sentences.insert(0, f"Required yield {percent(required)}{alone}: {answer}; {least}{rows.left_out()}.")
     if outcome == MISSED and rows.unknown:
         sentences.append(f"Not known: {rows.why()}.")
     missed = np.logical_or.reduce([one.yields(required)[0] for one in contacts])
@@ -149,7 +151,7 @@ def _shortly(result: Result, one: _Contact) -> str:
 
 
 def _outside(result: Result, one: _Contact) -> str:
-    at, head = one.at, f"Outside the limits{one.words}"
+    at, head = one.at, f"Outside the limits{play_alone(result)}{one.words}"
     share, low, high = (float(values[at]) for values in (one.outside, one.low, one.high))
     method = COUNTED if one.method is None else str(one.method[at])
     how = "" if method == COUNTED else f", {method}"

@@ -1,0 +1,351 @@
+"""What becomes of a mechanism with other values: its aims, and what it uses of everything that has to hold.
+
+used = value / limit, or limit / value where the value has to be at least the limit; it holds where used <= 1
+
+Every attempt is a copy of the mechanism, which is asked as anybody would ask it. Before it is judged every
+configuration needs a pose: the share of those without one is what a search goes down by until there are none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from jointplay.analyses.allow.asked import used_of_limits
+from jointplay.analyses.ideal import compared, strays
+from jointplay.analyses.nominal import OK, OUTSIDE, Nominal, within_another
+from jointplay.analyses.questions import computation
+from jointplay.analyses.ranges import coordinates
+from jointplay.analyses.several import places_of
+from jointplay.basics import poses
+from jointplay.basics.arrays import Floats
+from jointplay.errors import InputError, listed, not_known
+from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Variation, variables_of
+from jointplay.model.mechanism import Mechanism
+from jointplay.questions import QUESTIONS
+from jointplay.result import Result, figure, parts
+from jointplay.result.verdict import READABLE, ends
+
+ASSEMBLY = "assembly"
+TURN = 2.0 * np.pi
+#: by aim the question that is asked for it; none needs only the nominal mechanism
+ASKS: Mapping[str, str] = {
+    "worst_position": "worst",
+    "worst_rotation": "worst",
+    "structural_worst": "worst",
+    "loaded_position": "loaded",
+    "loaded_rotation": "loaded",
+    "drive_force": "loaded",
+    "outside": "random",
+}
+WORDS: Mapping[str, str] = {
+    "worst_position": "the largest worst position error",
+    "worst_rotation": "the largest worst rotation",
+    "loaded_position": "the largest position error under the loads",
+    "loaded_rotation": "the largest rotation under the loads",
+    "structural": "the largest structural error",
+    "structural_worst": "the largest sum of structural and worst error",
+    "outside": "the largest share of the specimens outside the limits",
+    "drive_force": "the largest force or moment of a drive",
+    "size": "the diagonal of the box around all joints and outputs, wherever they go",
+}
+
+
+@dataclass(frozen=True)
+class DesignVariable:
+    """A value that may be chosen anew.
+
+    Attributes
+    ----------
+    key : str
+    before : float
+        In the file.
+    low, high : float
+    choices : tuple of float
+        The values of a catalogue; none between bounds.
+    """
+
+    key: str
+    before: float
+    low: float
+    high: float
+    choices: tuple[float, ...]
+
+    @property
+    def span(self) -> float:
+        """From bound to bound; never zero."""
+        return (self.high - self.low) or 1.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What was found with some values.
+
+    Attributes
+    ----------
+    values : tuple of float
+        In the order of the variables.
+    aims : mapping
+        By aim its values, of which the largest counts.
+    used : mapping
+        By what has to hold what is used of it.
+    lost : float
+        Share of the configurations without a pose or an error; infinite where the file would be refused.
+    why : str
+        What refuses it.
+    """
+
+    values: tuple[float, ...]
+    aims: Mapping[str, Floats] = field(default_factory=dict)
+    used: Mapping[str, Floats] = field(default_factory=dict)
+    lost: float = 0.0
+    why: str = ""
+
+    def aim(self, name: str) -> float:
+        """The largest value of an aim; nan where it is not known."""
+        return float(self.aims[name].max()) if name in self.aims else np.nan
+
+    @property
+    def largest(self) -> dict[str, float]:
+        """By what has to hold the most that is used of it anywhere."""
+        most = {ASSEMBLY: 1.0 + self.lost} if self.lost else {}
+        return most | {name: float(values.max()) for name, values in self.used.items()}
+
+    @property
+    def beyond(self) -> float:
+        """How far it is from holding everything; zero where it does."""
+        if self.lost:
+            # Anything with a pose is nearer.
+            return 1e3 * (1.0 + self.lost)
+        return float(sum(min(max(most - 1.0, 0.0), 1e3 / len(self.used)) for most in self.largest.values()))
+
+    @property
+    def holds(self) -> bool:
+        """Whether everything has a pose and holds."""
+        return self.beyond <= 0.0
+
+
+class Attempts:
+    """All that was tried.
+
+    Parameters
+    ----------
+    m : Mechanism
+    table : DesignTable
+    aims : sequence of str
+    samples, seed : int
+        Of random specimens.
+    """
+
+    def __init__(self, m: Mechanism, table: DesignTable, aims: Sequence[str], samples: int, seed: int) -> None:
+        self.m, self.table, self.aims = m, table, tuple(aims)
+        self.variables = [_variable(m, key, variation) for key, variation in table.vary.items()]
+        self.random = {"samples": samples, "seed": seed}
+        self.known: dict[tuple[tuple[float, ...], bool], Candidate] = {}
+        self._check()
+
+    def _check(self) -> None:
+        m, every = self.m, self.m.every_part
+        targets = {"structural", "structural_worst"} & {*self.aims}
+        if targets and not m.has_target:
+            problem = f"{listed(sorted(targets))} needs a [target] of every output, from which it is measured"
+            raise InputError(problem, file=m.file, key="design.aim")
+        wanted = [part.ideal.wanted for part in every if part.ideal is not None and part.ideal.wanted is not None]
+        if "structural_worst" in self.aims and any(one.joint is not None for one in wanted):
+            problem = "structural_worst: the target is of a joint, whose error is none of the output; take structural"
+            raise InputError(problem, file=m.file, key="design.aim")
+        loaded = [name for name in self.aims if ASKS.get(name) == "loaded"]
+        loaded += ["question = 'loaded'"] * (self.table.question == "loaded")
+        if loaded and not m.has_loads:
+            raise InputError(f"{listed(loaded)}: nothing loads the mechanism", file=m.file, key="design.aim")
+        if "outside" in self.aims and not any(part.limits.errors for part in every):
+            raise InputError("outside counts specimens outside limits: say [limits]", file=m.file, key="design.aim")
+        if "drive_force" in self.aims and len({m.coordinate_kind(k) for k in m.drive_joints}) > 1:
+            problem = "drive_force: some drives have forces and some moments, of which none is the larger"
+            raise InputError(problem, file=m.file, key="design.aim")
+        self.crossings = {name: _lines(m, name) for name in self.table.transmission}
+
+    def at(self, values: Sequence[float], *, exact: bool = False) -> Candidate:
+        """What becomes of some values; to first order unless `exact`."""
+        key = (tuple(float(value) for value in values), exact)
+        if key not in self.known:
+            self.known[key] = self._try(key[0], exact)
+        return self.known[key]
+
+    def changes(self, values: Sequence[float]) -> dict[str, float]:
+        """Values by key."""
+        return {one.key: float(value) for one, value in zip(self.variables, values, strict=True)}
+
+    def _try(self, values: tuple[float, ...], exact: bool) -> Candidate:
+        try:
+            copy = self.m.with_(self.changes(values))
+            outputs = [copy.only(output).without_load_cases() for output in copy.outputs or (None,)]
+            places = places_of(outputs)
+        except InputError as problem:
+            return Candidate(values, lost=np.inf, why=str(problem))
+        lost = np.mean([~np.isin(at.status, (OK, OUTSIDE)) for at in places])
+        if lost > 0.0:
+            return Candidate(values, lost=float(lost))
+        try:
+            return self._asked(values, copy, [*zip(outputs, places, strict=True)], exact)
+        except InputError as problem:
+            return Candidate(values, lost=np.inf, why=str(problem))
+
+    def _asked(
+        self, values: tuple[float, ...], m: Mechanism, nominals: list[tuple[Mechanism, Nominal]], exact: bool
+    ) -> Candidate:
+        used, aims = self._of_nominal(nominals)
+        limited = any(part.limits.errors for part in m.every_part)
+        questions = {ASKS[name] for name in self.aims if name in ASKS} | ({self.table.question} if limited else set())
+        unreliable: list[float] = []
+        options: dict[str, Any]
+        for question in sorted(questions):
+            options = {**QUESTIONS[question].asked_by["design"]}
+            options |= self.random if question == "random" else {"exact": exact}
+            if "drive_force" in self.aims and question == "loaded":
+                options["details"] = True
+            with within_another():
+                result = computation(question, "design")(m, at=nominals[0][1], **options)
+            for (_, each), part in zip(parts(result), self._parts(m, question), strict=True):
+                unreliable.append(float(np.mean(~np.isin(each.get("status"), (*READABLE, "outside_limits")))))
+                for name in self.aims:
+                    if ASKS.get(name) == question:
+                        aims.setdefault(name, []).append(_figure(each, name, compared(part)[1]))
+                if question == self.table.question and part.limits.errors:
+                    for k, name in enumerate(part.quantities):
+                        if name in part.limits.errors:
+                            used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
+        if lost := max(unreliable, default=0.0):
+            return Candidate(values, lost=lost)
+        return Candidate(values, _joined(aims), _joined(used))
+
+    @staticmethod
+    def _parts(m: Mechanism, question: str) -> list[Mechanism]:
+        """The parts of a mechanism in the order of the answers."""
+        return (m if question == "loaded" else m.without_load_cases()).every_part
+
+    def _of_nominal(
+        self, nominals: list[tuple[Mechanism, Nominal]]
+    ) -> tuple[dict[str, list[Floats]], dict[str, list[Floats]]]:
+        """What the nominal mechanism uses of its ranges, and its aims."""
+        used: dict[str, list[Floats]] = {}
+        aims: dict[str, list[Floats]] = {}
+        part, at = nominals[0]
+        values, angular = coordinates(part, at.drives, at.poses)
+        for name, span in part.limits.joints.items():
+            k = part.joints.index(name)
+            used[f"limits.joints.{name}"] = [_of_range(values[:, k], span, turns=bool(angular[k]))]
+        for name, span in part.limits.drives.items():
+            used[f"limits.drives.{name}"] = [_of_range(at.drives[:, part.drives.index(name)], span, turns=False)]
+        near = part.core.measure(at.drives, at.poses)["singular_value"]
+        used["limits.singular_value"] = [part.limits.singular_value / np.maximum(near, 1e-300)]
+        for name, crossing in self.crossings.items():
+            least = self.table.transmission[name] * part.units.angle
+            used[f"design.transmission.{name}"] = [least / np.maximum(_angle(part, at, crossing), 1e-9)]
+        for part, at in nominals:
+            off = strays(part, at.drives, at.poses, at.output, at.status == OK)
+            if off is not None and part.ideal is not None and np.isfinite(off.size).any():
+                far = np.nan_to_num(off.size)
+                wanted = part.ideal.wanted
+                factor = part.units.length if wanted is None else wanted.factor
+                if "structural" in self.aims:
+                    aims.setdefault("structural", []).append(far / factor)
+                if np.isfinite(part.ideal.tolerance):
+                    used.setdefault("target.tolerance", []).append(far / part.ideal.tolerance)
+        if "size" in self.aims:
+            aims["size"] = [np.array([_diagonal(nominals) / nominals[0][0].units.length])]
+        return used, aims
+
+
+def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:
+    """By name the values of all outputs and load cases."""
+    return {name: np.concatenate([*map(np.atleast_1d, each)]) for name, each in parts.items()}
+
+
+def _variable(m: Mechanism, key: str, variation: Variation) -> DesignVariable:
+    value = m.value(key)
+    if isinstance(value, str):
+        # A text that has no value is a name.
+        with suppress(NotAnExpression):
+            value = Variables(*variables_of(m.raw)).number(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError("is not a number; only numbers can be varied", file=m.file, key=key)
+    return DesignVariable(key, float(value), *variation.bounds, variation.choices)
+
+
+def _figure(result: Result, name: str, kind: str) -> Floats:
+    """Values of an aim, in units of the file; those of a target are lengths or angles."""
+    if name == "structural_worst":
+        # Of a target of an angle the rotation.
+        return np.asarray(ends(result)[1][:, -2 if kind == "length" else -1])
+    if name == "outside":
+        return np.asarray(result.get("outside"))
+    if name == "drive_force":
+        return np.asarray(np.abs(result.get("drive_torque")).max(axis=1))
+    return figure(result, name.rpartition("_")[2])[0]
+
+
+def _of_range(values: Floats, span: tuple[float, float], *, turns: bool) -> Floats:
+    """What a coordinate uses of its range, from the middle to either end."""
+    low, high = span
+    off = values - 0.5 * (low + high)
+    if turns:
+        off = off - TURN * np.round(off / TURN)
+    return np.asarray(np.abs(off) / max(0.5 * (high - low), 1e-12))
+
+
+def _lines(m: Mechanism, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Of both bodies of a joint the points between which their lines go.
+
+    Raises
+    ------
+    InputError
+        When there is no such joint, or one of its bodies has not two joints.
+    """
+    key = f"design.transmission.{name}"
+    if m.pose_size == poses.SPATIAL:
+        raise InputError("transmission angles are of mechanisms in the plane", file=m.file, key=key)
+    if name not in m.joints:
+        raise InputError(not_known(name, "a joint", m.joints), file=m.file, key=key)
+    k = m.joints.index(name)
+    found = []
+    for own, body in zip(m.joint_points[k], m.joint_bodies[k], strict=True):
+        others = [
+            point
+            for j, (points, bodies) in enumerate(zip(m.joint_points, m.joint_bodies, strict=True))
+            for point, other in zip(points, bodies, strict=True)
+            if j != k and other == body
+        ]
+        if body < 0 or len(others) != 1:
+            what = "the ground" if body < 0 else f"body '{m.bodies[body]}' with {len(others) + 1} joints"
+            problem = f"a transmission angle is between two bodies with two joints each; here is {what}"
+            raise InputError(problem, file=m.file, key=key)
+        found.append((own, others[0]))
+    return found[0], found[1]
+
+
+def _angle(m: Mechanism, at: Nominal, crossing: tuple[tuple[int, int], tuple[int, int]]) -> Floats:
+    """The acute angle between two lines at every configuration."""
+    ways = [_place(m, at, far) - _place(m, at, near) for near, far in crossing]
+    cross = ways[0][:, 0] * ways[1][:, 1] - ways[0][:, 1] * ways[1][:, 0]
+    return np.asarray(np.arctan2(np.abs(cross), np.abs(np.sum(ways[0] * ways[1], axis=1))))
+
+
+def _place(m: Mechanism, at: Nominal, point: int) -> Floats:
+    """Where a point of a body is at every configuration, SI."""
+    one = m.points[point]
+    if one.body < 0:
+        return np.tile(np.array(one.at), (len(at), 1))
+    return poses.place(at.poses[:, one.body], one.at)
+
+
+def _diagonal(nominals: list[tuple[Mechanism, Nominal]]) -> float:
+    """Of the box around all joints and outputs."""
+    part, at = nominals[0]
+    points = {point for pair in part.joint_points for point in pair} | {one.output_point for one, _ in nominals}
+    every = np.concatenate([_place(part, at, point) for point in sorted(points)])
+    return float(np.linalg.norm(np.ptp(every, axis=0)))
