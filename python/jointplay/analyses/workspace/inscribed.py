@@ -33,7 +33,7 @@ LEAST_GAIN, SHRINK = 1e-7, 0.97
 #: planes are as good as others within this part of the extent
 TIE = 1e-9
 #: by dimensions, how many boxes are tried and improved how often; how slim they may be, as powers of e
-BOXES, TRIES, SLIM = {2: 20, 3: 8}, {2: 200, 3: 80}, 2.0
+BOXES, TRIES, SLIM = {2: 20, 3: 16}, {2: 200, 3: 160}, 1.5
 #: whether places are in a region, shape (place, axis)
 Within = Callable[[Floats], Flags]
 
