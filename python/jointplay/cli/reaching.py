@@ -75,7 +75,7 @@ def workspace(
     ] = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
-    """Find the region in which it can be used, and what bounds it.
+    """Find the region in which it can be used.
 
     Says how large it is, and the largest disc and box in it. Exit code 1: there is none.
     """
