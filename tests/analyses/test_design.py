@@ -71,6 +71,12 @@ def test_a_limit_that_binds_by_its_closed_form() -> None:
     assert jp.worst(better).limit_met.all()
 
 
+def test_a_bound_with_many_digits_is_kept() -> None:
+    found = jp.design(lever(), {"variables.a": [12.345651, 40]}, "worst_position", evaluations=40)
+    assert found.value_found.item() == 12.345651
+    assert found.at_bound.item() == "lowest"
+
+
 def test_a_weighted_sum_by_its_closed_form() -> None:
     """The box is that of the pin and both tips: a (1, sin 1) large."""
     diagonal = np.hypot(1.0, np.sin(1.0))

@@ -176,6 +176,18 @@ def test_a_dwell_and_its_middle() -> None:
     np.testing.assert_allclose(given.structural_deviation.sel(component="x"), x - 10.0, atol=CLOSE)
 
 
+def narrowest_ring(points: np.ndarray) -> float:
+    """Half the width of the narrowest ring with all points: its centre is as far from both points of two pairs."""
+    rooms = []
+    for (a, b), (c, d) in combinations(list(combinations(range(len(points)), 2)), 2):
+        rows = 2.0 * np.array([points[b] - points[a], points[d] - points[c]])
+        if abs(np.linalg.det(rows)) < 1e-9:
+            continue
+        right = np.array([points[b] @ points[b] - points[a] @ points[a], points[d] @ points[d] - points[c] @ points[c]])
+        rooms.append(0.5 * np.ptp(np.linalg.norm(points - np.linalg.solve(rows, right), axis=1)))
+    return float(min(rooms))
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_fits_against_all_that_touch(seed: int) -> None:
     """The best line touches three points, the best circle four: all of them are tried."""
@@ -193,16 +205,21 @@ def test_fits_against_all_that_touch(seed: int) -> None:
     ring = (50.0 + rng.normal(size=7))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]) + [7.0, -3.0]
     centre, radius = best_circle(ring)
     got = np.abs(np.linalg.norm(ring - centre, axis=1) - radius).max()
-    # Two pairs of points at equal distances: the centre is on both perpendicular bisectors.
-    rooms = []
-    pairs = list(combinations(range(7), 2))
-    for (a, b), (c, d) in combinations(pairs, 2):
-        rows = 2.0 * np.array([ring[b] - ring[a], ring[d] - ring[c]])
-        if abs(np.linalg.det(rows)) < 1e-9:
-            continue
-        right = np.array([ring[b] @ ring[b] - ring[a] @ ring[a], ring[d] @ ring[d] - ring[c] @ ring[c]])
-        rooms.append(0.5 * np.ptp(np.linalg.norm(ring - np.linalg.solve(rows, right), axis=1)))
-    assert got == pytest.approx(min(rooms), rel=1e-6)
+    assert got == pytest.approx(narrowest_ring(ring), rel=1e-6)
+
+
+def test_the_best_circle_of_a_long_loop_is_far_from_that_of_least_squares() -> None:
+    """A coupler curve around which two rings are narrower than their neighbours."""
+    x = [-65, -78, -89, -97, -103, -106, -106, -103, -97, -90, -83, -75, -67, -57, -45]
+    y = [155, 141, 125, 106, 87, 68, 50, 34, 22, 15, 16, 26, 48, 81, 114]
+    loop = np.column_stack([x, y]).astype(float)
+    centre, radius = best_circle(loop)
+    got = np.abs(np.linalg.norm(loop - centre, axis=1) - radius).max()
+    assert got == pytest.approx(narrowest_ring(loop), rel=1e-9)
+    # Of more points some are looked at, and the others count as well.
+    fine = np.column_stack([np.interp(np.arange(0.0, 14.01, 0.1), np.arange(15), z) for z in loop.T])
+    centre, radius = best_circle(fine)
+    assert np.abs(np.linalg.norm(fine - centre, axis=1) - radius).max() == pytest.approx(got, rel=0.01)
 
 
 def test_a_line_in_space_is_no_wider_than_its_neighbours() -> None:

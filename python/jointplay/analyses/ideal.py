@@ -7,14 +7,15 @@ function  q - f(drives); dwell: q - constant
 
 A line or circle that is fitted, and the constant of a dwell, have the least largest distance: in the plane the line in
 the middle of the narrowest strip, one side of which lies on an edge of the convex hull of the points; else by
-sequential quadratic programming from the least-squares fit, min t with the distance of every point at most t.
+sequential quadratic programming, min t with the distance of every point at most t, from the least-squares fit and, of a
+circle, from the narrowest rings around some of the points.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -31,6 +32,8 @@ STRAIGHT = 1e-13
 STEPS, EXACT = 200, 1e-15
 #: flatter arcs are lines
 FLAT = 1e-10
+#: points whose rings are tried, rings from which the search for a circle goes on, and how far they are apart, in radii
+SOME, RINGS, APART = 16, 2, 0.2
 
 
 @dataclass(frozen=True)
@@ -268,8 +271,43 @@ def best_circle(points: Floats) -> tuple[Floats, float]:
     def off(x: Floats) -> Floats:
         return np.asarray(np.linalg.norm(local - x[:2], axis=1) - x[2])
 
-    found = start if np.abs(off(start)).max() <= STRAIGHT else _least_largest(off, start)
+    def largest(x: Floats) -> float:
+        return float(np.abs(off(x)).max())
+
+    found = start
+    if largest(start) > STRAIGHT:
+        # Several circles may each be narrower than their neighbours.
+        found = min((_least_largest(off, one) for one in (start, *_rings(local))), key=largest)
     return middle + scale * found[:2], scale * float(found[2])
+
+
+def _rings(points: Floats) -> Floats:
+    """Centres and radii in the middle of the narrowest rings around some of the points.
+
+    A ring narrower than its neighbours has two points on each side (Rivlin 1979): its centre is as far from both
+    points of two pairs. All pairs are tried.
+    """
+    some = points[np.unique(np.linspace(0, len(points) - 1, SOME).round().astype(int))]
+    pairs = np.array([*combinations(range(len(some)), 2)])
+    across = 2.0 * (some[pairs[:, 1]] - some[pairs[:, 0]])
+    right = np.sum(some[pairs[:, 1]] ** 2 - some[pairs[:, 0]] ** 2, axis=1)
+    a, b = np.array([*combinations(range(len(pairs)), 2)]).T
+    turned = across[a, 0] * across[b, 1] - across[a, 1] * across[b, 0]
+    meet = np.abs(turned) > FLAT
+    a, b, turned = a[meet], b[meet], turned[meet]
+    x = (right[a] * across[b, 1] - right[b] * across[a, 1]) / turned
+    y = (across[a, 0] * right[b] - across[b, 0] * right[a]) / turned
+    away = np.hypot(some[:, 0] - x[:, None], some[:, 1] - y[:, None])
+    low, high = away.min(axis=1), away.max(axis=1)
+    circles = np.column_stack([x, y, 0.5 * (low + high)])[np.argsort(high - low)]
+    found: list[Floats] = []
+    for one in circles:
+        # Rings of the same valley lead to the same one.
+        if all(np.linalg.norm(one - other) > APART * other[2] for other in found):
+            found.append(one)
+        if len(found) == RINGS:
+            break
+    return np.array(found).reshape(-1, 3)
 
 
 def _least_largest(off: Callable[[Floats], Floats], start: Floats) -> Floats:

@@ -22,7 +22,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
 from .attempts import Attempts, Candidate
-from .report import Designed, report
+from .report import AT_BOUND, Designed, report
 from .search import LAST, DesignSearch, rank, tolerated, weighted
 
 if TYPE_CHECKING:
@@ -215,7 +215,11 @@ def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate
     values = []
     for one, value in zip(search.attempts.variables, best.values, strict=True):
         places = -int(np.floor(np.log10(ROUND * one.span)))
-        values.append(value if one.choices else min(max(round(value, places), one.low), one.high))
+        # What is at a bound stays there, whatever the digits of the bound.
+        end = min(one.low, one.high, key=lambda bound: abs(bound - value))
+        at_end = abs(end - value) <= AT_BOUND * one.span
+        short = end if at_end else min(max(round(value, places), one.low), one.high)
+        values.append(value if one.choices else short)
     found = search.attempt(values, exact=True)
     most = objective(best) * (1.0 + COST)
     return found if found.holds and objective(found) <= most else best
