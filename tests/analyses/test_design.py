@@ -219,6 +219,7 @@ def test_ctrl_c_keeps_the_best() -> None:
         ({"variables.a": [2, 1]}, "worst_position", r"design\.vary\.variables\.a: bounds are \[lowest, highest\]"),
         ({"variables.a": [1, 2]}, None, r"design\.aim: say what is to be small"),
         ({"variables.a": [1, 2]}, "worst", r"design\.aim.*worst_position"),
+        ({"variables.a": [1, 2]}, ["size", "outside", "drive_force"], r"design\.aim: one aim, or two .*of 3 a sum"),
         ({"variables.a": [1, 2]}, "structural", r"design\.aim: structural needs a \[target\]"),
         ({"variables.a": [1, 2]}, "loaded_position", r"design\.aim: loaded_position: nothing loads"),
         ({"variables.a": [1, 2]}, "outside", r"design\.aim: outside.*\[limits\]"),
