@@ -303,8 +303,10 @@ def test_about_a_centre_and_as_a_drawing(tmp_path: Path, monkeypatch: pytest.Mon
     }
     assert run([*line, "--centre", "-500,-500"]) == 0
     assert "The centre (x, y) = (-500, -500) mm is not in it." in " ".join(capsys.readouterr().out.split())
+    # It is refused before the work.
+    monkeypatch.setattr("jointplay.analyses.workspace.compute", lambda *_, **__: pytest.fail("was asked"))
     assert run([*line, "-o", "ring.stl"]) == 2
-    assert "a region in a plane has no surface" in capsys.readouterr().err
+    assert "ring.stl: --output: a region in a plane has no surface" in capsys.readouterr().err
     assert not Path("ring.stl").exists()
 
 

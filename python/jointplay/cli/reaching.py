@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from jointplay.basics.files import require_writable
+from jointplay.errors import InputError
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
@@ -85,6 +87,10 @@ def workspace(
     if drawn is not None:
         require_writable(drawn)
     m = answer.mechanism(file, settings, output_point, load_case)
+    if drawn is not None and drawn.suffix.lower() == ".stl" and "z" not in m.components:
+        from jointplay.exchange.outlines import NO_SURFACE
+
+        raise InputError(NO_SURFACE, file=os.fspath(drawn), key="--output")
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
 
