@@ -303,6 +303,8 @@ def test_about_a_centre_and_as_a_drawing(tmp_path: Path, monkeypatch: pytest.Mon
     }
     assert run([*line, "--centre", "-500,-500"]) == 0
     assert "The centre (x, y) = (-500, -500) mm is not in it." in " ".join(capsys.readouterr().out.split())
+    assert run([*line, "-o", "ring.stp"]) == 2
+    assert ".dxf, .stl" in capsys.readouterr().err
     # It is refused before the work.
     monkeypatch.setattr("jointplay.analyses.workspace.compute", lambda *_, **__: pytest.fail("was asked"))
     assert run([*line, "-o", "ring.stl"]) == 2

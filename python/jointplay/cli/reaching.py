@@ -82,10 +82,13 @@ def workspace(
     Says how large it is, and the largest disc and box in it. Exit code 1: there is none.
     """
     from jointplay.analyses.workspace import compute
+    from jointplay.result.write import check_path
 
     drawn = output if output is not None and output.suffix.lower() in BOUNDARIES else None
     if drawn is not None:
         require_writable(drawn)
+    elif output is not None:
+        check_path(output, BOUNDARIES)
     m = answer.mechanism(file, settings, output_point, load_case)
     if drawn is not None and drawn.suffix.lower() == ".stl" and "z" not in m.components:
         from jointplay.exchange.outlines import NO_SURFACE
