@@ -337,6 +337,7 @@ def test_edge_of_a_grid_is_a_bound_of_its_own() -> None:
         ("serial-2r", {}, {"grid": {"x": [0, 0], "y": [0, 1]}}, "rise or fall"),
         ("serial-2r", {}, {"grid": {"x": [0, 1], "y": [0, 1]}, "count": 9}, "where no grid does"),
         ("serial-2r", {}, {"count": 2}, "is not a number of nodes"),
+        ("serial-6r", {}, {"count": 2000}, r"count: 2e\+09 nodes in all orientations"),
         ("serial-2r", {}, {"centre": [1.0]}, "is not a number for each of x, y"),
         ("serial-2r", {}, {"tolerance": -1.0}, "is not above zero"),
         ("serial-2r", {}, {"question": "given"}, "'given' is not a question"),
