@@ -225,6 +225,7 @@ def test_ctrl_c_keeps_the_best() -> None:
         ({"variables.a": [2, 1]}, "worst_position", r"design\.vary\.variables\.a: bounds are \[lowest, highest\]"),
         ({"variables.a": [1, 2]}, None, r"design\.aim: say what is to be small"),
         ({"variables.a": [1, 2]}, "worst", r"design\.aim.*worst_position"),
+        ({"variables.a": [1, 2]}, ["size", "outside", "drive_force"], r"design\.aim: one aim, or two .*of 3 a sum"),
         ({"variables.a": [1, 2]}, "structural", r"design\.aim: structural needs a \[target\]"),
         ({"variables.a": [1, 2]}, "loaded_position", r"design\.aim: loaded_position: nothing loads"),
         ({"variables.a": [1, 2]}, "outside", r"design\.aim: outside.*\[limits\]"),
@@ -257,3 +258,26 @@ def test_the_command_writes_the_file_with_new_values(
     assert "design.vary" in capsys.readouterr().err
     assert run([*line[:3], "joints.J3.on.ground.0=5", *line[4:]]) == 2
     assert "from:to" in capsys.readouterr().err
+    assert run([*line, "-o", "p3r.toml"]) == 2
+    assert "p3r.toml: --output: is a file that is read" in capsys.readouterr().err
+
+
+def test_an_interrupted_command_writes_the_best_design(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p3r.toml").write_text(jp.examples.text("p3r"), encoding="utf-8")
+
+    def asked(m: jp.Mechanism, *, progress: Any, **options: Any) -> Any:
+        def stop(done: int, total: int) -> None:
+            if done == 20:
+                raise KeyboardInterrupt
+
+        return compute(m, progress=stop, **options)
+
+    monkeypatch.setattr("jointplay.analyses.design.compute", asked)
+    line = ["design", "p3r.toml", "--vary", "joints.J3.on.ground.0=-200:0", "--aim", "worst_position"]
+    assert run([*line, "-o", "new.toml"]) == 130
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Interrupted after 20 attempts" in said
+    assert f"{jp.worst(jp.load('new.toml')).worst_position.max().item():.4g} mm" in said

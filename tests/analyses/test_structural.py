@@ -267,6 +267,16 @@ def test_several_outputs_have_targets_of_their_own() -> None:
 
 
 @pytest.mark.parametrize(
+    "line",
+    [{"to": [1e-300, 100]}, {"through": [1e9, 100], "direction": [1e-9, 0]}],
+)
+def test_the_length_of_a_direction_says_nothing(line: dict[str, Any]) -> None:
+    expected = jp.structural(chebyshev(target={"line": {"through": [0, 100], "direction": 0}})).structural_error
+    found = jp.structural(chebyshev(target={"line": {"through": [0, 100], **line}})).structural_error
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
     ("target", "words"),
     [
         ({"points": [[1, 2], [3, 4]]}, r"target\.points.*2 points and 11 configurations.*timed = false"),
@@ -279,6 +289,8 @@ def test_several_outputs_have_targets_of_their_own() -> None:
         ({"function": {"of": "angle", "at": [1, 2], "values": [1, 2, 3]}}, r"target\.function.*2 and 3"),
         ({"line": {"fit": True}, "dwell": {"of": "x"}}, r"target.*line, dwell"),
         ({"line": {"fit": True}, "tolerance": 0}, r"target\.tolerance"),
+        ({"line": {"fit": 1}}, r"target\.line\.fit: true or false is needed, not 1"),
+        ({"function": {"of": "angle", "value": ""}}, r"target\.function\.value.*not an expression"),
     ],
 )
 def test_bad_targets_name_key_and_remedy(target: dict[str, Any], words: str) -> None:

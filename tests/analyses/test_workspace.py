@@ -303,8 +303,12 @@ def test_about_a_centre_and_as_a_drawing(tmp_path: Path, monkeypatch: pytest.Mon
     }
     assert run([*line, "--centre", "-500,-500"]) == 0
     assert "The centre (x, y) = (-500, -500) mm is not in it." in " ".join(capsys.readouterr().out.split())
+    assert run([*line, "-o", "ring.stp"]) == 2
+    assert ".dxf, .stl" in capsys.readouterr().err
+    # It is refused before the work.
+    monkeypatch.setattr("jointplay.analyses.workspace.compute", lambda *_, **__: pytest.fail("was asked"))
     assert run([*line, "-o", "ring.stl"]) == 2
-    assert "a region in a plane has no surface" in capsys.readouterr().err
+    assert "ring.stl: --output: a region in a plane has no surface" in capsys.readouterr().err
     assert not Path("ring.stl").exists()
 
 
@@ -333,6 +337,7 @@ def test_edge_of_a_grid_is_a_bound_of_its_own() -> None:
         ("serial-2r", {}, {"grid": {"x": [0, 0], "y": [0, 1]}}, "rise or fall"),
         ("serial-2r", {}, {"grid": {"x": [0, 1], "y": [0, 1]}, "count": 9}, "where no grid does"),
         ("serial-2r", {}, {"count": 2}, "is not a number of nodes"),
+        ("serial-6r", {}, {"count": 2000}, r"count: 2e\+09 nodes in all orientations"),
         ("serial-2r", {}, {"centre": [1.0]}, "is not a number for each of x, y"),
         ("serial-2r", {}, {"tolerance": -1.0}, "is not above zero"),
         ("serial-2r", {}, {"question": "given"}, "'given' is not a question"),

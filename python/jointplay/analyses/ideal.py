@@ -187,7 +187,7 @@ def _expected(m: Mechanism, ideal: Ideal, drives: Floats) -> Floats:
     """What a function asks for, SI; nan beyond the ends of a table."""
     wanted = ideal.wanted
     assert wanted is not None
-    if wanted.expression:
+    if wanted.expression is not None:
         try:
             return ideal.expected(m.drives, drives / m.drive_factors)
         except NotAnExpression as problem:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.basics.files import require_writable
 from jointplay.errors import InputError, shown
 
 from . import answer, arguments, completing
@@ -79,7 +78,10 @@ def design(
     holds everything.
     """
     from jointplay.analyses.design import compute
+    from jointplay.analyses.nominal import Interrupted
 
+    answer.require_other(output, file)
+    to_file = answer.file_as_built(output)
     m = answer.mechanism(file, settings, output_point)
     read = answer.reader(m)
     every: dict[str, Any] = {
@@ -94,17 +96,19 @@ def design(
     found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        found.append(compute(m, progress=progress, **every))
+        try:
+            found.append(compute(m, progress=progress, **every))
+        except Interrupted as stopped:
+            # The best design so far is one to go on from.
+            found.append(stopped.partial)
+            raise
         return found[0]
 
-    to_file = output is not None and output.suffix.lower() == ".toml"
-    if to_file and output is not None:
-        require_writable(output)
     code = answer.answer({"design": ask}, m, None if to_file else output, plot)
-    if to_file and output is not None and found:
+    if to_file is not None and found:
         if str(found[0].get("status")) == "ok":
             pairs = arguments.assignments(str(found[0].attrs["changes"]).splitlines(), "--set")
-            m.with_({key: arguments.value(text, key) for key, text in pairs.items()}).write(output)
+            m.with_({key: arguments.value(text, key) for key, text in pairs.items()}).write(to_file)
         else:
             hold([f"{output} is not written: no design was found that holds everything"])
             tell()

@@ -213,9 +213,7 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
     "rare": _option(
         bool, False, "--rare", help="random: search for specimens outside the limits where hardly any are."
     ),
-    "keep": _option(
-        int, 0, "--keep", metavar="N", help="random: write N specimens of each configuration as well. [default: none]"
-    ),
+    "keep": _option(int, 0, "--keep", metavar="N", help="random: write N specimens of each configuration as well."),
     "keep_outside": _option(
         bool, False, "--keep-outside", help="random: with --keep, those beyond a limit or without a pose."
     ),

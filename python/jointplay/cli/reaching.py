@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from jointplay.basics.files import require_writable
+from jointplay.errors import InputError
 
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
@@ -80,11 +82,18 @@ def workspace(
     Says how large it is, and the largest disc and box in it. Exit code 1: there is none.
     """
     from jointplay.analyses.workspace import compute
+    from jointplay.result.write import check_path
 
     drawn = output if output is not None and output.suffix.lower() in BOUNDARIES else None
     if drawn is not None:
         require_writable(drawn)
+    elif output is not None:
+        check_path(output, BOUNDARIES)
     m = answer.mechanism(file, settings, output_point, load_case)
+    if drawn is not None and drawn.suffix.lower() == ".stl" and "z" not in m.components:
+        from jointplay.exchange.outlines import NO_SURFACE
+
+        raise InputError(NO_SURFACE, file=os.fspath(drawn), key="--output")
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
 

@@ -20,6 +20,7 @@ from jointplay.result import Result
 from .drafting import COLOURS, FORBIDDEN, UNITS
 from .drawing import ezdxf
 
+NO_SURFACE = "a region in a plane has no surface: .stl is for space; .dxf has its boundary"
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
 
 
@@ -80,7 +81,7 @@ def boundary_to_stl(result: Result) -> bytes:
     """
     corners = result.get("vertex")[result.get("facet")]
     if corners.shape[2] != 3:
-        raise InputError("a region in a plane has no surface: .stl is for space; .dxf has its boundary", key="output")
+        raise InputError(NO_SURFACE, key="output")
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)

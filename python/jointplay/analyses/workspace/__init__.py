@@ -141,6 +141,11 @@ def compute(
     asked = ranges.given()
     if centre is not None:
         _check_centre(centre, ranges.lengths if ranges.unsaid else list(asked.axes))
+    if count is not None:
+        # Before the box is known: as many as there are where it is long and flat.
+        names = ranges.lengths
+        fewest = even(np.zeros(len(names)), np.eye(len(names))[0], names, count)
+        _check_nodes(m, replace(asked, axes=fewest), "count")
     found = _box(m, ranges, asked, count) if ranges.unsaid else asked
     step = TOLERANCE * found.spacing if tolerance is None else tolerance
     if not 0.0 < step <= found.spacing:
@@ -161,11 +166,11 @@ def compute(
     return _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
 
 
-def _check_nodes(m: Mechanism, asked: AskedGrid) -> None:
+def _check_nodes(m: Mechanism, asked: AskedGrid, key: str = "grid") -> None:
     nodes = len(asked.orientations) * math.prod(map(len, asked.axes.values()))
     if nodes > MOST_NODES:
         problem = f"{nodes:.3g} nodes in all orientations; up to {MOST_NODES:.0e} are possible"
-        raise InputError(problem, file=m.file, key="grid")
+        raise InputError(problem, file=m.file, key=key)
 
 
 def _check_centre(centre: Sequence[float], names: Sequence[str]) -> None:

@@ -30,8 +30,8 @@ class Wanted:
         SI per unit of the file.
     drive : int or None
         The drive of a table or of a range.
-    expression : str
-        In the drives, in units of the file; empty where there is none.
+    expression : str or None
+        In the drives, in units of the file.
     at, values : ndarray
         Of a table, SI; empty where there is none.
     value : float or None
@@ -44,7 +44,7 @@ class Wanted:
     joint: int | None
     factor: float
     drive: int | None = None
-    expression: str = ""
+    expression: str | None = None
     at: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     value: float | None = None
@@ -138,7 +138,7 @@ def compile_target(data: MechanismFile, graph: Graph, commands: Commands, compon
     ideal = Ideal(
         given.kind, tolerance, fit, given.timed, points, radius, axis, wanted, data.variables, graph.units.angle
     )
-    if wanted is not None and wanted.expression:
+    if wanted is not None and wanted.expression is not None:
         _check_expression(ideal, data, graph, commands)
     return ideal
 
@@ -155,13 +155,14 @@ def _check_count(given: TargetTable, commands: Commands, graph: Graph) -> None:
 
 
 def _ends(line: object, graph: Graph) -> Floats:
-    """Two points of a line, in units of the file."""
+    """Two points of a line, in units of the file, that lie far enough apart to say its direction."""
     through, to, direction = (getattr(line, key) for key in ("through", "to", "direction"))
     if to is not None:
-        return np.array([through, to])
-    if isinstance(direction, float):
+        direction = np.subtract(to, through)
+    elif isinstance(direction, float):
         direction = (np.cos(direction * graph.units.angle), np.sin(direction * graph.units.angle))
-    return np.array([through, np.add(through, direction)])
+    apart = max(1.0, np.abs(through).max()) / np.abs(direction).max()
+    return np.array([through, np.add(through, apart * np.array(direction))])
 
 
 def _wanted(
@@ -191,7 +192,7 @@ def _wanted(
     if isinstance(about, TargetFunction):
         at = tuple(of_drive * value for value in about.at or ())
         values = tuple(factor * value for value in about.values or ())
-        expression = "" if about.value is None else str(about.value)
+        expression = None if about.value is None else str(about.value)
         return Wanted(component, joint, factor, drive, expression, at, values)
     span = None if about.from_ is None or about.to is None else (of_drive * about.from_, of_drive * about.to)
     value = None if about.value is None else factor * about.value

@@ -84,6 +84,8 @@ def _variation(value: Any, info: ValidationInfo) -> object:
 
 
 def _aims(value: Any) -> object:
+    if isinstance(value, list | tuple) and len(value) > 2:
+        raise problem(f"one aim, or two for a front; of {len(value)} a sum with weights is made small")
     return [value] if isinstance(value, str) else value
 
 

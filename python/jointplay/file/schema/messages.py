@@ -81,6 +81,8 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
             return _bound(kind, value, context)
         case "string_type":
             return f"a text in quotes is needed, not {value}"
+        case "bool_type":
+            return f"true or false is needed, not {value}"
         case "literal_error":
             known = [word.strip(" '") for word in str(context["expected"]).replace(" or ", ",").split(",")]
             return f"{value} is not valid here; {suggestion(str(given), known)}"

@@ -151,8 +151,17 @@ def comes_first(result: Result, what: str) -> str:
 
 
 def share_of(part: float, digits: int = 4) -> str:
-    """A share in per cent; `more than all` where there is no end to it."""
-    return f"{100.0 * part:.{digits}g} %" if np.isfinite(part) else "more than all"
+    """A share in per cent; `more than all` where there is no end to it.
+
+    Examples
+    --------
+    >>> [share_of(part, 2) for part in (0.0123, 1.0, 25.3, float("inf"))]
+    ['1.2 %', '100 %', '2500 %', 'more than all']
+    """
+    if not np.isfinite(part):
+        return "more than all"
+    # Rounded first, so that all of it is not 1e+02.
+    return f"{float(f'{100.0 * part:.{digits}g}'):.12g} %"
 
 
 def of_allocate(result: Result) -> Conclusion:
