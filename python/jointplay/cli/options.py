@@ -214,7 +214,12 @@ OF_QUESTIONS: dict[str, tuple[Any, Any]] = {
         bool, False, "--rare", help="random: search for specimens outside the limits where hardly any are."
     ),
     "keep": _option(
-        int, 0, "--keep", metavar="N", help="random: write N specimens of each configuration as well. [default: none]"
+        int,
+        0,
+        "--keep",
+        metavar="N",
+        help="random: write N specimens of each configuration as well. [default: none]",
+        show_default=False,
     ),
     "keep_outside": _option(
         bool, False, "--keep-outside", help="random: with --keep, those beyond a limit or without a pose."
