@@ -9,6 +9,8 @@ from scipy.optimize import minimize, minimize_scalar
 
 import jointplay as jp
 from helpers.answers import example
+from jointplay.result import from_dataset
+from jointplay.result.conclusions import conclude
 
 SLIDER = """
 format = 1
@@ -170,3 +172,37 @@ def test_refused(options, words):
 def test_one_table_needs_load_cases():
     with pytest.raises(jp.InputError, match="the file has no load cases"):
         jp.compensate(example("four-bar"), one_table=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "words", "never"),
+    [
+        # A drive of its own would leave nothing in two of the cases.
+        ({"one_table": True, "weights": (1.0, 0.0)}, "one table for all load cases leaves the rest", "no drive"),
+        ({"question": "worst", "weights": (1.0, 0.0)}, "no drive can remove the rest.", "of both"),
+        ({"question": "worst", "weights": (1.0, 2.0)}, "no drive can remove the rest of both.", "one table"),
+    ],
+)
+def test_what_is_left_has_its_true_reason(options, words, never):
+    text = " ".join(s.text for s in conclude(from_dataset(jp.compensate(jp.loads(SLIDER), **options))).sentences)
+    assert words in text
+    assert never not in text
+
+
+def test_a_size_that_is_not_corrected_has_no_reason():
+    """One drive corrects the position of a four-bar; it could remove its rotation."""
+    result = jp.compensate(example("four-bar"), "worst")
+    (turn,) = (s.text for s in conclude(from_dataset(result)).sentences if s.text.startswith("Largest rotation"))
+    assert result.residual_rotation.max() > 0.0
+    assert "no drive" not in turn
+
+
+def test_a_range_is_named_where_it_holds_the_drive():
+    m = example("four-bar")
+    free = jp.compensate(m)
+    at = free.theta1.values
+    held = jp.compensate(m.with_({"limits.drives.theta1": [float(at.min()), float(at.max())]}))
+    text = " ".join(s.text for s in conclude(from_dataset(held)).sentences)
+    k = int(held.residual_position.values.argmax())
+    assert ("no drive within its range" in text) == bool(held.at_limit[k].any())
+    assert held.at_limit.any()

@@ -59,6 +59,14 @@ def test_the_least_worst_error_of_a_lever_by_its_closed_form() -> None:
         np.testing.assert_allclose(found.tolerated.values[0, k], expected, rtol=0.01)
 
 
+def test_values_have_no_digits_that_bring_nothing() -> None:
+    """On the edge of a largest value some digits more are needed than on its floor, not all of them."""
+    m = jp.loads(jp.examples.text("straight-line"))
+    found = jp.design(m, {"variables.arm": [120, 130]}, "structural", evaluations=20)
+    assert found.value_found.item() == round(found.value_found.item(), 8)
+    assert jp.plot.held(found).axes[0].get_xlabel() == "used [%]"
+
+
 def test_a_limit_that_binds_by_its_closed_form() -> None:
     """The smallest lever whose worst error is 0.3: the smaller root of a quadratic equation."""
     m = lever(limits={"position": 0.3})

@@ -110,8 +110,21 @@ def test_every_command_has_a_section_that_names_its_options_and_no_others(comman
 @pytest.mark.parametrize("command", sorted(command_line()))
 def test_every_command_and_option_says_what_it_does(command: str) -> None:
     assert command_line()[command].help
-    silent = [p.name for p in command_line()[command].params if not getattr(p, "help", None)]
+    params = command_line()[command].params
+    silent = [p.name for p in params if not getattr(p, "help", None)]
     assert not silent
+    # What the words give as the default is not printed once more.
+    worded = [p for p in params if "[default: " in (getattr(p, "help", None) or "")]
+    twice = [p.name for p in worded if isinstance(p.default, int | float | str) and not p.is_flag and p.show_default]
+    assert not twice
+
+
+def test_the_first_page_lists_every_command() -> None:
+    listed = re.search(
+        r"^`jointplay --help` lists them.*$", (DOCS.parent / "README.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert listed
+    assert set(command_line()) <= set(re.findall(r"`([a-z]+)`", listed[0]))
 
 
 # --- the results -----------------------------------------------------------------------------------------------------

@@ -19,7 +19,8 @@ def studio(
         ),
     ] = None,
     port: Annotated[
-        int, typer.Option("--port", metavar="N", help="Port to listen to. [default: any that is free]")
+        int,
+        typer.Option("--port", metavar="N", help="Port to listen to. [default: any that is free]", show_default=False),
     ] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> int:

@@ -28,6 +28,7 @@ def pairs(
     notes: list[str],
     room: float,
     unit: str,
+    what: str = "size",
 ) -> Figure:
     """Draw two sizes of every source, the second with a note behind it.
 
@@ -47,6 +48,8 @@ def pairs(
         Length of the axis over the largest size.
     unit : str
         Of the sizes.
+    what : str, optional
+        What they are, along the axis.
     """
     where = np.arange(len(names))
     (first, before), (second, after) = sizes.items()
@@ -62,6 +65,6 @@ def pairs(
         axes.set_yticks(where, names)
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlim(0, room * max(float(before.max(initial=0.0)), float(after.max(initial=0.0))) or 1.0)
-        axes.set_xlabel(labelled("size", unit))
+        axes.set_xlabel(labelled(what, unit))
         legend(axes)
     return figure

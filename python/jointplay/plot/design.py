@@ -61,7 +61,9 @@ def held(result: Result | xr.Dataset, *, axes: Axes | None = None, style: Style 
     part = _designed(result)
     before, used = (np.nan_to_num(100.0 * part.get(name), posinf=0.0) for name in ("used_before", "used"))
     notes = ["binds" if one else "" for one in part.get("binding").astype(bool).tolist()]
-    return pairs(axes, style, list(part.labels("held")), {"before": before, "found": used}, None, notes, 1.25, "%")
+    return pairs(
+        axes, style, list(part.labels("held")), {"before": before, "found": used}, None, notes, 1.25, "%", "used"
+    )
 
 
 def _designed(result: Result | xr.Dataset) -> Result:

@@ -35,8 +35,9 @@ EVALUATIONS, POINTS, SAMPLES = 1000, 9, 4096
 MOST_EVALUATIONS, MOST_POINTS, MOST_SAMPLES = 1_000_000, 100, 1_000_000
 #: losses of the aim for which it is said how far values may move
 LOSSES = (0.01, 0.05)
-#: values are rounded to this part of what they may vary by, where that costs no more than this part of the aim
-ROUND, COST = 1e-5, 1e-5
+#: values are rounded to this part of what they may vary by, or to up to so many digits more, so that it costs no more
+#: than this part of the aim
+ROUND, MORE_DIGITS, COST = 1e-5, 4, 1e-5
 
 
 @typed
@@ -211,18 +212,21 @@ def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
 
 
 def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate:
-    """The same with values of fewer digits, if it is as good."""
-    values = []
-    for one, value in zip(search.attempts.variables, best.values, strict=True):
-        places = -int(np.floor(np.log10(ROUND * one.span)))
-        # What is at a bound stays there, whatever the digits of the bound.
-        end = min(one.low, one.high, key=lambda bound: abs(bound - value))
-        at_end = abs(end - value) <= AT_BOUND * one.span
-        short = end if at_end else min(max(round(value, places), one.low), one.high)
-        values.append(value if one.choices else short)
-    found = search.attempt(values, exact=True)
+    """The same with values of the fewest digits with which it is as good."""
     most = objective(best) * (1.0 + COST)
-    return found if found.holds and objective(found) <= most else best
+    for more in range(MORE_DIGITS + 1):
+        values = []
+        for one, value in zip(search.attempts.variables, best.values, strict=True):
+            places = more - int(np.floor(np.log10(ROUND * one.span)))
+            # What is at a bound stays there, whatever the digits of the bound.
+            end = min(one.low, one.high, key=lambda bound, value=value: abs(bound - value))
+            at_end = abs(end - value) <= AT_BOUND * one.span
+            short = end if at_end else min(max(round(value, places), one.low), one.high)
+            values.append(value if one.choices else short)
+        found = search.attempt(values, exact=True)
+        if found.holds and objective(found) <= most:
+            return found
+    return best
 
 
 def _front(search: DesignSearch, answer: Designed, names: Sequence[str], points: int) -> None:

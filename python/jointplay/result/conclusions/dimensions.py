@@ -68,7 +68,7 @@ def _front(result: Result) -> Iterator[Sentence]:
         f"{count} design{'s' * (count != 1)} of which none is better in both: {' and '.join(spans)}.", is_answer=True
     )
     found = ", ".join(say(value, unit) for value, unit in zip(result.get("aim_found").tolist(), units, strict=True))
-    yield Sentence(f"The one nearest to the least of both has {found}.")
+    yield Sentence(f"The one nearest to the least of both, each as a part of its largest, has {found}.")
 
 
 def _binds(result: Result) -> Iterator[Sentence]:

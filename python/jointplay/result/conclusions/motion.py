@@ -114,6 +114,18 @@ def _parts(result: Result, twists: Array) -> Array:
     return np.stack([shift, sizes[..., ~lengths].max(axis=-1)], axis=-1)
 
 
+def _why_left(result: Result, which: str, configuration: int) -> str:
+    """Why a corrected size is not zero at a configuration; nothing of one that is not corrected."""
+    if "one_table" in result.attrs:
+        return "; one table for all load cases leaves the rest"
+    weighs_both = float(result.attrs["weight_position"]) > 0.0 and float(result.attrs["weight_rotation"]) > 0.0
+    if not weighs_both and float(result.attrs[f"weight_{which}"]) == 0.0:
+        return ""
+    held = result.get("at_limit").astype(bool) & np.isfinite(result.get("correction"))
+    drive = "no drive within its range" if held[configuration].any() else "no drive"
+    return f"; {drive} can remove the rest{' of both' if weighs_both else ''}"
+
+
 def of_compensate(result: Result) -> Conclusion:
     """Whether what is left keeps to the limits, what the corrected drives remove, and what no drive can."""
     status, found = result.get("status"), verdict(result)
@@ -127,7 +139,7 @@ def of_compensate(result: Result) -> Conclusion:
         shown = after[last] if after[last] > rounding(result, unit) else 0.0
         left.append(float(shown))
         text = f"Largest {words}: {say(before[first], unit)} before and {say(shown, unit)} after the correction"
-        rest = f"{there(result, last)}; no drive can remove the rest" if shown else ""
+        rest = there(result, last) + _why_left(result, which, last) if shown else ""
         sentences.append(Sentence(f"{text}{rest}."))
     change = largest_change(result)
     sentences += [Sentence(f"Largest change{change}.")] if change else []

@@ -48,17 +48,21 @@ def bound_words(word: str) -> str:
 
 
 def with_error(value: float, error: float, unit: str) -> str:
-    """A number with its uncertainty, both with the decimals that this has.
+    """A number with its uncertainty, both to the second digit of this; two digits where it is not known.
 
     Examples
     --------
-    >>> with_error(12345.678, 21.3, "mm^2"), with_error(1.23456, 0.0, "mm")
-    ('12,346 ± 21 mm^2', '1.235 mm')
+    >>> with_error(12345.678, 21.3, "mm^2"), with_error(23546.1, 3575.2, "mm^2"), with_error(1.23456, 0.0, "mm")
+    ('12,346 ± 21 mm^2', '23,500 ± 3,600 mm^2', '1.235 mm')
+    >>> with_error(26.02, math.nan, "mm")
+    'roughly 26 mm'
     """
-    if not math.isfinite(error) or error <= 1e-9 * abs(value):
+    if error <= 1e-9 * abs(value) or value == 0.0:
         return say(value, unit)
-    places = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:,.{places}f} ± {error:,.{places}f} {unit}"
+    shown = (value, error) if math.isfinite(error) else (value,)
+    places = 1 - math.floor(math.log10(abs(shown[-1])))
+    numbers = " ± ".join(f"{round(one, places):,.{max(0, places)}f}" for one in shown)
+    return f"{numbers} {unit}" if len(shown) == 2 else f"roughly {numbers} {unit}"
 
 
 def _answer(result: Result) -> Iterator[Sentence]:

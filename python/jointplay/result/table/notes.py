@@ -229,7 +229,9 @@ def _correction(result: Result) -> Iterable[str]:
     if float(result.attrs["weight_rotation"]) > 0.0:
         weights = f"{result.attrs['weight_position']:g} : {result.attrs['weight_rotation']:g} per radian"
         what = f"position and rotation, weighted {weights}"
-    if result.attrs["corrects"] == "worst":
+    if "one_table" in result.attrs:
+        yield f"The drives are corrected for {what}, in all load cases at once; left: what this table leaves here."
+    elif result.attrs["corrects"] == "worst":
         yield f"The drives make the largest error of all offsets least, by {what}; left: what no drive can remove."
     else:
         yield f"The drives are corrected for {what}; left: what no drive can remove."
