@@ -204,6 +204,33 @@ def largest_rectangle(inside: np.ndarray, step: float) -> float:
     return best * step**2
 
 
+def test_no_box_of_a_lattice_is_larger_than_that_in_a_narrow_sector() -> None:
+    """Two links whose corners of the region stand against the box."""
+    upper, fore = 67.01978131023162, 126.82591337901204
+    q1, q2 = [-38.160261126742455, 74.91467622183214], [42.15969911639534, 82.08167928495985]
+    raw = {
+        "format": 1,
+        "units": {"length": "mm", "angle": "deg", "force": "N"},
+        "joints": {
+            "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
+            "B": {"type": "revolute", "on": {"upper": [upper, 0], "fore": [0, 0]}},
+        },
+        "drives": {
+            "q1": {"joint": "A", "values": [29.66074283745618]},
+            "q2": {"joint": "B", "values": [57.31885454295078]},
+        },
+        "output": {"body": "fore", "at": [fore, 0]},
+        "limits": {"drives": {"q1": q1, "q2": q2}},
+    }
+    result = jp.workspace(jp.Mechanism(raw), count=41)
+    step = 1.0
+    x, y = np.meshgrid(np.arange(-80, 80, step), np.arange(120, 190, step), indexing="ij")
+    bend = np.arccos(np.clip((x**2 + y**2 - upper**2 - fore**2) / (2 * upper * fore), -1.0, 1.0))
+    turn = np.arctan2(y, x) - np.arctan2(fore * np.sin(bend), upper + fore * np.cos(bend))
+    within = [(np.radians(low) <= q) & (q <= np.radians(high)) for q, (low, high) in ((turn, q1), (bend, q2))]
+    assert result.box_size.item() > 0.99 * largest_rectangle(within[0] & within[1], step)
+
+
 LEGS = {f"l{k}": [380.0, 460.0] for k in (1, 2, 3)}
 FEET = 150.0 * np.array([[np.cos(t), np.sin(t), 0.0] for t in np.radians([0.0, 120.0, 240.0])])
 

@@ -32,6 +32,8 @@ SMALLEST = 1.0 / 512.0
 LEAST_GAIN, SHRINK = 1e-7, 0.97
 #: planes are as good as others within this part of the extent
 TIE = 1e-9
+#: parts of a box that cannot be enlarged, from which it is tried again
+SMALLER = (0.95, 0.85, 0.7)
 #: by dimensions, how many boxes are tried and improved how often; how slim they may be, as powers of e
 BOXES, TRIES, SLIM = {2: 20, 3: 16}, {2: 200, 3: 160}, 1.5
 #: whether places are in a region, shape (place, axis)
@@ -147,7 +149,13 @@ def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> 
     planes = _Planes(points[facets[facet_sizes(points, facets) > 0.0]])
     # Between the samples a corner may have come through.
     ends = planes.within(np.stack([middle - half, middle + half]))
-    return _enlarged(ends, planes, centred=centre is not None)
+    best = _enlarged(ends, planes, centred=centre is not None)
+    # Steps end early where a corner stands against several facets; from a smaller box they pass.
+    for part in SMALLER:
+        middle, half = best.mean(axis=0), 0.5 * part * (best[1] - best[0])
+        again = _enlarged(np.stack([middle - half, middle + half]), planes, centred=centre is not None)
+        best = max(best, again, key=lambda one: float(np.prod(one[1] - one[0])))
+    return best
 
 
 class _Planes:
