@@ -98,6 +98,7 @@ class Ideal:
             When it has no value.
         """
         assert self.wanted is not None
+        assert self.wanted.expression is not None
         known = dict(self.variables)
         rows = (Variables({**known, **dict(zip(names, row, strict=True))}, self.angle) for row in drives.tolist())
         return self.wanted.factor * np.array([row.number(self.wanted.expression) for row in rows])
