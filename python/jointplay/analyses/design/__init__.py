@@ -219,7 +219,7 @@ def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate
         for one, value in zip(search.attempts.variables, best.values, strict=True):
             places = more - int(np.floor(np.log10(ROUND * one.span)))
             # What is at a bound stays there, whatever the digits of the bound.
-            end = min(one.low, one.high, key=lambda bound, value=value: abs(bound - value))
+            end = one.low if value - one.low < one.high - value else one.high
             at_end = abs(end - value) <= AT_BOUND * one.span
             short = end if at_end else min(max(round(value, places), one.low), one.high)
             values.append(value if one.choices else short)
