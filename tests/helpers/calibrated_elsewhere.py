@@ -1,4 +1,4 @@
-"""An arm whose deviations are planted, and what pybotics finds of them from the same readings, without priors."""
+"""An arm whose deviations are planted, and what other packages find of them from the same readings, without priors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PlantedArm:
     planted: dict[str, float]
 
 
-def planted_arm(seed: int) -> PlantedArm:
+def planted_arm(seed: int, noise: float = NOISE) -> PlantedArm:
     """A six-axis arm with deviations of a tenth of a millimetre and a twentieth of a degree, at 48 poses."""
     machine, rng = MACHINES["6r"](), np.random.default_rng(seed)
     m = machine.m.with_({"joints.*.clearance": None})
@@ -44,9 +44,38 @@ def planted_arm(seed: int) -> PlantedArm:
             u[parameter] = planted[name] * m.parameter_factors[parameter]
     at = at_drives(m, drives)
     errors = [m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], u[None])[0] for k in range(len(at))]
-    places = (at.output + errors)[:, :3] / m.units.length + NOISE * rng.standard_normal((len(at), 3))
+    places = (at.output + errors)[:, :3] / m.units.length + noise * rng.standard_normal((len(at), 3))
     table: dict[str, Any] = {name: np.degrees(drives[:, k]) for k, name in enumerate(m.drives)}
     return PlantedArm(m, drives, table | dict(zip("xyz", places.T, strict=True)), planted)
+
+
+def by_robotkinecal(arm: PlantedArm, others: np.ndarray) -> tuple[np.ndarray, float]:
+    """Places at other drive values, mm, after its fit, and by how much its kinematics differ at the drawing.
+
+    It knows an arm by the screws of its axes, and corrects all of them and the tool.
+    """
+    from roboticstoolbox import PoERevolute, PoERobot
+    from robotkinecal import SerialRobotKineCal
+    from spatialmath import SE3
+
+    m, unit = arm.m, arm.m.units.length
+    at = unit * np.array([m.value(f"joints.{name}.at") for name in JOINTS], dtype=float)
+    axes = np.array([m.value(f"joints.{name}.axis") for name in JOINTS], dtype=float)
+    tool = SE3.Trans(at_drives(m, np.zeros((1, len(JOINTS)))).output[0, :3])
+    fit = SerialRobotKineCal(PoERobot([*map(PoERevolute, axes, at)], tool))
+    # Later versions of the toolbox count the tool as a joint.
+    fit.joint_screw_axis = [np.r_[np.cross(place, axis), axis] for place, axis in zip(at, axes, strict=True)]
+    fit.N_JOINTS, fit.zero_conf_EE_pose = len(JOINTS), tool
+
+    def places(drives: np.ndarray) -> np.ndarray:
+        return np.array([fit.forward_kinematics(len(JOINTS) + 1, q).t for q in drives]) / unit
+
+    apart = np.abs(places(arm.drives) - at_drives(m, arm.drives).output[:, :3] / unit).max()
+    fit.set_observations([*arm.drives], [*(unit * np.column_stack([arm.table[axis] for axis in "xyz"]))])
+    # It ends where a step is small, not where none is left.
+    for _ in range(5):
+        fit.solve()
+    return places(others), float(apart)
 
 
 def by_pybotics(arm: PlantedArm) -> tuple[dict[str, float], np.ndarray, float]:
