@@ -103,9 +103,8 @@ class Search:
         inside[0] = 0.0
         starts = np.vstack([corners, inside])
         which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
-        task = self.task(which, q)
-        solved = equilibrium(task)
-        values = self._values(EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part))
+        solved = equilibrium(self.task(which, q))
+        values = self._values(self._at(which, q, solved))
         values[solved.part < 1.0] = np.nan
         n = values.shape[1]
         signs = np.repeat([-1.0, 1.0], n)
@@ -113,12 +112,25 @@ class Search:
         kinds = np.split(np.arange(len(starts)), [len(corners)])
         best = np.stack([kind[reached[:, kind].argmax(axis=1)] for kind in kinds], axis=1)
         rows = (np.arange(count)[:, None, None] * len(starts) + best).ravel()
-        climb = _Climb(self, which[rows], np.tile(np.arange(2 * n) % n, 2 * count), np.tile(signs, 2 * count))
-        ends = climb.best(q[rows], solved.chosen(rows), np.take_along_axis(reached, best, axis=1).ravel()).reshape(
-            count, 2, 2, n
+        value, each = np.tile(np.arange(2 * n) % n, 2 * count), np.repeat(np.arange(count), 4 * n)
+        climb = _Climb(self, each, value, np.tile(signs, 2 * count))
+        state, begun = q[rows], solved.chosen(rows)
+        ends = climb.best(state, begun, np.take_along_axis(reached, best, axis=1).ravel())
+        # Where the climb of one value ends may be better for another one than where its own has.
+        others = signs * np.tile(self._values(self._at(each, state, begun)), 2)
+        others[~np.isfinite(ends)] = -np.inf
+        others = others.reshape(count, 4 * n, 2 * n)
+        rows = (np.arange(count)[:, None] * 4 * n + others.argmax(axis=1)).ravel()
+        again = _Climb(
+            self, np.repeat(np.arange(count), 2 * n), np.tile(np.arange(2 * n) % n, count), np.tile(signs, count)
         )
-        ends = np.fmax(ends[:, 0], ends[:, 1])
+        last = again.best(state[rows], begun.chosen(rows), others.max(axis=1).ravel()).reshape(count, 2, n)
+        ends = np.fmax(last, np.fmax(*ends.reshape(count, 2, 2, n).swapaxes(0, 1)))
         return -ends[:, 0], ends[:, 1]
+
+    def _at(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> EquilibriumAt:
+        """Equilibrium of some states that was found."""
+        return EquilibriumAt(self.task(which, q), solved.y, solved.held, solved.offset, solved.part)
 
     def _corners(self) -> Floats:
         if 2**self.dims <= CORNERS:
@@ -128,7 +140,7 @@ class Search:
 
     def look(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> tuple[Floats, Floats]:
         """All values at some states, and their derivatives by q, (state, value, q)."""
-        at = EquilibriumAt(self.task(which, q), solved.y, solved.held, solved.offset, solved.part)
+        at = self._at(which, q, solved)
         changes = []
         for k, own in zip(self.rubs, self.columns, strict=True):
             motion = self.of.motions[k][which]
