@@ -769,7 +769,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "radii in another ratio": ("gear", "module = 1", "radii = [10, 21]", "joints.G", "the second is 20, not 21"),
     "a small ring": ("gear", "teeth = [20, 40]", "internal = true\nteeth = [40, 20]", "joints.G", "'wheel' has 20 and 'pinion' 40"),
     "a ring like the planet": ("gear", "teeth = [20, 40]", "internal = true\nteeth = [20, 20]", "joints.G", "the second body is the ring"),
-    "internal as a word": ("gear", "module = 1", 'module = 1\ninternal = "yes"', "joints.G.internal", '"yes" is not valid here'),
+    "internal as a word": ("gear", "module = 1", 'module = 1\ninternal = "yes"', "joints.G.internal", 'true or false is needed, not "yes"'),
     "three wheels": ("gear", "on = { pinion = [0, 0], wheel = [0, 0] }", "on = { a = [0, 0], b = [0, 0], wheel = [0, 0] }", "joints.G", "a gear joint connects two bodies, not a, b, wheel"),
     "an axis in the plane": ("gear", "on = { pinion = [0, 0],", "on = { pinion = { at = [0, 0], axis = [1, 0] },", "joints.G", "a gear joint in the plane has no axis; take it from 'pinion'"),
     "a steep flank": ("gear", "module = 1", "module = 1\npressure_angle = 90", "joints.G.pressure_angle", "is at most 45 deg, beyond which teeth have no tips; not 90"),

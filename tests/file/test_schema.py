@@ -118,7 +118,7 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
     known = {key for table in json_schema()["$defs"].values() for key in table.get("properties", {})}
     named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "outputs", "load_cases", "costs"}
-    named |= {"patterns", "values", "variables", "grid"}
+    named |= {"patterns", "values", "variables", "grid", "vary"}
 
     def keys(node: Any, names: bool = False) -> set[str]:
         if isinstance(node, list):

@@ -192,8 +192,8 @@ def test_a_turned_copy_of_any_mechanism_has_the_turned_errors(name: str) -> None
     space, angle, axis, point = raw.get("space", "planar"), 50.0, [1.0, -2.0, 3.0], [30.0, -40.0, 20.0]
     if space == "planar":
         axis, point = [0.0, 0.0, 1.0], point[:2]
-    raw.pop("path", None)
-    raw.pop("grid", None)
+    for key in ("path", "grid", "target", "design"):
+        raw.pop(key, None)
     for number, drive in enumerate(plain.drives):
         values = solved[drive].values[:2].tolist()
         raw["drives"][plain.drives[number]] |= {"values": values}
@@ -218,7 +218,7 @@ def test_a_turned_copy_of_any_mechanism_has_the_turned_errors(name: str) -> None
     for load in raw.get("loads", []):
         if "body" not in load:
             load |= {"body": output["body"], "at": load.get("at", output["at"])}
-    head = {key: raw.pop(key) for key in ("format", "units", "space", "title") if key in raw}
+    head = {key: raw.pop(key) for key in ("format", "units", "space", "title", "variables") if key in raw}
     alone = jp.Mechanism({**head, **copy.deepcopy(raw), "output": output})
     about = {"point": point, "angle": angle} | ({} if space == "planar" else {"axis": axis})
     at = output["at"]
