@@ -168,7 +168,6 @@ def compute(
     if question != "loaded" or not m.load_cases:
         has = "" if m.load_cases else "; the file has no load cases"
         raise InputError(f"one table is for all load cases of the question 'loaded'{has}", file=m.file, key="one_table")
-    require_known(question, asked_by("compensate"), "an error that drives can correct")
     if offsets is not None or deviations is not None:
         raise InputError(GIVEN, file=m.file, key="offsets")
     found = [
@@ -253,7 +252,7 @@ def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights:
         raise InputError("the largest error is made least, and has no target", file=m.file, key="target")
     weight, low_high = _weights(m, weights), _ranges(m)
     drives, everywhere = np.clip(at.drives, *low_high), np.arange(len(at))
-    begin = without_singular(m.core.worst(drives, at.poses, STARTS, partly=True))
+    begin = _largest(m, drives, at.poses, STARTS)
     before = np.stack([begin["position"], begin["rotation"]], axis=1)
     moves = np.isin(m.components, LENGTHS)
     by_size = np.tile([weight[moves].max(), weight[~moves].max()], (len(at), 1))
@@ -269,7 +268,7 @@ def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights:
         return np.asarray(np.where(np.isfinite(sizes), sizes, np.inf).max(axis=1, initial=0.0))
 
     def look(drives: Floats, some: PlaceIndices, starts: int) -> tuple[Worst, Floats]:
-        found = without_singular(m.core.worst(drives, at.poses[some], starts, partly=True))
+        found = _largest(m, drives, at.poses[some], starts)
         return found, weighed(found, some)
 
     largest = weighed(begin, everywhere)
@@ -304,7 +303,7 @@ def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights:
         more[active] = seen["offset"][:, asked]
         offset = np.concatenate([offset, more], axis=1)
         active = active[~done]
-    end, _ = look(best, everywhere, STARTS)
+    end = _largest(m, best, at.poses, STARTS)
     ends = {"position": end["position"], "rotation": end["rotation"], "component": end["component"]}
     sizes = {**ends, "position_before": begin["position"], "rotation_before": begin["rotation"]}
 
@@ -312,9 +311,12 @@ def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights:
         return np.asarray(m.core.given(drives, at.poses, found["offset"][:, 0])["error"])
 
     correction = Correction(best, at_largest(best, end), at.worse(end["status"]), iterations, settled, sizes)
-    return _report(
-        m, at, "worst", at_largest(at.drives, begin), correction, weight, np.zeros((len(at), len(m.components)))
-    )
+    return _report(m, at, "worst", at_largest(at.drives, begin), correction, weight, _target(m, len(at), None))
+
+
+def _largest(m: Mechanism, drives: Floats, poses: Floats, starts: int) -> Worst:
+    """The largest errors at drive values, measured from nominal poses."""
+    return without_singular(m.core.worst(drives, poses, starts, partly=True))
 
 
 def corrected(
@@ -468,7 +470,7 @@ def _add_between(m: Mechanism, builder: ResultBuilder, at: Nominal, drives: Floa
     corrected = (drives[:-1] + drives[1:]) / 2.0
     lengths = np.isin(m.components, LENGTHS)
     if question == "worst":
-        found = without_singular(m.core.worst(corrected, middle.poses, ON_THE_WAY, partly=True))
+        found = _largest(m, corrected, middle.poses, ON_THE_WAY)
         sizes = [found["position"], found["rotation"]]
     else:
         error, _ = _errors(m, middle, "loaded", None, None)(corrected, np.arange(len(middle)))

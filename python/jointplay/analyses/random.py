@@ -36,7 +36,7 @@ from .running import add_contact, motion_of, speeds
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
-from .yields import with_sizes
+from .yields import within_limits
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -384,10 +384,7 @@ class _Draws:
         errors, status = found["kept_errors"], found["kept_status"]
         chosen = np.arange(len(errors))
         if self.keep_outside:
-            sizes = with_sizes(self.m, errors)
-            low, high = self.limits.T
-            inside = ((sizes >= low) & (sizes <= high)).all(axis=1)
-            chosen = chosen[~inside]
+            chosen = chosen[~within_limits(self.m, errors, self.limits)]
         chosen = chosen[: self.keep]
         number = np.full(self.keep, -1)
         number[: len(chosen)] = chosen

@@ -73,7 +73,6 @@ def check(m: Mechanism) -> None:
 @of_each(lambda _: False, check)
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `structural`."""
-    check(m)
     at = at or nominal(m)
     off = strays(m, at.drives, at.poses, at.output, at.status == OK)
     assert off is not None

@@ -84,7 +84,7 @@ def yields(
         left = np.flatnonzero(anywhere)
         for part in np.array_split(left, max(1, len(left) // CHUNK)):
             for u in _worst_offsets(m, few[part], slopes, shift, limits):
-                anywhere[part] &= _within(m, m.core.errors_of(drives, poses, u), limits)
+                anywhere[part] &= within_limits(m, m.core.errors_of(drives, poses, u), limits)
     return Yields(int(path.sum()), len(path), int(anywhere.sum()) * (count // len(few)), count)
 
 
@@ -173,7 +173,7 @@ def size_of(rows: Floats) -> Floats:
     return sizes
 
 
-def _within(m: Mechanism, errors: Floats, limits: Floats) -> Flags:
+def within_limits(m: Mechanism, errors: Floats, limits: Floats) -> Flags:
     """Whether every error keeps to all limits; an error that is nan does not."""
     inside: Flags = np.logical_and.reduce([np.isfinite(column) for column in errors.T])
     # Most quantities have no limit, and specimens are many.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,9 +10,8 @@ import typer
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, File, PointName, Settings
+from .options import RESULTS, Changes, File, PointName, Settings
 from .printing import prints
-from .streams import hold, tell
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
@@ -46,9 +44,7 @@ def allocate(
             "--curve", metavar="A:B:N", help="The least cost with all limits times A to B, or times A,B,C; it is drawn."
         ),
     ] = None,
-    changes: Annotated[
-        bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
-    ] = False,
+    changes: Changes = False,
     digits: Annotated[
         int, typer.Option("--digits", metavar="N", help="Digits of sizes by formula, which are rounded down.")
     ] = 3,
@@ -71,6 +67,7 @@ def allocate(
     Limits and costs are those in the file.
     """
     from jointplay.analyses.allocate import compute
+    from jointplay.model.sizing import sizings
 
     options.refuse_unheard(question or ("random" if probability is not None else "worst"))
     m = answer.mechanism(file, settings, output_point)
@@ -85,20 +82,7 @@ def allocate(
     answer.require_other(output, file)
     to_file = answer.file_as_built(output)
     code = answer.answer({"allocate": ask}, m, None if to_file else output, plot)
-    if to_file is not None and found:
-        if "changes" in found[0].attrs:
-            _changed(m, str(found[0].attrs["changes"])).write(to_file)
-        else:
-            hold([f"{output} is not written: no sizes were found"])
-            tell()
-    for line in str(found[0].attrs.get("changes", "")).splitlines() if changes and found else ():
-        typer.echo(f"--set {shlex.quote(line)}")
+    if found:
+        # Patterns are written out, because copies have sizes of their own.
+        answer.changed(lambda: sizings(m)[0], found[0], to_file, "no sizes were found", is_shown=changes)
     return code
-
-
-def _changed(m: Mechanism, changes: str) -> Mechanism:
-    """The mechanism with changed sizes; its patterns are written out, because copies have sizes of their own."""
-    from jointplay.model.sizing import sizings
-
-    pairs = arguments.assignments(changes.splitlines(), "--set")
-    return sizings(m)[0].with_({key: arguments.value(text, key) for key, text in pairs.items()})

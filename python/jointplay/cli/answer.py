@@ -5,10 +5,13 @@ from __future__ import annotations
 import functools
 import inspect
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import typer
 
 from jointplay.errors import InputError
 
@@ -166,6 +169,34 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
     if interrupted:
         return INTERRUPTED
     return DONE if all(_is_good(result) for result in results.values()) else NOT_OK
+
+
+def changed(
+    base: Callable[[], Mechanism], found: Result, to_file: Path | None, nothing: str, *, is_shown: bool
+) -> None:
+    """Write the mechanism with the values that were found, and print them, where that is asked.
+
+    Parameters
+    ----------
+    base : callable
+        Gives the mechanism whose values are changed.
+    found : Result
+        With the attribute `changes`, if there are such values.
+    to_file : Path or None
+    nothing : str
+        Why there is no file where there are none.
+    is_shown : bool
+        Whether they are printed.
+    """
+    lines = str(found.attrs.get("changes", "")).splitlines()
+    if to_file is not None and "changes" in found.attrs:
+        pairs = assignments(lines, "--set")
+        base().with_({key: value(text, key) for key, text in pairs.items()}).write(to_file)
+    elif to_file is not None:
+        hold([f"{to_file} is not written: {nothing}"])
+        tell()
+    for line in lines if is_shown else ():
+        typer.echo(f"--set {shlex.quote(line)}")
 
 
 def judged(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,9 +11,8 @@ from jointplay.errors import InputError, shown
 
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LimitsHold, PointName, Seed, Settings
+from .options import RESULTS, Changes, File, LimitsHold, PointName, Seed, Settings
 from .printing import prints
-from .streams import hold, tell
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism
@@ -55,9 +53,7 @@ def design(
         int, typer.Option("--samples", metavar="N", help="outside: random specimens of an attempt.")
     ] = 4096,
     seed: Seed = 0,
-    changes: Annotated[
-        bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
-    ] = False,
+    changes: Changes = False,
     output_point: PointName = None,
     settings: Settings = None,
     output: Annotated[
@@ -66,7 +62,7 @@ def design(
             "--output",
             "-o",
             metavar="PATH",
-            help="Write the file with these values: .toml; or the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
+            help=f"Write the file with these values: .toml; or the result: {RESULTS}",
         ),
     ] = None,
     plot: FigureFile = NO_FIGURE,
@@ -105,15 +101,8 @@ def design(
         return found[0]
 
     code = answer.answer({"design": ask}, m, None if to_file else output, plot)
-    if to_file is not None and found:
-        if str(found[0].get("status")) == "ok":
-            pairs = arguments.assignments(str(found[0].attrs["changes"]).splitlines(), "--set")
-            m.with_({key: arguments.value(text, key) for key, text in pairs.items()}).write(to_file)
-        else:
-            hold([f"{output} is not written: no design was found that holds everything"])
-            tell()
-    for line in str(found[0].attrs.get("changes", "")).splitlines() if changes and found else ():
-        typer.echo(f"--set {shlex.quote(line)}")
+    if found:
+        answer.changed(lambda: m, found[0], to_file, "no design was found that holds everything", is_shown=changes)
     return code
 
 

@@ -133,6 +133,9 @@ Probability = Annotated[
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]
+Changes = Annotated[
+    bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
+]
 #: the files that a result can be written as
 RESULTS = ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html."
 OutputPath = Annotated[

@@ -14,7 +14,7 @@ from jointplay.errors import InputError
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, PointName, Settings
+from .options import RESULTS, File, LoadCase, PointName, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def workspace(
             "--output",
             "-o",
             metavar="PATH",
-            help="Write it: .nc, .zarr, .csv, .json, .parquet, .xlsx; its boundary: .dxf (plane), .stl (space).",
+            help=f"Write its boundary: .dxf (plane), .stl (space); or the result: {RESULTS}",
         ),
     ] = None,
     plot: FigureFile = NO_FIGURE,

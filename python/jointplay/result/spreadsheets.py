@@ -12,7 +12,7 @@ import numpy as np
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.file.carried import CELL, SHEET
-from jointplay.result import Result, TidyColumn, attributes, from_dataset, rows
+from jointplay.result import Result, TidyColumn, attributes, from_dataset, merge, rows
 from jointplay.result.table import ResultTable, blocks, heading, screen
 from jointplay.result.table.layout import NOTHING
 
@@ -116,8 +116,8 @@ def _put(sheet: Worksheet, row: int, values: Sequence[float | str]) -> None:
                 cell.data_type = "s"
 
 
-def to_parquet(result: Result) -> bytes:
-    """The tidy table as the content of a Parquet file.
+def to_parquet(results: Mapping[str, Result]) -> bytes:
+    """The tidy table of results by question as the content of a Parquet file.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def to_parquet(result: Result) -> bytes:
     """
     stream = io.BytesIO()
     try:
-        frame(result).to_parquet(stream, index=False)
+        frame(merge(results)).to_parquet(stream, index=False)
     except ImportError:
         raise InputError(f".parquet {EXTRA}") from None
     return stream.getvalue()
@@ -191,21 +191,15 @@ def _cell(text: str) -> float | str:
         return text
 
 
-def to_xlsx(result: Result, results: Mapping[str, Result]) -> bytes:
-    """What the command prints, and the tidy table, as the content of an Excel file.
-
-    Parameters
-    ----------
-    result : Result
-        Of all questions.
-    results : mapping
-        By question.
+def to_xlsx(results: Mapping[str, Result]) -> bytes:
+    """What the command prints of results by question, and the tidy table, as the content of an Excel file.
 
     Raises
     ------
     InputError
         When the packages for it are not installed, or there are more rows than a sheet has.
     """
+    result = merge(results)
     tidy = frame(result)
     if len(tidy) >= MOST_ROWS:
         raise InputError(f"{len(tidy):,} rows are more than the {MOST_ROWS:,} of a sheet; write .parquet instead")

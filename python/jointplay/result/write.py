@@ -10,6 +10,7 @@ not at all.
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import json
 import math
@@ -83,20 +84,15 @@ def save_all(results: Mapping[str, Result], target: Path, *, csv_dialect: str) -
     if csv_dialect != "comma" and target.suffix.lower() != CSV:
         raise InputError(f"goes with a path that ends in {CSV}", key="csv_dialect")
     kind = target.suffix.lower()
-    if kind in KINDS:
-        files.put(document(results, kind).encode(), target)
-        return
-    light = merge(results)
     if kind == FOLDER:
-        files.put_folder(lambda new: _zarr(light, new), target)
+        files.put_folder(lambda new: _zarr(merge(results), new), target)
     elif kind == CSV:
+        light = merge(results)
         files.put(to_csv(light, csv_dialect).encode(), target)
         if target.is_file():
             _put_beside(light, target)
-    elif kind == ".xlsx":
-        files.put(to_xlsx(light, results), target)
     else:
-        files.put(WRITERS[kind](light), target)
+        files.put(WRITERS[kind](results), target)
 
 
 def _put_beside(result: Result, path: Path) -> None:
@@ -138,7 +134,7 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
         When the extension is not known, or nothing can be written there: said before long work, not after it.
     """
     kind = path.suffix.lower()
-    if kind not in (FOLDER, CSV, *WRITERS, *KINDS, ".xlsx"):
+    if kind not in (FOLDER, CSV, *WRITERS):
         known = ", ".join((*more, ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html"))
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
@@ -156,13 +152,17 @@ def _zarr(result: Result, path: Path) -> None:
     to_dataset(result).to_zarr(path, mode="w", zarr_format=2, consolidated=True)
 
 
-def _netcdf(result: Result) -> memoryview:
+def _netcdf(results: Mapping[str, Result]) -> memoryview:
     # In memory: where a disk is full HDF5 brings the whole process down.
-    return to_dataset(result).to_netcdf(engine="h5netcdf")
+    return to_dataset(merge(results)).to_netcdf(engine="h5netcdf")
 
 
-def _json(result: Result) -> bytes:
-    return to_json(result).encode()
+def _json(results: Mapping[str, Result]) -> bytes:
+    return to_json(merge(results)).encode()
+
+
+def _document(results: Mapping[str, Result], *, kind: str) -> bytes:
+    return document(results, kind).encode()
 
 
 def to_json(result: Result) -> str:
@@ -222,9 +222,11 @@ def _number(value: float, point: str) -> str:
     return f"{value!r}".replace(".", point)
 
 
-#: what makes the content of a file, by extension; a CSV has a dialect as well
-WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {
+#: what makes the content of a file of results by question, by extension; a CSV has a dialect as well
+WRITERS: dict[str, Callable[[Mapping[str, Result]], bytes | memoryview]] = {
     ".nc": _netcdf,
     ".json": _json,
     ".parquet": to_parquet,
+    ".xlsx": to_xlsx,
+    **{kind: functools.partial(_document, kind=kind) for kind in KINDS},
 }

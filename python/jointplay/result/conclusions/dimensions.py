@@ -79,12 +79,9 @@ def _binds(result: Result) -> Iterator[Sentence]:
         yield Sentence(f"What binds: {listed([*names, *at])}.")
     else:
         yield Sentence("Nothing binds: neither a limit nor a bound of a value.")
-    if any(name.startswith("limits.") and name.count(".") == 1 for name in result.labels("held")):
-        own = [
-            n for n in result.labels("held") if n.startswith("limits.") and n.count(".") == 1 and "singular" not in n
-        ]
-        if own:
-            yield Sentence(f"The limits of the error hold {HOLDS[str(result.attrs['asked'])]}.")
+    held = result.labels("held")
+    if any(name.startswith("limits.") and name.count(".") == 1 and "singular" not in name for name in held):
+        yield Sentence(f"The limits of the error hold {HOLDS[str(result.attrs['asked'])]}.")
 
 
 def _flat(result: Result) -> Iterator[Sentence]:
@@ -96,14 +93,10 @@ def _flat(result: Result) -> Iterator[Sentence]:
     if not np.isfinite(width).any():
         return
     k = int(np.nanargmin(width))
-    loss, low, high = (
-        result.get("loss") if "loss" in result.data else result.coords["loss"].values,
-        far[k, 0],
-        far[k, 1],
-    )
+    loss, (low, high) = float(result.labels("loss")[0]), far[k]
     yield Sentence(
-        f"For {share_of(float(loss[0]))} more of the aim {result.labels('variable')[k]} may be from {low:.5g} to"
-        f" {high:.5g}, the narrowest of them."
+        f"For {share_of(loss)} more of the aim {result.labels('variable')[k]} may be from {low:.5g} to {high:.5g}, the"
+        " narrowest of them."
     )
 
 
