@@ -11,6 +11,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analyses.ideal import best_circle, best_line
+from jointplay.result.conclusions import conclude
+from jointplay.result.dataset import from_dataset
 
 #: of Newton's method, beside lengths of some hundred millimetres
 CLOSE = 1e-9
@@ -253,6 +255,44 @@ def test_limits_are_judged_on_structural_error_and_play() -> None:
     given = jp.given(with_target, {"B": [0.0, 0.02]})
     error = given.error.sel(component=["x", "y"]).values + np.column_stack([0.0 * off, off])
     np.testing.assert_allclose(given.margin.sel(quantity="position"), 1.0 - np.linalg.norm(error, axis=1), atol=1e-7)
+
+
+def test_nodes_of_a_map_are_compared_each_by_itself() -> None:
+    """Over the plane, off a line at an angle and off a circle; limits are kept by the error of play beside it."""
+    m = jp.loads(jp.examples.text("five-bar")).with_(limits={"position": 6})
+    grid = {"x": [-40, -10, 0, 40], "y": [180, 190, 195]}
+    x, y = np.meshgrid(*grid.values(), indexing="ij")
+    line = m.with_(target={"line": {"through": [0, 190], "direction": [0.6, 0.8]}, "tolerance": 5})
+    off = np.array([-0.8, 0.6]) * (-0.8 * x + 0.6 * (y - 190.0))[..., None]
+    np.testing.assert_allclose(
+        jp.map(line, "structural", grid).structural_error, np.linalg.norm(off, axis=-1), atol=CLOSE
+    )
+    circle = m.with_(target={"circle": {"centre": [0, 150], "radius": 40}})
+    far = np.abs(np.hypot(x, y - 150.0) - 40.0)
+    np.testing.assert_allclose(jp.map(circle, "structural", grid).structural_error, far, atol=CLOSE)
+    play, both = jp.map(m, grid=grid), jp.map(line, grid=grid)
+    error = play.error.sel(component=["x", "y"]).values + off
+    left = 6.0 - np.linalg.norm(error, axis=-1) - both.undetermined.sel(component=["x", "y"]).max().item()
+    np.testing.assert_allclose(both.margin.sel(quantity="position"), left, atol=1e-7)
+    # Other outputs have targets of their own there, too.
+    tip = {**line.raw["output"], "leads": True, "target": line.raw["target"]}
+    two = m.with_({"output": None, "limits": None, "loads": None, "outputs": {"tip": tip}})
+    again = jp.map(two, "structural", grid).structural_error
+    np.testing.assert_allclose(again.sel(output="tip"), np.linalg.norm(off, axis=-1), atol=CLOSE)
+
+
+@pytest.mark.parametrize("target", [{"line": {"fit": True}}, {"points": [[0, 190]] * 9}, {"dwell": {"of": "x"}}])
+def test_what_is_fitted_to_a_path_counts_at_no_node(target: dict[str, Any]) -> None:
+    m = jp.loads(jp.examples.text("five-bar")).with_(limits={"position": 1})
+    grid = {"x": [-40, 40], "y": [185, 195]}
+    if "dwell" not in target:
+        assert "structural_deviation" in jp.loaded(m.with_(target=target))
+    found, play = jp.map(m.with_(target=target), grid=grid), jp.map(m, grid=grid)
+    np.testing.assert_array_equal(found.margin, play.margin)
+    assert "by play alone" in conclude(from_dataset(found)).sentences[0].text
+    assert "by play alone" not in conclude(from_dataset(play)).sentences[0].text
+    with pytest.raises(jp.InputError, match=r"target\.\w+: compares a path as a whole"):
+        jp.map(m.with_(target=target), "structural", grid)
 
 
 def test_several_outputs_have_targets_of_their_own() -> None:

@@ -19,6 +19,7 @@ from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.result import STATUSES, Result, ResultBuilder, counted
+from jointplay.result.verdict import PLAY_ALONE
 
 from .ideal import strays
 from .ranges import leaving
@@ -84,6 +85,8 @@ class Nominal:
     strays : ndarray or None
         With a target of the output's pose: nominal less ideal pose, shape (configuration, component), nan where
         nothing is asked.
+    is_path : bool
+        Whether the configurations are a path: else a target that compares the whole of it does not count.
     """
 
     drives: Floats
@@ -94,6 +97,7 @@ class Nominal:
     leaves: Texts | None = None
     misfit: str = ""
     strays: Floats | None = None
+    is_path: bool = True
 
     def __len__(self) -> int:
         return len(self.drives)
@@ -141,12 +145,14 @@ def nominal(m: Mechanism) -> Nominal:
         When the mechanism has too few or too many drives, or only has a grid.
     """
     misfit = require_determinate(m, over_constrained=True).misfit
-    at = _straying(m, _nominal(m))
+    at = straying(m, _nominal(m))
     return at if misfit is None else replace(at, misfit=misfit_words(m, misfit))
 
 
-def _straying(m: Mechanism, at: Nominal) -> Nominal:
-    """The same with how far it is from the target, which depends on the whole path."""
+def straying(m: Mechanism, at: Nominal) -> Nominal:
+    """The same with how far it is from the target."""
+    if m.ideal is not None and m.ideal.is_of_path and not at.is_path:
+        return replace(at, strays=None)
     off = strays(m, at.drives, at.poses, at.output, at.status == OK)
     return replace(at, strays=None if off is None else off.component)
 
@@ -193,7 +199,7 @@ def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     # Pieces of an elastic body that only one of them has move with the body.
     own = [known.bodies.index(name if name in known.bodies else m.owners[k]) for k, name in enumerate(m.bodies)]
     poses = np.ascontiguousarray(at.poses[:, own])
-    return _straying(m, replace(at, poses=poses, output=m.core.output(poses)))
+    return straying(m, replace(at, poses=poses, output=m.core.output(poses)))
 
 
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: Floats | None = None) -> Nominal:
@@ -268,6 +274,8 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     if at.strays is not None:
         words = "nominal less ideal pose of the output"
         builder.add("structural_deviation", ("configuration", "component"), at.strays, words, "component")
+    elif m.ideal is not None and not at.is_path:
+        builder.attrs[PLAY_ALONE] = 1
     if at.leaves is not None:
         builder.add("leaves_range", "configuration", at.leaves, "drive or joint that leaves its range; empty: none")
     return builder

@@ -74,6 +74,12 @@ def check(m: Mechanism) -> None:
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `structural`."""
     at = at or nominal(m)
+    if m.ideal is not None and m.ideal.is_of_path and not at.is_path:
+        problem = (
+            "compares a path as a whole, which the nodes of a grid are not: give the line, the circle or the value that"
+            " is meant, or points with timed = false"
+        )
+        raise InputError(problem, file=m.file, key=f"target.{m.ideal.kind}")
     off = strays(m, at.drives, at.poses, at.output, at.status == OK)
     assert off is not None
     assert m.ideal is not None
@@ -83,7 +89,7 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     of, kind = compared(m)
     if of:
         builder.attrs["of"] = of
-    words = "structural error: size of nominal less ideal"
+    words = "structural error"
     builder.add("structural_error", "configuration", off.size, words, kind)
     allowed = np.array(m.ideal.tolerance if np.isfinite(m.ideal.tolerance) else np.nan)
     builder.add("tolerance", (), allowed, "largest acceptable structural error", kind)

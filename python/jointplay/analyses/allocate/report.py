@@ -15,6 +15,7 @@ from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.nominal import report as started
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Attribute, Result, ResultBuilder, Variable, first_largest
+from jointplay.result.verdict import PLAY_ALONE
 
 from .items import Item
 from .looks import Limit, merged
@@ -114,7 +115,7 @@ def _begun(answer: Allocated) -> ResultBuilder:
     builder = started(answer.base, "allocate", answer.at, **answer.attributes)
     del builder.data["nominal"]
     if builder.data.pop("structural_deviation", None) is not None:
-        builder.attrs["play_alone"] = 1
+        builder.attrs[PLAY_ALONE] = 1
     builder.coords.clear()
     items = answer.items
     builder.labels("source", [item.name for item in items], "source with a cost")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses.nominal import Nominal, bounded, carried
+from jointplay.analyses.nominal import Nominal, bounded, carried, straying
 from jointplay.analyses.questions import computation
 from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import Grid
@@ -63,10 +63,9 @@ class MapQuestion:
         """The answer at configurations that are solved."""
         ask, m = computation(self.question, self.asker), self.m
         also = QUESTIONS[self.question].asked_by[self.asker]
-        if self.whole is m:
-            return ask(m, at=at, **self.options, **also)
+        at = straying(m, at) if self.whole is m else carried(at, m, self.whole)
         # The axes of the grid come first.
-        return _configurations_first(ask(self.whole, at=carried(at, m, self.whole), **self.options, **also))
+        return _configurations_first(ask(self.whole, at=at, **self.options, **also))
 
 
 @dataclass(frozen=True)
@@ -206,7 +205,8 @@ def unassembled(m: Mechanism, ask: MapQuestion) -> Result:
     """What the question answers where nothing is assembled: the names that all its answers have."""
     require_determinate(m, over_constrained=True)
     pose, output = (np.full((1, *shape), np.nan) for shape in ((len(m.bodies), m.pose_size), (len(m.components),)))
-    return ask(Nominal(m.start_drives[None], pose, output, np.array([NOT_ASSEMBLED], dtype=np.uint8)))
+    status = np.array([NOT_ASSEMBLED], dtype=np.uint8)
+    return ask(Nominal(m.start_drives[None], pose, output, status, is_path=False))
 
 
 def drive_names(m: Mechanism, grid: Grid, flat: Result) -> dict[str, str]:

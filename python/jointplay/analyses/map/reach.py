@@ -160,7 +160,7 @@ class GridFollower:
     def _nominal(self, rows: Floats, found: TracedGrid) -> Nominal:
         there = found["poses"]
         drives = self.m.core.drive_values(there, self.start.drives[0]) if self.grid.of_output else rows
-        return Nominal(drives, there, found["output"], found["status"])
+        return Nominal(drives, there, found["output"], found["status"], is_path=False)
 
     def _straight(self, first: Seeds, rows: Floats) -> TracedGrid:
         """The mechanism at some rows, each reached from one state on a straight way."""

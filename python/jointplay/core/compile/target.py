@@ -89,6 +89,13 @@ class Ideal:
     variables: Mapping[str, object]
     angle: float
 
+    @property
+    def is_of_path(self) -> bool:
+        """Whether it compares a path as a whole: something is fitted to it, or every configuration has a point."""
+        if self.kind == "points":
+            return self.timed
+        return self.fit or (self.kind == "dwell" and self.wanted is not None and self.wanted.value is None)
+
     def expected(self, names: tuple[str, ...], drives: Floats) -> Floats:
         """Values of the expression, SI, at drive values in units of the file, shape (configuration, drive).
 

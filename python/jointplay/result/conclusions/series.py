@@ -159,6 +159,8 @@ def summed_up(
 
 def _of_limits(result: Result) -> tuple[str, str, str]:
     """What is kept to, with its verbs."""
+    if "tolerance" in result.data:
+        return "The tolerance of the target", "is", "holds"
     if result.attrs["question"] != "random":
         return "Limits", "are", "hold"
     share = result.attrs.get("required_yield")

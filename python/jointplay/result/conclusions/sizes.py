@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.result import Result, first_largest
-from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations, left_out
+from jointplay.result.verdict import ANY_SIZE, HELD, MISSED, NOT_SHOWN, TAKEN, configurations, left_out, play_alone
 
 from .running import loose, of_running
 from .words import Conclusion, Sentence
@@ -197,9 +197,8 @@ def of_allocate(result: Result) -> Conclusion:
         now += ", and hold them too" if result.attrs["before"] == "holds" else ", and miss them"
     if not result.attrs.get("changes"):
         now = f", that of the sizes in the file{'; none is found that is cheaper' if status == 'ok' else ''}"
-    alone = " by play alone" if "play_alone" in result.attrs else ""
     sentences = [
-        Sentence(f"The limits hold{alone}{_contacts(result)} for a cost of {cost:.5g}{now}."),
+        Sentence(f"The limits hold{play_alone(result)}{_contacts(result)} for a cost of {cost:.5g}{now}."),
         Sentence(f"What binds is {place}{by}: {share_of(share)} of the limit is used.{_direction(result)}"),
     ]
     if status == "unfinished":

@@ -15,7 +15,19 @@ import numpy as np
 
 from jointplay.result import Result, parts
 
-from .judging import PLAYS, add_limits, add_play, between, ends, ends_of_plays, judge, reached, room
+from .judging import (
+    PLAY_ALONE,
+    PLAYS,
+    add_limits,
+    add_play,
+    between,
+    ends,
+    ends_of_plays,
+    judge,
+    play_alone,
+    reached,
+    room,
+)
 from .margins import ANY_SIZE, TAKEN, of_margins
 from .nodes import of_nodes
 from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, worst_of
@@ -43,6 +55,7 @@ __all__ = [
     "MISSED",
     "NOT_SHOWN",
     "PLAYS",
+    "PLAY_ALONE",
     "RANK",
     "READABLE",
     "ROUNDING",
@@ -65,6 +78,7 @@ __all__ = [
     "outcome",
     "percent",
     "place",
+    "play_alone",
     "reached",
     "room",
     "rounding",

@@ -15,6 +15,9 @@ from jointplay.result import SIDES, Result, ResultBuilder, Variable
 
 from .words import ROUNDING, SIZES
 
+#: attribute of results in whose limits the target of the file does not count
+PLAY_ALONE = "play_alone"
+TOGETHER = " by structural error and play together"
 #: what clearances that scatter are taken as beside their middle sizes
 PLAYS = ("largest", "smallest")
 
@@ -112,7 +115,12 @@ def has_strays(result: Result) -> bool:
 
 def play_alone(result: Result) -> str:
     """What is to be said where the structural error does not count."""
-    return " by play alone" if has_strays(result) else ""
+    return " by play alone" if has_strays(result) or PLAY_ALONE in result.attrs else ""
+
+
+def together(result: Result) -> str:
+    """The same where it does, if there is any."""
+    return TOGETHER if has_strays(result) else play_alone(result)
 
 
 def _strayed(result: Result, low: Array, high: Array) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
 from jointplay.result import Result, first_largest
 
-from .judging import PLAYS, ends, ends_of_plays, has_strays, judged, room
+from .judging import PLAYS, TOGETHER, ends, ends_of_plays, has_strays, judged, room
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict
 from .words import SIZES, caused, configurations, rounded, rounding, shown, there
 
@@ -65,7 +65,7 @@ def of_margins(result: Result) -> Verdict:
     after = " after the correction" if "correction" in result.data else ""
     if has_strays(result):
         is_bound = "worst_component" in result.data or "friction_low" in result.data
-        after += f" by structural error and play together{', whose sizes are added' * is_bound}"
+        after += f"{TOGETHER}{', whose sizes are added' * is_bound}"
     basis = f"{after} {own.words}" if own.words else after
     near = "; ".join(one.within() for one in held)
     end = f"{rows.left_out()}."

@@ -7,6 +7,7 @@ import numpy as np
 from jointplay.basics.arrays import Array
 from jointplay.result import Result, counted
 
+from .judging import play_alone, together
 from .margins import TAKEN
 from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, UNRELIABLE
 from .shares import CONTACTS, yields
@@ -17,6 +18,8 @@ def of_nodes(result: Result) -> tuple[Array, str] | None:
 
     None where there is nothing to keep to.
     """
+    if "structural_error" in result.data:
+        return _of_tolerance(result)
     if "limit" not in result.data or not np.isfinite(result.get("limit")).any():
         return None
     status = result.get("status")
@@ -29,7 +32,7 @@ def of_nodes(result: Result) -> tuple[Array, str] | None:
         known &= ~np.isin(result.get("contact_loaded"), LOOSE)
     if "outside" in result.data:
         missed, is_open, has_number = _of_shares(result)
-        basis = _contacts(result)
+        basis = play_alone(result) + _contacts(result)
         if "required_yield" not in result.attrs:
             return None
     elif "margin" in result.data:
@@ -39,7 +42,7 @@ def of_nodes(result: Result) -> tuple[Array, str] | None:
         has_number = np.asarray(np.isfinite(margin).all(axis=-1))
         is_open = np.zeros_like(missed)
         words = TAKEN.get(str(result.attrs.get("sizes", "")), "")
-        basis = f" {words}" if words else ""
+        basis = together(result) + (f" {words}" if words else "")
     else:
         return None
     outcomes = np.full(status.shape, "", dtype="U9")
@@ -63,3 +66,10 @@ def _of_shares(result: Result) -> tuple[Array, Array, Array]:
 def _contacts(result: Result) -> str:
     own = CONTACTS.get(str(result.attrs.get("contact", "")), "")
     return f"{own} and{CONTACTS['loaded']}" if "outside_loaded" in result.data else own
+
+
+def _of_tolerance(result: Result) -> tuple[Array, str] | None:
+    """Whether the structural error keeps to the tolerance of the target, where the target asks for something."""
+    error, tolerance = result.get("structural_error"), float(result.get("tolerance"))
+    known = counted(result.get("status")) & np.isfinite(error)
+    return (np.select([~known, error > tolerance], ["", MISSED], HELD), "") if np.isfinite(tolerance) else None

@@ -18,6 +18,7 @@ from jointplay.analyses import (
     random,
     region,
     singularities,
+    structural,
     worst,
 )
 from jointplay.analyses.displaced import Displaced, shifts
@@ -32,6 +33,8 @@ from jointplay.result.verdict import is_good
 
 from . import maps
 
+#: questions with a verdict, in the order in which they are told
+JUDGED = ("worst", "loaded", "random", "structural")
 SAMPLES = 32_768
 #: factors of all clearances and tolerances against which the error is drawn
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
@@ -89,7 +92,7 @@ class Answers:
     @property
     def is_good(self) -> bool:
         """Whether all configurations are ok and no limit is missed."""
-        judged = [c.results[name] for c in self.chapters for name in ("worst", "loaded", "random") if name in c.results]
+        judged = [c.results[name] for c in self.chapters for name in JUDGED if name in c.results]
         return all(map(is_good, judged))
 
 
@@ -148,6 +151,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
         **({"life": lambda: life.compute(m)} if wears else {}),
+        **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
     }
 
 

@@ -17,6 +17,7 @@ from jointplay import plot
 from jointplay.analyses.hints import hints
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
+from jointplay.questions import QUESTIONS
 from jointplay.result import Result, figure, in_words, today
 from jointplay.result.conclusions import Sentence, conclude, decide
 from jointplay.result.table import tables
@@ -24,7 +25,7 @@ from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
 from . import maps
-from .answers import Answers, Chapter
+from .answers import JUDGED, Answers, Chapter
 from .drawing import WORDS, drawing, embedded
 from .figures import numbers, picture
 
@@ -59,6 +60,7 @@ def of_chapter(chapter: Chapter) -> Iterator[Section]:
             "random": ("Scatter from specimen to specimen", _scatter),
             "loaded": ("Reactions in the joints", _reactions),
             "allow": ("How large clearances and tolerances may be", _allowed),
+            "structural": ("Structural error", _structural),
             "life": ("Wear and life", _life),
             "compensate": ("Compensation", _compensation),
             "singularities": ("Distance from singularities", _singularities),
@@ -80,7 +82,8 @@ def _verdict(chapter: Chapter) -> str:
     items = []
     # What holds whatever is asked is said once.
     already: set[Sentence] = set()
-    for question, words in WORDS.items():
+    for question in JUDGED:
+        words = QUESTIONS[question].label
         for heading, part in chapter.parts(question):
             sentences = [sentence for sentence in conclude(part).sentences if sentence not in already]
             already.update(sentence for sentence in sentences if sentence.is_common)
@@ -98,7 +101,7 @@ def whole(chapters: Sequence[Chapter]) -> str:
     found: dict[str, list[tuple[str, Result]]] = {}
     for chapter in chapters:
         output = f"Output {chapter.output}" if len(chapters) > 1 else ""
-        for question in WORDS:
+        for question in JUDGED:
             own = [(", ".join(filter(None, (output, heading))), part) for heading, part in chapter.parts(question)]
             found.setdefault(question, []).extend(own)
     said = decide(found)
@@ -226,6 +229,13 @@ def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
     return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
+
+
+def _structural(chapter: Chapter) -> str:
+    result = chapter.results["structural"]
+    words = "How far the nominal mechanism, without play, is from its target; dashed, the tolerance of the target."
+    picture_ = picture(sheet(chapter.m.first, {"structural": result}), words, _all(result, "structural.csv"))
+    return _concluded(result) + picture_ + _table(result)
 
 
 def _life(chapter: Chapter) -> str:
