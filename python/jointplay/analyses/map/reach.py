@@ -153,9 +153,13 @@ class GridFollower:
         found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
         return Solved(self._nominal(rows, found), found["crossing"], found["seed_crossing"])
 
-    def straight(self, seeds: Seeds, rows: Floats) -> Nominal:
-        """The nominal mechanism at some rows of commands, each reached on a straight way from its own seed."""
-        return self._nominal(rows, self._trace_grid([len(rows)], rows, seeds, spread=False))
+    def straight(self, seeds: Seeds, rows: Floats) -> tuple[Nominal, Floats]:
+        """The nominal mechanism at some rows of commands, each reached on a straight way from its own seed.
+
+        With the part of the way at which it becomes singular, where it does.
+        """
+        found = self._trace_grid([len(rows)], rows, seeds, spread=False)
+        return self._nominal(rows, found), found["seed_crossing"]
 
     def _nominal(self, rows: Floats, found: TracedGrid) -> Nominal:
         there = found["poses"]

@@ -42,10 +42,13 @@ class HeldPlaces:
     room : ndarray
         How far the drives and joints are from the nearest end of a range, as a part of the range, negative beyond it;
         nan where it does not decide.
+    singular : ndarray or None
+        On ways, the part at which the mechanism becomes singular, which ends it; nan where nothing is known.
     """
 
     why: Texts
     room: Floats
+    singular: Floats | None = None
 
     @property
     def inside(self) -> Flags:
@@ -83,16 +86,17 @@ class OneOrientation:
 
     def on_the_way(self, rows: Floats, poses: Floats, to: Floats) -> tuple[HeldPlaces, Floats]:
         """What is found at rows of commands, each reached on a straight way from a pose; and the poses there."""
-        parts, there = [], []
+        parts, there, ends = [], [], []
         for low in range(0, len(rows), AT_ONCE):
             some = slice(low, low + AT_ONCE)
             count = len(rows[some])
             seeds = Seeds(np.arange(count), rows[some], poses[some], np.zeros(count, bool))
-            at = self.follower.straight(seeds, np.ascontiguousarray(to[some]))
+            at, end = self.follower.straight(seeds, np.ascontiguousarray(to[some]))
             parts.append(self.held(at))
             there.append(at.poses)
+            ends.append(np.where(at.status == OK, np.nan, end))
         why, room = (np.concatenate([getattr(part, name) for part in parts]) for name in ("why", "room"))
-        return HeldPlaces(why, room), np.concatenate(there)
+        return HeldPlaces(why, room, np.concatenate(ends)), np.concatenate(there)
 
     def held(self, at: Nominal, progress: Progress | None = None) -> HeldPlaces:
         """What is found at configurations that are solved."""
