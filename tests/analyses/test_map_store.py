@@ -174,7 +174,9 @@ ENDS = {
 @pytest.mark.parametrize(
     ("where", "name"),
     [
-        pytest.param(where, name, marks=[pytest.mark.long] if before and name.endswith(".nc") else [])
+        pytest.param(
+            where, name, marks=[pytest.mark.long] if (before or where == "finish") and name.endswith(".nc") else []
+        )
         for where, before in ENDS.items()
         for name in FORMATS
     ],
@@ -268,7 +270,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", some(FORMATS, 1))
 def test_memory_is_that_of_a_chunk_however_many_there_are(name: str) -> None:
     def peak(count: int) -> int:
         arguments = [sys.executable, "-c", PEAK, str(count), f"{count}.{name}"]

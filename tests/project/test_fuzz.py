@@ -11,6 +11,7 @@ import pytest
 
 from helpers.fuzz.__main__ import Worker
 from helpers.fuzz.valid import valid
+from helpers.longer import some
 from jointplay.errors import JointplayError
 from jointplay.model.mechanism import loads
 
@@ -19,6 +20,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and sign
 SEED = 11_000_000
 GROUPS = {"raw": 3, "structured": 3, "valid": 3, "line": 4, "store": 1}
 CASES = {"store": 4}
+PAIRS = sorted(((kind, g) for kind, count in GROUPS.items() for g in range(count)), key=lambda pair: pair[1])
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,7 @@ def worker() -> Iterator[Worker]:
     worker.close()
 
 
-@pytest.mark.parametrize(("kind", "group"), [(kind, g) for kind, count in GROUPS.items() for g in range(count)])
+@pytest.mark.parametrize(("kind", "group"), some(PAIRS, len(GROUPS)))
 def test_no_traceback_no_crash_no_hang(worker: Worker, kind: str, group: int) -> None:
     """To look into a case: `python -m helpers.fuzz --case KIND NUMBER` in `tests`."""
     first = SEED + 10 * group
@@ -39,11 +41,11 @@ def test_no_traceback_no_crash_no_hang(worker: Worker, kind: str, group: int) ->
 def test_most_files_get_past_the_reader() -> None:
     """Nine of ten ended there, so that questions saw few of them."""
     read = 0
-    for number in range(SEED, SEED + 100):
+    for number in range(SEED, SEED + 40):
         with suppress(JointplayError):
             loads(valid(Random(f"valid {number}")).decode())
             read += 1
-    assert read > 70
+    assert read > 28
 
 
 def test_a_hang_a_crash_and_a_traceback_are_found() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import EXAMPLES, ask, example
+from helpers.longer import in_turn, some
 from jointplay.analyses import random as random_question
 from jointplay.analyses import sweep as sweep_question
 from jointplay.analyses.nominal import Interrupted
@@ -136,9 +137,10 @@ class TestSweep:
 
 
 class TestBlame:
-    @pytest.mark.parametrize("question", ["worst", "loaded", "random"])
-    @pytest.mark.parametrize("name", EXAMPLES)
-    def test_shares_add_up_to_one(self, question: str, name: str) -> None:
+    @pytest.mark.parametrize(
+        ("name", "question"), some(in_turn(EXAMPLES, ["worst", "loaded", "random"]), len(EXAMPLES))
+    )
+    def test_shares_add_up_to_one(self, name: str, question: str) -> None:
         shares = blame(from_dataset(ask(question, example(name))))
         for table in (shares.position, shares.rotation):
             total = table.sum(axis=1)

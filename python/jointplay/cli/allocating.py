@@ -10,7 +10,7 @@ import typer
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, Changes, File, PointName, Settings
+from .options import RESULTS, File, PointName, Settings, ShownChanges
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def allocate(
             "--curve", metavar="A:B:N", help="The least cost with all limits times A to B, or times A,B,C; it is drawn."
         ),
     ] = None,
-    changes: Changes = False,
+    changes: ShownChanges = False,
     digits: Annotated[
         int, typer.Option("--digits", metavar="N", help="Digits of sizes by formula, which are rounded down.")
     ] = 3,

@@ -11,7 +11,7 @@ from jointplay.errors import InputError, shown
 
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, Changes, File, LimitsHold, PointName, Seed, Settings
+from .options import RESULTS, File, LimitsHold, PointName, Seed, Settings, ShownChanges
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def design(
         int, typer.Option("--samples", metavar="N", help="outside: random specimens of an attempt.")
     ] = 4096,
     seed: Seed = 0,
-    changes: Changes = False,
+    changes: ShownChanges = False,
     output_point: PointName = None,
     settings: Settings = None,
     output: Annotated[

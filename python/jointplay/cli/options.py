@@ -133,7 +133,7 @@ Probability = Annotated[
 LoadCase = Annotated[
     str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
 ]
-Changes = Annotated[
+ShownChanges = Annotated[
     bool, typer.Option("--changes", help="Print the changed values, too, as --set of other commands takes them.")
 ]
 #: the files that a result can be written as

@@ -45,7 +45,7 @@ COMMANDS: list[tuple[int, list[str]]] = [
     (1, ["allow", "-q", "random", "--samples", "400"]),
     (2, ["life"]),
     (1, ["life", "-q", "loaded", "--cycles", "0:1e6:3", "--plot", "d.svg"]),
-    (1, ["workspace", "--count", "9"]),
+    (1, ["workspace", "--count", "4"]),
     (2, ["allocate"]),
     (1, ["allocate", "-q", "random", "--samples", "400", "--plot", "d.svg"]),
     (1, ["report", "--samples", "64", "-o", "page.html"]),
