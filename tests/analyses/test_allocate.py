@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from helpers.allocations import SAMPLES, cheaper, problem
-from jointplay.analyses.allocate import compute
+from jointplay.analyses.allocate import MOST_DIGITS, compute
 from jointplay.analyses.allocate.items import items_of
 from jointplay.analyses.allocate.looks import limits_of
 from jointplay.analyses.allocate.worst_case import WorstCase
@@ -584,6 +584,15 @@ def test_ctrl_c_leaves_the_best_sizes_that_hold(monkeypatch):
     assert "interrupted" in str(caught.value.partial.attrs["incomplete"])
     assert (caught.value.partial.get("used") <= 1.0 + ROUNDING).all()
     assert asked_by("allocate") == ("worst", "random")
+
+
+def test_many_digits_are_no_tighter_than_few():
+    """With fourteen of them no size could be ordered, not even the smallest: it said that no sizes hold the limits."""
+    costs = {"J*": {"model": "reciprocal", "b": 1.0, "from": 0.001, "to": 5.0}}
+    m = example("four-bar").with_({"limits.position": 1.0, "drives.theta1.values": [22.7], "costs": costs})
+    few, many = (jp.allocate(m, digits=digits) for digits in (3, MOST_DIGITS))
+    assert few.status == many.status == "ok"
+    assert many.total_cost <= few.total_cost
 
 
 def test_files_and_drawings_have_the_sizes(tmp_path, monkeypatch):

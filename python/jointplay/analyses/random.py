@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NotRequired, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.cluster import Here, Workers, with_workers
-from jointplay.basics.arrays import Floats
+from jointplay.basics.arrays import Floats, Ints
 from jointplay.basics.typed import typed
 from jointplay.core.answers import Random
 from jointplay.core.compile import LOOSE
@@ -299,7 +299,7 @@ def _of_contact(
     # One configuration a call, so that the bar moves.
     answers = workers.each(_Draws.scatter, (draws,), ((k, at.at(k)) for k in range(len(at))))
 
-    def run(_: slice) -> Random:
+    def run(_: slice) -> Drawn:
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
@@ -343,6 +343,12 @@ def _of_contact(
     return finished(builder, done, count, unfinished)
 
 
+class Drawn(Random):
+    """The core's answer, with the numbers of the specimens that are kept."""
+
+    kept_number: NotRequired[Ints]
+
+
 @dataclass(frozen=True)
 class _Draws:
     """What is drawn at every configuration, with the same random numbers."""
@@ -359,7 +365,7 @@ class _Draws:
     keep: int = 0
     keep_outside: bool = False
 
-    def scatter(self, place: tuple[int, Nominal]) -> Random:
+    def scatter(self, place: tuple[int, Nominal]) -> Drawn:
         """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
         k, at = place
         own = self.m.running_under(k, at.drives, at.poses) if self.is_loaded else self.m
@@ -377,9 +383,9 @@ class _Draws:
             sampling=self.sampling,
             keep=self.keep > 0,
         )
-        return self._only_kept(found) if self.keep else found
+        return self._only_kept(found) if self.keep else cast("Drawn", found)
 
-    def _only_kept(self, found: Random) -> Random:
+    def _only_kept(self, found: Random) -> Drawn:
         """The same with the specimens that are kept, along a dimension behind the configuration."""
         errors, status = found["kept_errors"], found["kept_status"]
         chosen = np.arange(len(errors))
@@ -389,11 +395,13 @@ class _Draws:
         number = np.full(self.keep, -1)
         number[: len(chosen)] = chosen
         there = number >= 0
-        found["kept_number"] = number[None]
-        found["kept_errors"] = np.where(there[:, None], errors[number], np.nan)[None]
-        found["kept_parameters"] = np.where(there[:, None], found["kept_parameters"][number], np.nan)[None]
-        found["kept_status"] = np.where(there, status[number], 0).astype(status.dtype)[None]
-        return found
+        return {
+            **found,
+            "kept_number": number[None],
+            "kept_errors": np.where(there[:, None], errors[number], np.nan)[None],
+            "kept_parameters": np.where(there[:, None], found["kept_parameters"][number], np.nan)[None],
+            "kept_status": np.where(there, status[number], 0).astype(status.dtype)[None],
+        }
 
 
 def _kept(m: Mechanism, samples: int, keep: int, keep_outside: bool) -> tuple[int, bool]:
@@ -408,7 +416,7 @@ def _kept(m: Mechanism, samples: int, keep: int, keep_outside: bool) -> tuple[in
     return int(keep), keep_outside
 
 
-def _add_specimens(builder: ResultBuilder, found: Random) -> None:
+def _add_specimens(builder: ResultBuilder, found: Drawn) -> None:
     """Add the specimens that were kept."""
     count = found["kept_errors"].shape[1]
     builder.labels("specimen", np.arange(count), "number among the specimens that are kept")

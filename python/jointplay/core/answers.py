@@ -228,7 +228,6 @@ class Random(TypedDict):
     kept_parameters: NotRequired[Floats]
     kept_errors: NotRequired[Floats]
     kept_status: NotRequired[Codes]
-    kept_number: NotRequired[Counts]
 
 
 class Cones(TypedDict):

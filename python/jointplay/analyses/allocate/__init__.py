@@ -44,8 +44,8 @@ SAMPLES = 32_768
 MOST_SAMPLES = 1_000_000
 #: points of a curve, and by how much a limit can be multiplied there
 MOST_POINTS, MOST_TIMES = 200, 1e6
-#: a double has no more
-MOST_DIGITS = 15
+#: beyond them the closure is rounding
+MOST_DIGITS = 12
 
 
 @typed

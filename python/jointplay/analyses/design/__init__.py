@@ -65,7 +65,9 @@ def design(
         What is to be small where it is largest: ``worst_position``, ``worst_rotation``, ``loaded_position``,
         ``loaded_rotation``, ``structural``, ``structural_worst`` (structural error + worst position error),
         ``outside`` (share of the specimens outside the limits), ``drive_force``, ``size`` (diagonal of the box around
-        all joints and outputs). Of two the front is found; of a mapping the sum of the aims times their weights.
+        all joints and outputs), ``cost`` (the least one that `allocate` finds for the worst case: with its sizes the
+        limits hold, whatever those of the file are). Of two the front is found; of a mapping the sum of the aims times
+        their weights.
     question : {"worst", "loaded"}, optional
         In which the limits of the error have to hold; ``worst`` if left out.
     evaluations : int

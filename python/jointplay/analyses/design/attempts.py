@@ -15,6 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analyses import allocate
+from jointplay.analyses.allocate import MOST_DIGITS
+from jointplay.analyses.allocate.items import items_of
+from jointplay.analyses.allocate.looks import limits_of
+from jointplay.analyses.allocate.report import FOUND
 from jointplay.analyses.allow.asked import used_of_limits
 from jointplay.analyses.ideal import compared, strays
 from jointplay.analyses.nominal import OK, OUTSIDE, Nominal, within_another
@@ -52,7 +57,10 @@ WORDS: Mapping[str, str] = {
     "outside": "the largest share of the specimens outside the limits",
     "drive_force": "the largest force or moment of a drive",
     "size": "the diagonal of the box around all joints and outputs, wherever they go",
+    "cost": "the least cost of clearances and tolerances with which the limits hold in the worst case",
 }
+#: what is said to be used of limits that sizes are chosen for: they use them as a whole
+CHOSEN = 1.0 - 1e-6
 
 
 @dataclass(frozen=True)
@@ -164,6 +172,13 @@ class Attempts:
             raise InputError(f"{listed(loaded)}: nothing loads the mechanism", file=m.file, key="design.aim")
         if "outside" in self.aims and not any(part.limits.errors for part in every):
             raise InputError("outside counts specimens outside limits: say [limits]", file=m.file, key="design.aim")
+        if "cost" in self.aims and self.table.question != "worst":
+            problem = "cost: sizes are chosen for the worst case; leave out question"
+            raise InputError(problem, file=m.file, key="design.question")
+        if "cost" in self.aims:
+            # Refuses what has no limits or no costs, and what sizes cannot be chosen for.
+            items_of(m.without_load_cases(), MOST_DIGITS)
+            limits_of(m)
         if "drive_force" in self.aims and len({m.coordinate_kind(k) for k in m.drive_joints}) > 1:
             problem = "drive_force: some drives have forces and some moments, of which none is the larger"
             raise InputError(problem, file=m.file, key="design.aim")
@@ -199,7 +214,13 @@ class Attempts:
         self, values: tuple[float, ...], m: Mechanism, nominals: list[tuple[Mechanism, Nominal]], exact: bool
     ) -> Candidate:
         used, aims = self._of_nominal(nominals)
-        limited = any(part.limits.errors for part in m.every_part)
+        limited = any(part.limits.errors for part in m.every_part) and "cost" not in self.aims
+        if "cost" in self.aims:
+            with within_another():
+                chosen = allocate.compute(m, digits=MOST_DIGITS)
+            most = float(chosen.get("used").max())
+            aims["cost"] = [chosen.get("total_cost")]
+            used["limits"] = [np.array(CHOSEN if chosen.get("status") in FOUND else max(most, 1.0 / CHOSEN))]
         questions = {ASKS[name] for name in self.aims if name in ASKS} | ({self.table.question} if limited else set())
         unreliable: list[float] = []
         options: dict[str, Any]

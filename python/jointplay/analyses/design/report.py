@@ -122,7 +122,7 @@ def _held(builder: ResultBuilder, answer: Designed, best: Candidate) -> None:
 
 
 def _unit(m: Mechanism, name: str) -> str:
-    if name == "outside":
+    if name in ("outside", "cost"):
         return ""
     if name == "drive_force":
         kind = m.coordinate_kind(m.drive_joints[0])

@@ -23,6 +23,7 @@ AimName = Literal[
     "outside",
     "drive_force",
     "size",
+    "cost",
 ]
 AIMS: tuple[str, ...] = get_args(AimName)
 #: a dotted key of the file, as `--set` takes it

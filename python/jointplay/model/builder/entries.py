@@ -1759,6 +1759,7 @@ class Whole(Parts):
             "outside",
             "drive_force",
             "size",
+            "cost",
         ]
         | Sequence[
             Literal[
@@ -1771,6 +1772,7 @@ class Whole(Parts):
                 "outside",
                 "drive_force",
                 "size",
+                "cost",
             ]
         ]
         | None = None,
