@@ -7,9 +7,7 @@ import json
 import re
 import signal
 import socket
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import pytest
 import jointplay as jp
 from helpers.browser import Browser, Page, needs_browser, opened
 from helpers.processes import worked, working
+from helpers.studio import EXACT, NEWEST, choose, number, put, served
 from jointplay import cli, examples
 from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError
@@ -26,7 +25,7 @@ from jointplay.show.serving.answers import now, settled
 from jointplay.show.serving.answers import opened as begin
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.knobs import knobs
-from jointplay.show.serving.server import Server, Studio
+from jointplay.show.serving.server import Server
 from jointplay.show.serving.session import Cancelled, PageQuestion, Session
 
 FOUR_BAR = examples.text("four-bar")
@@ -239,18 +238,6 @@ def test_files_are_saved_with_their_comments_and_never_over_those_of_others(fold
 # --- who may ask -----------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def served(folder: Path, first: str = "four-bar.toml") -> Iterator[Server]:
-    with Server(Studio(Folder(folder), first)) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
-
-
 @pytest.fixture
 def server(folder: Path) -> Iterator[Server]:
     with served(folder) as running:
@@ -460,29 +447,8 @@ def value(page: Page, question: str, quantity: int = 1) -> float:
     return float(page.run(f"document.querySelector('#numbers tr.{question}').cells[{quantity}].dataset.value"))
 
 
-def number(name: str) -> str:
-    """The number beside a slider, as an expression."""
-    return f"document.querySelector(\"[data-name='{name}'] input[type=number]\")"
-
-
-def put(page: Page, name: str, value: float) -> None:
-    """Type a value beside a slider."""
-    page.run(f"{number(name)}.value = {value}, {number(name)}.dispatchEvent(new Event('input')), 0")
-
-
-def choose(page: Page, what: dict[str, str]) -> None:
-    """Open a file or an example."""
-    chosen = json.dumps(json.dumps(what, separators=(",", ":")))
-    select = "document.getElementById('open')"
-    page.run(f"{select}.value = {chosen}, {select}.dispatchEvent(new Event('input')), 0")
-
-
 #: how the numbers of the table have been found
 FOUND = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.cells[3].textContent)"
-#: that what is shown is of the newest position, and that it is exact
-NEWEST = "document.body.dataset.serial === document.body.dataset.shown"
-EXACT = f"document.body.dataset.state === 'exact' && {NEWEST}"
-
 
 @needs_browser
 class TestInABrowser:
