@@ -263,7 +263,8 @@ def person(folder: Path, browser: Browser) -> Iterator[Person]:
         page = browser.page(server.address, width=1280, height=800)
         page.wait("document.body.dataset.shown > 0")
         yield Person(page)
-        assert page.complaints == []
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []
 
 
 @pytest.fixture
@@ -275,7 +276,8 @@ def drawer(folder: Path, browser: Browser) -> Iterator[Person]:
         choose(page, {"new": True})
         page.wait("document.body.classList.contains('draft')")
         yield Person(page)
-        assert page.complaints == []
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []
 
 
 #: the line that never leaves the screen
@@ -406,12 +408,17 @@ class TestAPerson:
     def test_types_in_the_text_and_is_led_to_the_line_of_an_error(self, person: Person) -> None:
         page = person.page
         person.tap("#file summary")
-        write = "((area, text) => { area.value = text; area.dispatchEvent(new Event('change')) })(document.getElementById('text'), {})"
-        page.run(write.format(json.dumps(FOUR_BAR.replace("radial = 1.0", "radius = 1.0", 1))))
+
+        def write(text: str) -> None:
+            area = "document.getElementById('text')"
+            page.run(f"{area}.value = {json.dumps(text)}, {area}.dispatchEvent(new Event('change')), 0")
+
+        write(FOUR_BAR.replace("radial = 1.0", "radius = 1.0", 1))
         page.wait("document.getElementById('wrong').textContent")
         line = next(k for k, one in enumerate(FOUR_BAR.splitlines(), 1) if one.startswith("clearance"))
-        assert page.text("#wrong").startswith(f"line {line}: four-bar.toml: joints.J1.clearance")
-        page.run(write.format(json.dumps(FOUR_BAR.replace("position = 4.0", "position = 1.0", 1))))
+        assert page.text("#wrong").startswith(f"line {line}: ")
+        assert "four-bar.toml: joints.J1.clearance" in page.text("#wrong")
+        write(FOUR_BAR.replace("position = 4.0", "position = 1.0", 1))
         page.wait("document.querySelector('#line .missed')")
         assert page.run("document.querySelector('#inspector [data-key=\"limits.position\"]').value") == "1"
 

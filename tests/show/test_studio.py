@@ -212,7 +212,7 @@ def test_names_that_lead_elsewhere_are_refused(folder: Path, name: str) -> None:
     own = Folder(folder)
     assert name not in own.names()
     opened = own.open("four-bar.toml")
-    for attempt in (lambda: own.open(name), lambda: own.save(opened, opened.m, name)):
+    for attempt in (lambda: own.open(name), lambda: own.save(opened, opened.content, name)):
         with pytest.raises(InputError, match=r"is not the name of a \.toml file in the folder"):
             attempt()
 
@@ -221,14 +221,14 @@ def test_files_are_saved_with_their_comments_and_never_over_those_of_others(fold
     own = Folder(folder)
     assert own.names() == ["bad.toml", "four-bar.toml"]
     opened = own.open("four-bar.toml")
-    wider = opened.m.with_({"joints.J1.clearance.radial": 0.5})
+    wider = jp.loads(opened.content).with_({"joints.J1.clearance.radial": 0.5}).text("four-bar.toml")
     saved = own.save(opened, wider, "four-bar.toml")
     assert (folder / "four-bar.toml").read_text() == FOUR_BAR.replace("radial = 1.0", "radial = 0.5", 1)
     with pytest.raises(InputError, match="is there already"):
         own.save(saved, wider, "bad.toml")
     assert own.save(saved, wider, "new.toml").name == "new.toml"
     # It is saved again and again, until somebody else writes to it.
-    own.save(saved, opened.m, "four-bar.toml")
+    own.save(saved, opened.content, "four-bar.toml")
     (folder / "four-bar.toml").write_text("# mine\n" + FOUR_BAR)
     with pytest.raises(InputError, match="has been changed by somebody else"):
         own.save(saved, wider, "four-bar.toml")
@@ -493,6 +493,7 @@ class TestInABrowser:
     def test_the_output_is_dragged_along_its_path(self, server: Server, browser: Browser) -> None:
         page = browser.page(server.address)
         page.wait(EXACT)
+        page.click("[data-tool=move]")
         before = page.run("document.querySelector('.jp-output').getAttribute('d')")
         place = "(({x, y, width, height}) => [x + width / 2, y + height / 2])"
         page.run("document.querySelector('#drawing svg').scrollIntoView()")

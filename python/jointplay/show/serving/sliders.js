@@ -25,6 +25,8 @@ export function field(parent, { words, value = "", unit = "", key = "" }, told) 
   const input = element("input", { inputMode: "decimal", value: value ?? "", autocomplete: "off" }, label);
   input.dataset.key = key;
   element("span", { className: "unit", textContent: unit }, row);
+  // The next key is for the board again.
+  input.addEventListener("keydown", ({ key }) => key === "Enter" && input.blur());
   input.addEventListener("change", () => {
     const number = parsed(input.value);
     const isEmpty = input.value.trim() === "";
