@@ -74,7 +74,9 @@ class Person:
         """Drag from one place of the drawing to another one."""
         self.page.run("document.querySelector('#drawing svg').scrollIntoView({block: 'center'})")
         a, b = self._pixel(*start), self._pixel(*end)
-        ways = [a] if start == end else [tuple(p + (q - p) * k / 4 for p, q in zip(a, b, strict=True)) for k in range(5)]
+        ways = (
+            [a] if start == end else [tuple(p + (q - p) * k / 4 for p, q in zip(a, b, strict=True)) for k in range(5)]
+        )
         for kind, (x, y) in [("mouseMoved", a), ("mousePressed", a), *(("mouseMoved", w) for w in ways[1:])]:  # type: ignore[misc]
             self._mouse(kind, x, y, modifiers, held=kind != "mouseMoved" or (x, y) != a)
         self._mouse("mouseReleased", *b, modifiers, held=False)

@@ -52,7 +52,11 @@ def test_tables_that_come_and_go_leave_the_comments_of_others(name: str) -> None
 
 def test_a_line_is_that_of_its_key() -> None:
     lines = FOUR_BAR.splitlines()
-    for key, words in [("joints.J3.clearance.radial", "clearance"), ("limits.position", "position"), ("title", "title")]:
+    for key, words in [
+        ("joints.J3.clearance.radial", "clearance"),
+        ("limits.position", "position"),
+        ("title", "title"),
+    ]:
         assert lines[document.line_of(FOUR_BAR, key) - 1].startswith(words)
     assert lines[document.line_of(FOUR_BAR, "drives.theta1.speed") - 1] == "[drives.theta1]"
 
@@ -62,7 +66,7 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
     """Under every joint and every body of the file, with the names of sources that follow from them."""
     text = examples.text(name)
     m = jp.loads(text)
-    for kind, old in [("joint", [*m.raw["joints"]][0]), ("body", [b for b in m.owners if b in text][0])]:
+    for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
         wanted = gestures.renamed(m.raw, kind, old, "other_name")
         again = document.renamed(text, wanted, old, "other_name")
         assert len(again.splitlines()) == len(text.splitlines())
@@ -326,8 +330,8 @@ class TestAPerson:
         person.page.wait("document.querySelector('[data-name=\"joints.J1.clearance\"] output')")
         slider = "document.querySelector('[data-name=\"joints.J2.clearance\"] input')"
         told = "document.querySelector('[data-name=\"joints.J2.clearance\"] output').textContent"
-        step = f"{slider}.value = 0, {slider}.dispatchEvent(new Event('input')), {slider}.dispatchEvent(new Event('change')), 0"
-        person.page.run(step)
+        person.page.run(f"{slider}.value = 0, {slider}.dispatchEvent(new Event('input')), 0")
+        person.page.run(f"{slider}.dispatchEvent(new Event('change')), 0")
         assert person.page.run(told) == "H6/h5: 0 to 0.019"
         person.press("s", 2)
         person.page.wait("document.getElementById('note').textContent.startsWith('saved')")
@@ -365,9 +369,12 @@ class TestAPerson:
 
     def test_renames_a_body_everywhere(self, person: Person) -> None:
         person.pick("#parts", '{"body":"rocker"}')
-        person.page.run("((field) => { field.value = 'swing'; field.dispatchEvent(new Event('change')) })(document.querySelector('#inspector .field input'))")
+        field = "document.querySelector('#inspector .field input')"
+        person.page.run(f"{field}.value = 'swing', {field}.dispatchEvent(new Event('change')), 0")
         person._done()
-        assert person.text == FOUR_BAR.replace("{ coupler = [75, 0], rocker", "{ coupler = [75, 0], swing").replace("rocker = [0, 0]", "swing = [0, 0]").replace("rocker = { angle", "swing = { angle").replace('"rocker"', '"swing"')
+        assert person.text == FOUR_BAR.replace("{ coupler = [75, 0], rocker", "{ coupler = [75, 0], swing").replace(
+            "rocker = [0, 0]", "swing = [0, 0]"
+        ).replace("rocker = { angle", "swing = { angle").replace('"rocker"', '"swing"')
 
     def test_is_asked_before_anything_is_lost_and_finds_it_again(self, person: Person, browser: Browser) -> None:
         page = person.page
@@ -430,7 +437,10 @@ class TestAPerson:
         put(page, "joints.J2.clearance", "0.2")
         page.wait(EXACT)
         person.tap("#keep")
-        rows = page.run("[...document.querySelectorAll('#variants tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))")
+        rows = page.run(
+            "[...document.querySelectorAll('#variants tbody tr')]"
+            ".map((row) => [...row.cells].map((cell) => cell.textContent))"
+        )
         worst = next(row for row in rows if row[0] == "worst case, position")
         first, second = (float(cell.split()[0]) for cell in worst[1:])
         assert first > second > 0.0
@@ -438,11 +448,16 @@ class TestAPerson:
         assert page.run("document.querySelectorAll('.jp-other').length") > 0
 
     def test_saves_the_drawing_as_a_picture(self, person: Person) -> None:
-        made = "import('./studio.js').then(({ board }) => import('./export.js').then(({ exported }) => exported(board.viewer.svg, '%s'))).then((blob) => blob.%s)"
+        made = (
+            "Promise.all([import('./studio.js'), import('./export.js')])"
+            ".then(([{ board }, { exported }]) => exported(board.viewer.svg, '%s')).then((blob) => blob.%s)"
+        )
         svg = person.page.run(made % ("svg", "text()"))
         assert svg.startswith("<svg")
         assert "jp-body" in svg
-        size = person.page.run(made % ("png", "slice(0, 24).arrayBuffer()") + ".then((bytes) => [...new Uint8Array(bytes)])")
+        size = person.page.run(
+            made % ("png", "slice(0, 24).arrayBuffer()") + ".then((bytes) => [...new Uint8Array(bytes)])"
+        )
         assert bytes(size[:8]) == b"\x89PNG\r\n\x1a\n"
         assert int.from_bytes(bytes(size[16:20]), "big") == 1600
 
@@ -452,10 +467,15 @@ class TestAPerson:
         page.ask("Emulation.setDeviceMetricsOverride", **size)
         assert page.run("document.documentElement.scrollWidth") <= 800
         fields = "[...document.querySelectorAll('button, input:not([hidden]), select, textarea')]"
-        unnamed = f"{fields}.filter((one) => !one.textContent.trim() && !one.labels?.length && !one.ariaLabel).map((one) => one.outerHTML)"
+        is_unnamed = "(one) => !one.textContent.trim() && !one.labels?.length && !one.ariaLabel"
+        unnamed = f"{fields}.filter({is_unnamed}).map((one) => one.outerHTML)"
         assert page.run(unnamed) == []
         # Of several tools one is pressed, by its key.
         person.press("g")
-        assert page.run("[...document.querySelectorAll('[aria-pressed=true]')].map((one) => one.dataset.tool)") == ["ground"]
-        box = page.run("(({ bottom }) => [bottom, innerHeight])(document.getElementById('line').getBoundingClientRect())")
+        assert page.run("[...document.querySelectorAll('[aria-pressed=true]')].map((one) => one.dataset.tool)") == [
+            "ground"
+        ]
+        box = page.run(
+            "(({ bottom }) => [bottom, innerHeight])(document.getElementById('line').getBoundingClientRect())"
+        )
         assert box[0] == box[1]

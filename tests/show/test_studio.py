@@ -450,6 +450,7 @@ def value(page: Page, question: str, quantity: int = 1) -> float:
 #: how the numbers of the table have been found
 FOUND = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.cells[3].textContent)"
 
+
 @needs_browser
 class TestInABrowser:
     def test_a_slider_is_dragged_and_the_numbers_follow(self, server: Server, browser: Browser) -> None:

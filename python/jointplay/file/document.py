@@ -12,6 +12,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -155,10 +156,8 @@ def _edits(text: str, steps: Steps, value: Any, before: Mapping[str, Any], wante
         yield _without_table(text, steps)
     elif isinstance(value, Mapping) and len(steps) == HEADED and not _has(section, steps[-1]):
         yield _with_table(text, steps, value)
-    try:
+    with suppress(TOMLKitError, LookupError, TypeError, ValueError):
         yield _changed(tomlkit.parse(text), before, wanted)
-    except (TOMLKitError, LookupError, TypeError, ValueError):
-        pass
     yield _changed(tomlkit.document(), {}, wanted)
 
 
@@ -217,7 +216,7 @@ def _with_table(text: str, steps: Steps, value: Mapping[str, Any]) -> str:
     lines = text.splitlines(keepends=True)
     heads = [*_heads(lines), (len(lines), ())]
     document = tomlkit.document()
-    section, name = steps
+    section, name = str(steps[0]), steps[1]
     document[section] = _item([value] if isinstance(name, int) else {name: value}, HEADED)
     own = document.as_string().splitlines(keepends=True)
     alike = [(start, heads[k + 1][0]) for k, (start, steps) in enumerate(heads[:-1]) if steps[:1] == (section,)]

@@ -117,7 +117,7 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: Poses) -> Iterat
         }
 
 
-def sketch(raw: Mapping[str, Any], poses: Poses, joints: list[Json]) -> Json:
+def sketch(joints: list[Json]) -> Json:
     """The drawing of what is no mechanism yet: joints, and bodies as lines between them."""
     places: list[Any] = [[0.0, 0.0]]
     shapes: list[Json] = []
@@ -140,9 +140,21 @@ def sketch(raw: Mapping[str, Any], poses: Poses, joints: list[Json]) -> Json:
     extent = max((abs(v) for place in places for v in place), default=0.0) or ROOM[0]
     frame = [[-ROOM[0], -ROOM[1]], list(ROOM)] if len(places) == 1 else []
     return {
-        **{"axes": 2, "unit": "", "extent": extent, "shapes": shapes, "output": 0, "relative": False},
-        **{"places": [places], "path": [], "states": [], "region": None, "cloud": None, "limit": None},
-        **{"factor": 1.0, "texts": [], "frame": frame},
+        "axes": 2,
+        "unit": "",
+        "extent": extent,
+        "shapes": shapes,
+        "output": 0,
+        "relative": False,
+        "places": [places],
+        "path": [],
+        "states": [],
+        "region": None,
+        "cloud": None,
+        "limit": None,
+        "factor": 1.0,
+        "texts": [],
+        "frame": frame,
     }
 
 
@@ -196,7 +208,7 @@ def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before
     poses = {**before, **({} if m is None or at is None else poses_of(m, at))}
     joints = list(_joints(raw, m, poses))
     is_planar = raw.get("space", "planar") == "planar"
-    drawn = sketch(raw, poses, joints) if m is None or at is None else scene(m, at)
+    drawn = sketch(joints) if m is None or at is None else scene(m, at)
     free = free_of(raw)
     every = [b for joint in joints for b in joint["bodies"]]
     return {

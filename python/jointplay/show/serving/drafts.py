@@ -118,7 +118,9 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
             raise
         # What is wrong otherwise is said when the bar has its pin.
         validate(written_out(dict(whole), name).data, name)
-        return Draft(text, raw, missing=(_says(f"One end of {listed(open_ends)} is free: put a pin or the output there."),))
+        return Draft(
+            text, raw, missing=(_says(f"One end of {listed(open_ends)} is free: put a pin or the output there."),)
+        )
     missing = [*_motions(m)]
     if not has_output:
         missing.append(_says("There is no output yet: which point matters?", tool="output"))

@@ -17,7 +17,20 @@ from jointplay.errors import InputError, not_known, shown
 from jointplay.file.schema.keys import Steps, assign
 from jointplay.file.schema.values import NAME
 
-from .board import DRAWN, GROUND, Json, Point, Pose, bodies_of, free_of, is_number, numbers, place_on, placed_at, seen_from
+from .board import (
+    DRAWN,
+    GROUND,
+    Json,
+    Point,
+    Pose,
+    bodies_of,
+    free_of,
+    is_number,
+    numbers,
+    place_on,
+    placed_at,
+    seen_from,
+)
 
 #: what a drive turns through to both sides of where it is drawn, in degrees, and how many configurations it has
 REACH, COUNT = 20.0, 9
@@ -57,7 +70,7 @@ class Hand:
     def put(self, steps: Steps, value: Any) -> None:
         """Set a value, or take it away."""
         self.edits.append((steps, value))
-        parent = self.raw
+        parent: Any = self.raw
         for step in steps[:-1]:
             parent = parent.setdefault(step, {}) if isinstance(parent, dict) else parent[step]
         if isinstance(parent, list) and steps[-1] == len(parent):
@@ -216,7 +229,9 @@ def bar(hand: Hand, told: Json) -> None:
     for k in order:
         if "joint" in ends[k] or "body" in ends[k]:
             hand.at(ends[k], name)
-    hand.free(name, [place for end, place in zip(ends, places, strict=True) if "joint" not in end and "body" not in end])
+    hand.free(
+        name, [place for end, place in zip(ends, places, strict=True) if "joint" not in end and "body" not in end]
+    )
 
 
 def ground(hand: Hand, told: Json) -> None:
@@ -387,7 +402,7 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
 
 def _at_places(hand: Hand, name: str, place: Point) -> None:
     """What was at a joint that goes stands at its place."""
-    entries = [(("output",), hand.raw.get("output"))]
+    entries: list[tuple[Steps, Any]] = [(("output",), hand.raw.get("output"))]
     entries += [(("outputs", key), own) for key, own in hand.raw.get("outputs", {}).items()]
     entries += [(("loads", k), own) for k, own in enumerate(hand.raw.get("loads", ()))]
     for steps, own in entries:
@@ -442,8 +457,7 @@ def _drop_where(hand: Hand, section: str, is_of: Callable[[Mapping[str, Any]], b
 
 #: what a page can do, by name
 GESTURES: Mapping[str, Callable[[Hand, Json], None]] = {
-    one.__name__: one
-    for one in (bar, ground, point, slider, slot, drive, output, load, move, length, delete)
+    one.__name__: one for one in (bar, ground, point, slider, slot, drive, output, load, move, length, delete)
 }
 
 
@@ -510,12 +524,16 @@ def _words(path: Steps) -> list[str]:
 
 
 def _joint_key(path: Steps) -> bool:
-    return path in (("joints",), ("limits", "joints")) or (path[:1] == ("drives",) and path[2:] in (("joints",), ("backlash",)))
+    return path in (("joints",), ("limits", "joints")) or (
+        path[:1] == ("drives",) and path[2:] in (("joints",), ("backlash",))
+    )
 
 
 def _joint_value(path: Steps) -> bool:
     return bool(_words(path)) and (
-        _words(path)[-1] in ("joint", "joints", "follows", "at", "between") or "between" in path or path[-2:-1] == ("joints",)
+        _words(path)[-1] in ("joint", "joints", "follows", "at", "between")
+        or "between" in path
+        or path[-2:-1] == ("joints",)
     )
 
 

@@ -18,6 +18,7 @@ import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
@@ -34,12 +35,12 @@ from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import page as report
 
 from . import drafts, gestures
-from .answers import STAGES, Json, now, opened, settled
-from .board import Pose
+from .answers import STAGES, now, opened, settled
+from .board import Json, Pose
 from .door import HOST, PIECE, Connection, Door
+from .drafts import Draft
 from .folder import Folder, Opened
 from .replies import reply
-from .drafts import Draft
 from .session import FARTHEST, Cancelled, PageQuestion, Session
 
 #: names of this machine that a browser may have been given
@@ -65,7 +66,7 @@ MODULES = ("studio.js", "board.js", "charts.js", "export.js", "history.js", "ins
 #: what a page is made of
 PARTS: dict[str, tuple[str, Callable[[], str]]] = {
     "": (HTML, lambda: _own("page.html")),
-    **{name: (JS, lambda name=name: _own(name)) for name in MODULES},
+    **{name: (JS, partial(_own, name)) for name in MODULES},
     "viewer.js": (JS, viewer.script),
     "studio.css": (CSS, lambda: viewer.style() + _own("studio.css")),
 }
@@ -251,7 +252,8 @@ def _edits(told: Json) -> list[gestures.Edit]:
     """Places and values that a page sends."""
     found: list[gestures.Edit] = []
     edits = told.get("edits", [])
-    for entry in edits if isinstance(edits, list) else [None]:
+    entries: list[Any] = edits if isinstance(edits, list) else [None]
+    for entry in entries:
         is_edit = isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], list) and entry[0]
         if not is_edit or not all(isinstance(step, str | int) for step in entry[0]):
             raise InputError("this is not what the page asks", key="edits")
