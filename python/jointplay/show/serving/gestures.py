@@ -80,6 +80,7 @@ class Hand:
 
     @property
     def joints(self) -> dict[str, Any]:
+        """The joints that the file itself has."""
         return dict(self.raw.get("joints", {}))
 
     def joint(self, name: object) -> dict[str, Any]:
@@ -89,6 +90,7 @@ class Hand:
         return dict(self.joints[name])
 
     def pose(self, body: str) -> Pose:
+        """How a body is shown."""
         return DRAWN if body == GROUND else self.poses.get(body, DRAWN)
 
     def is_drawn(self, body: str) -> bool:
@@ -96,6 +98,7 @@ class Hand:
         return max(map(abs, self.pose(body))) < 1e-9
 
     def bodies(self) -> list[str]:
+        """All bodies but the ground."""
         every = [body for table in self.joints.values() for body in bodies_of(table)]
         return [body for body in dict.fromkeys((*every, *free_of(self.raw))) if body != GROUND]
 
@@ -177,9 +180,10 @@ class Hand:
     def used(self, ref: Mapping[str, Any]) -> None:
         """Take the point of a bar away that has become a joint."""
         if "index" in ref:
-            self.free(str(ref["body"]), [p for k, p in enumerate(self._free(ref)) if k != int(ref["index"])])
+            self.free(str(ref["body"]), [p for k, p in enumerate(self.points(ref)) if k != int(ref["index"])])
 
-    def _free(self, ref: Mapping[str, Any]) -> list[Point]:
+    def points(self, ref: Mapping[str, Any]) -> list[Point]:
+        """The points of a body that no joint is at."""
         return free_of(self.raw).get(str(ref["body"]), [])
 
     def free(self, body: str, points: list[Point]) -> None:
@@ -328,7 +332,7 @@ def move(hand: Hand, told: Json) -> None:
     """Another place of a joint or of a free point; all other points stay where they are shown."""
     ref, place = dict(told["at"]), point_of(told["to"])
     if "joint" not in ref:
-        points = hand._free(ref)
+        points = hand.points(ref)
         hand.where(ref)
         body = str(ref["body"])
         points[int(ref["index"])] = seen_from(hand.pose(body), place)

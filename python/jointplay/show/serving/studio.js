@@ -1,4 +1,4 @@
-// The page to play with a mechanism. What is shown follows from `asked`, what the sliders and choices say; every change of it has
+// The page to draw a mechanism and to play with it. What is shown follows from `asked`, what the sliders and choices say; every change of it has
 // a larger serial number. One question is on its way at a time: what changes meanwhile is asked when the answer is there, and only
 // the newest. When the sliders rest, the exact answers are asked for, one after the other, until something changes again.
 
