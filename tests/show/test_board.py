@@ -167,6 +167,45 @@ def test_a_joint_that_is_deleted_takes_its_drive_and_leaves_the_ends_of_bars() -
     assert "bar2" not in json.dumps(raw["joints"])
 
 
+def test_a_guide_that_is_dragged_keeps_its_coordinate() -> None:
+    text = examples.text("slider-crank")
+    m, session = jp.loads(text), drafts.read(text, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[3]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    for steps, value in gestures.edits(m.raw, shown, {"gesture": "move", "at": {"joint": "guide"}, "to": [10, 0]})[0]:
+        text = document.edited(text, steps, value)
+    before, after = places(m, poses), places(jp.loads(text), poses)
+    for end in "ab":
+        np.testing.assert_allclose(after[f"guide {end}"] - before[f"guide {end}"], [10, 0], atol=1e-7)
+
+
+@pytest.mark.parametrize("name", PLANAR[::3])
+def test_whatever_is_done_leaves_a_text_that_can_be_read_and_drawn(name: str) -> None:
+    random = np.random.default_rng(5)
+    text, count = examples.text(name), 0
+    for _ in range(25):
+        raw = toml.parse(text)
+        board = drafts.read(text, "m.toml").board({})
+        refs = [{"joint": joint["name"]} for joint in board["joints"]]
+        refs += [{"body": one["body"], "index": one["index"]} for one in board["free"]]
+        refs += [{"body": body, "at": [float(v) for v in random.integers(-99, 99, 2)]} for body in board["bodies"]]
+        one, other = (refs[k] if refs else {"at": [0, 0]} for k in random.integers(0, max(len(refs), 1), 2))
+        gesture = str(random.choice([*gestures.GESTURES]))
+        to = [float(v) for v in random.integers(-99, 99, 2)]
+        told = {"gesture": gesture, "at": one, "from": one, "to": to, "what": one, "angle": 15.0, **one}
+        told |= {"to": other} if gesture == "bar" else {}
+        try:
+            edits, _ = gestures.edits(raw, board["poses"], told)
+        except InputError:
+            continue
+        for steps, value in edits:
+            text = document.edited(text, steps, value)
+        count += 1
+        json.dumps(drafts.read(text, "m.toml").board(board["poses"]), allow_nan=False)
+    assert count
+
+
 @pytest.mark.parametrize(
     ("told", "words"),
     [

@@ -11,9 +11,9 @@
     replies    the headers of every answer
     browsing   how the browser is led to the page
 
-The page is `page.html`, `studio.css` and ECMAScript modules, as they are written: `studio.js` asks and shows, `board.js`
-has the tools, `inspector.js` the properties, `history.js` what can be undone; the drawing is that of `viewer`. It keeps
-no mechanism: it shows what the server says of a text, and sends edits of it.
+The page is `page.html`, `studio.css` and ECMAScript modules, as they are written: `studio.js` asks and shows,
+`board.js` has the tools, `inspector.js` the properties, `history.js` what can be undone; the drawing is that of
+`viewer`. It keeps no mechanism: it shows what the server says of a text, and sends edits of it.
 """
 
 from .browsing import leading_to

@@ -343,10 +343,15 @@ def move(hand: Hand, told: Json) -> None:
         hand.require_drawn(name)
         _note_expressions(hand, name, table["at"])
         return hand.put(("joints", name, "at"), [tidy(v) for v in place])
+    before = hand.place_of(name)
     for body, own in table["on"].items():
-        local = hand.local(body, place)
-        _note_expressions(hand, name, own.get("at") if isinstance(own, Mapping) else own)
+        at = own.get("at") if isinstance(own, Mapping) else own
+        _note_expressions(hand, name, at)
+        # Both points of a guide are moved alike, so that its coordinate stays what it is.
+        own_place = numbers(at)
+        here = before if own_place is None else placed_at(hand.pose(body), own_place)
         steps: Steps = ("joints", name, "on", body)
+        local = hand.local(body, (here[0] + place[0] - before[0], here[1] + place[1] - before[1]))
         hand.put((*steps, "at") if isinstance(own, Mapping) else steps, local)
     return None
 
@@ -388,13 +393,14 @@ def delete(hand: Hand, told: Json) -> None:
 
 def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
     """Take a joint away; bodies keep their end there if they have another point."""
-    place = hand.place_of(name)
-    bodies = [body for body in bodies_of(hand.joint(name)) if body != GROUND and body in kept]
+    place, table = hand.place_of(name), hand.joint(name)
+    bodies = [body for body in bodies_of(table) if body != GROUND and body in kept]
     hand.put(("joints", name), None)
     for body in bodies:
         others = any(body in bodies_of(table) for table in hand.joints.values()) or body in free_of(hand.raw)
         if others:
-            hand.free(body, [*free_of(hand.raw).get(body, []), seen_from(hand.pose(body), place)])
+            own = numbers(place_on(table, body)) or seen_from(hand.pose(body), place)
+            hand.free(body, [*free_of(hand.raw).get(body, []), own])
     _drop_where(hand, "drives", lambda own: own.get("joint") == name or name in own.get("joints", ()))
     _drop_where(hand, "followers", lambda own: name in (own.get("joint"), own.get("follows")))
     _drop_where(hand, "dimensions", lambda own: name in own.get("between", ()))

@@ -332,6 +332,15 @@ function choices() {
 /** A step that can be undone: what sliders have changed. */
 function done() {
   history?.push({ ...history.now, values: asked.values, offsets: asked.offsets });
+  shownText();
+}
+
+/** The text with what sliders have changed of it, where it is shown. */
+async function shownText() {
+  if (!at("file").open || document.activeElement === at("text")) return;
+  const { page } = asked;
+  const found = open.problem ? { text: open.text } : await trying(() => post("text", asked));
+  if (found && page === asked.page) at("text").value = found.text;
 }
 
 // ---- the board --------------------------------------------------------------------------------------------------------------------
@@ -434,6 +443,7 @@ function go(state, isNew = false) {
     } else {
       changed({ values, offsets });
       if (hasAnswers()) knobs();
+      shownText();
     }
     if (isNew) history.push({ text, values, offsets });
   });
@@ -537,11 +547,7 @@ async function read() {
   at("wrong").textContent = problem ? `${problem.line ? `line ${problem.line}: ` : ""}${problem.text}` : "";
 }
 at("wrong").addEventListener("click", () => open.problem?.line && (at("text").focus(), toLine(open.problem.line)));
-at("file").addEventListener("toggle", async () => {
-  if (!at("file").open || !open) return;
-  const found = open.problem ? { text: open.text } : await trying(() => post("text", asked));
-  if (found) at("text").value = found.text;
-});
+at("file").addEventListener("toggle", () => open && shownText());
 
 // ---- files ------------------------------------------------------------------------------------------------------------------------
 
