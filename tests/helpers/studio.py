@@ -63,7 +63,8 @@ class Person:
         self.page = page
         self.actions = 0
 
-    def _pixel(self, x: float, y: float) -> tuple[float, float]:
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Where a place of the drawing is on the screen."""
         seen = f"board.viewer.project([{x}, {y}]).map((v) => v * board.viewer.svg.getBoundingClientRect().width / 800)"
         at = "((box, [x, y]) => [box.left + x, box.top + y])"
         page = "board.viewer.svg.getBoundingClientRect()"
@@ -73,14 +74,14 @@ class Person:
     def drag(self, start: tuple[float, float], end: tuple[float, float], modifiers: int = 0) -> None:
         """Drag from one place of the drawing to another one."""
         self.page.run("document.querySelector('#drawing svg').scrollIntoView({block: 'center'})")
-        a, b = self._pixel(*start), self._pixel(*end)
+        a, b = self.pixel(*start), self.pixel(*end)
         ways = (
             [a] if start == end else [tuple(p + (q - p) * k / 4 for p, q in zip(a, b, strict=True)) for k in range(5)]
         )
         for kind, (x, y) in [("mouseMoved", a), ("mousePressed", a), *(("mouseMoved", w) for w in ways[1:])]:  # type: ignore[misc]
             self._mouse(kind, x, y, modifiers, held=kind != "mouseMoved" or (x, y) != a)
         self._mouse("mouseReleased", *b, modifiers, held=False)
-        self._done()
+        self.done()
 
     def _mouse(self, kind: str, x: float, y: float, modifiers: int, *, held: bool) -> None:
         told = {"button": "left" if kind != "mouseMoved" or held else "none", "buttons": int(held), "clickCount": 1}
@@ -98,12 +99,12 @@ class Person:
         told = {"key": key, "modifiers": modifiers, "windowsVirtualKeyCode": code}
         self.page.ask("Input.dispatchKeyEvent", type="keyDown", text=text, **told)
         self.page.ask("Input.dispatchKeyEvent", type="keyUp", **told)
-        self._done()
+        self.done()
 
     def tap(self, selector: str) -> None:
         """Click on an element."""
         self.page.click(selector)
-        self._done()
+        self.done()
 
     def fill(self, key: str, text: str) -> None:
         """Type into a field of the properties, and leave it."""
@@ -117,9 +118,10 @@ class Person:
         select = f"document.querySelector({json.dumps(selector)})"
         self.page.wait(f"{select} && [...{select}.options].some(({{ value }}) => value === {json.dumps(value)})")
         self.page.run(f"{select}.value = {json.dumps(value)}, {select}.dispatchEvent(new Event('input')), 0")
-        self._done()
+        self.done()
 
-    def _done(self) -> None:
+    def done(self) -> None:
+        """One more action, and all that it asked for."""
         self.actions += 1
         self.page.wait(DONE)
 

@@ -364,6 +364,47 @@ class TestAPerson:
         drawer.press("Enter")
         assert toml.parse(drawer.text)["board"]["free"] == {"bar1": [[0, 0], [0, 42.5]]}
 
+    def test_draws_by_touch(self, drawer: Person) -> None:
+        drawer.press("b")
+        for start, end in [((-40, 0), (0, 0)), ((0, 0), (40, 20))]:
+            a, b = drawer.pixel(*start), drawer.pixel(*end)
+            way = [
+                {"x": p + (q - p) * part, "y": r + (s - r) * part}
+                for part in (0.5, 1.0)
+                for p, q, r, s in [(a[0], b[0], a[1], b[1])]
+            ]
+            drawer.page.ask("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": a[0], "y": a[1]}])
+            for place in way:
+                drawer.page.ask("Input.dispatchTouchEvent", type="touchMove", touchPoints=[place])
+            drawer.page.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+            drawer.done()
+        raw = toml.parse(drawer.text)
+        assert raw["joints"] == {"J1": {"type": "revolute", "bodies": ["bar1", "bar2"], "at": [0, 0]}}
+        assert raw["board"]["free"] == {"bar1": [[-40, 0]], "bar2": [[40, 20]]}
+
+    def test_begins_with_a_template_and_draws_on_it(self, folder: Path, browser: Browser) -> None:
+        """A second rod on a slider-crank that has axes of its own in every body."""
+        with served(folder, "") as server:
+            page = browser.page(server.address, width=1280, height=800)
+            page.wait("document.querySelectorAll('#start button').length > 20")
+            person = Person(page)
+            find = "(one) => one.textContent.startsWith('slider-crankSlider')"
+            page.run(f"[...document.querySelectorAll('#start button')].find({find}).click()")
+            page.wait("document.body.classList.contains('opened') && document.body.dataset.shown > 0")
+            text = person.text
+            point = "board.board.joints.find(({ name }) => name === 'crankpin').point"
+            pin = page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.scene.places[0][{point}])")
+            person.press("b")
+            person.click(*pin)
+            person.click(150, 90)
+            raw = toml.parse(person.text)
+            assert [*raw["joints"]["crankpin"]["on"]] == ["crank", "rod", "bar1"]
+            np.testing.assert_allclose(raw["joints"]["crankpin"]["on"]["bar1"], pin, atol=1e-3)
+            assert raw["joints"]["crankpin"]["on"]["crank"] == [50, 0]
+            assert [line for line in text.splitlines() if line not in person.text.splitlines()] == [
+                "on   = { crank = [50, 0], rod = [0, 0] }"
+            ]
+
     def test_chooses_a_fit_which_stays_one(self, person: Person) -> None:
         choose(person.page, {"file": "four-bar-fits.toml"})
         person.page.wait("document.querySelector('[data-name=\"joints.J1.clearance\"] output')")
@@ -410,7 +451,7 @@ class TestAPerson:
         person.pick("#parts", '{"body":"rocker"}')
         field = "document.querySelector('#inspector .field input')"
         person.page.run(f"{field}.value = 'swing', {field}.dispatchEvent(new Event('change')), 0")
-        person._done()
+        person.done()
         assert person.text == FOUR_BAR.replace("{ coupler = [75, 0], rocker", "{ coupler = [75, 0], swing").replace(
             "rocker = [0, 0]", "swing = [0, 0]"
         ).replace("rocker = { angle", "swing = { angle").replace('"rocker"', '"swing"')

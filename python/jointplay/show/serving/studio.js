@@ -638,7 +638,22 @@ async function offer() {
     const group = element("optgroup", { label: words }, select);
     for (const name of names) element("option", { value: JSON.stringify({ [kind]: name }), textContent: name }, group);
   }
+  templates(found);
   return found;
+}
+
+/** What one can begin with: nothing, a file of the folder, an example. */
+function templates({ files, examples }) {
+  const rows = [["an empty drawing", "bars, pins and guides are drawn", { new: true }]];
+  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
+  at("start").replaceChildren(
+    ...rows.map(([words, title, what]) => {
+      const button = element("button", { type: "button", textContent: words });
+      element("small", { textContent: title }, button);
+      button.addEventListener("click", () => begin(what));
+      return button;
+    }),
+  );
 }
 
 function download(name, kind, text) {
