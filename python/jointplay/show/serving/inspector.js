@@ -10,7 +10,12 @@ const WAYS = {
   prismatic: ["none", "gap", "fit"],
   pin_in_slot: ["none", "gap", "fit"],
 };
-const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length", angle: "angle" };
+const PIN = ["none", "radial", "diametral", "fit", "hole and pin"];
+const IN_SPACE = { revolute: PIN, cylindrical: PIN, spherical: PIN, universal: PIN };
+/** Kinds whose pins tilt in space, by their length. */
+const LONG = ["revolute", "cylindrical", "universal"];
+const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length" };
+const MORE = [{ angle: "angle" }, { z: "length", rx: "angle", ry: "angle", rz: "angle" }];
 
 const wayOf = (play) => {
   if (!play) return "none";
@@ -30,7 +35,7 @@ export class Inspector {
     this.place.replaceChildren();
     this.parts();
     const joint = this.board.joints.find(({ name }) => name === selected?.joint);
-    if (selected?.all) this.play(this.board.joints.filter(({ kind, fixed }) => WAYS[kind] && !fixed));
+    if (selected?.all) this.play(this.board.joints.filter(({ kind, fixed }) => this.waysOf(kind) && !fixed));
     else if (joint) this.joint(joint);
     else if (selected?.body !== undefined) this.body(selected);
     this.mechanism();
@@ -51,6 +56,10 @@ export class Inspector {
     group("bodies", this.board.bodies.map((body) => [body, { body }]));
     group("ends of bars", this.board.free.map(({ body, index }) => [`${body}, point ${index + 1}`, { body, index }]));
     select.addEventListener("input", () => this.chosen(JSON.parse(select.value)));
+  }
+
+  waysOf(kind) {
+    return (this.board.planar ? WAYS : IN_SPACE)[kind];
   }
 
   edit(...edits) {
@@ -80,7 +89,7 @@ export class Inspector {
         field(this.place, { words: axis, value: digits(joint.at[k]), unit: this.board.units.length, key: axis }, (value) => value !== null && this.told({ gesture: "move", at: { joint: joint.name }, to: joint.at.with(k, value) }));
       });
     }
-    if (WAYS[joint.kind]) this.play([joint]);
+    if (this.waysOf(joint.kind)) this.play([joint]);
     const bar = element("div", { className: "bar" }, this.place);
     if (!joint.drive && ["revolute", "prismatic", "pin_in_slot"].includes(joint.kind)) this.button("drive it", () => this.told({ gesture: "drive", joint: joint.name }), bar);
     return this.button("delete", () => this.told({ gesture: "delete", what: { joint: joint.name } }), bar);
@@ -93,7 +102,7 @@ export class Inspector {
     element("legend", { textContent: joints.length > 1 ? `clearance of ${joints.length} joints` : "clearance" }, box);
     const plays = joints.map(({ clearance }) => clearance ?? null);
     const play = plays.every((one) => JSON.stringify(one) === JSON.stringify(plays[0])) ? plays[0] : null;
-    const ways = joints.map(({ kind }) => WAYS[kind]).reduce((a, b) => a.filter((way) => b.includes(way)));
+    const ways = joints.map(({ kind }) => this.waysOf(kind)).reduce((a, b) => a.filter((way) => b.includes(way)));
     const own = wayOf(play);
     const select = element("select", { id: "way" }, element("label", { textContent: "as " }, box));
     for (const way of ways.includes(own) ? ways : [...ways, own]) element("option", { value: way, textContent: way, selected: way === own }, select);
@@ -127,6 +136,7 @@ export class Inspector {
     if (way === "fit") this.fit(rows, draft, kind === "prismatic" || kind === "pin_in_slot" ? "nominal" : "diameter", needs, ready);
     if (way === "hole and pin") this.pair(rows, draft, needs, ready);
     if (kind === "prismatic" && way !== "none") row("length in the guide", "length");
+    if (!this.board.planar && LONG.includes(kind) && way !== "none") row("length of the pin", "length");
     if (way === "as in the text") element("p", { textContent: "It is given in a way that only the text shows." }, rows);
   }
 
@@ -203,21 +213,20 @@ export class Inspector {
     const { board } = this;
     const limits = element("details", { open: true, id: "limits" }, this.place);
     element("summary", { textContent: "Limits of the output" }, limits);
-    if (board.planar) {
-      for (const [key, kind] of Object.entries(LIMITS)) {
-        const value = board.limits[key];
-        if (value !== undefined && typeof value === "object") element("p", { textContent: `${key} is ${JSON.stringify(value)}; change it in the text.` }, limits);
-        else field(limits, { words: key, unit: board.units[kind], value: value ?? "", key: `limits.${key}` }, (next) => this.edit([["limits", key], next]));
-      }
+    for (const [key, kind] of Object.entries({ ...LIMITS, ...MORE[Number(!board.planar)] })) {
+      const value = board.limits[key];
+      if (value !== undefined && typeof value === "object") element("p", { textContent: `${key} is ${JSON.stringify(value)}; change it in the text.` }, limits);
+      else field(limits, { words: key, unit: board.units[kind], value: value ?? "", key: `limits.${key}` }, (next) => this.edit([["limits", key], next]));
     }
     for (const [name, drive] of Object.entries(board.drives)) {
       const box = element("details", { open: true, className: "drive" }, this.place);
       element("summary", { textContent: `Drive ${name} of ${drive.joint ?? "several joints"}` }, box);
       const turns = board.joints.find((joint) => joint.name === drive.joint)?.kind === "revolute";
       const unit = board.units[turns ? "angle" : "length"];
-      if (drive.values === undefined) {
+      if (drive.values !== undefined) element("p", { textContent: `${drive.values.length ?? ""} values, in the text` }, box);
+      if (drive.from !== undefined) {
         for (const key of ["from", "to", "count"]) field(box, { words: key, unit: key === "count" ? "" : unit, value: drive[key] ?? "", key: `drives.${name}.${key}` }, (value) => value !== null && this.edit([["drives", name, key], value]));
-      } else element("p", { textContent: `${drive.values.length ?? ""} values, in the text` }, box);
+      }
       if (drive.error === undefined || typeof drive.error !== "object") field(box, { words: "error", unit, value: drive.error ?? "", key: `drives.${name}.error` }, (value) => this.edit([["drives", name, "error"], value]));
       this.button("delete", () => this.told({ gesture: "delete", what: { drive: name } }), box);
     }
