@@ -6,7 +6,7 @@ from pydantic import Field
 
 from .values import Name, Pair, Table
 
-Points = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
+FreePoints = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
 
 
 class Board(Table):
@@ -14,4 +14,4 @@ class Board(Table):
 
     example: ClassVar[str] = "{ free = { rod = [[40, 0], [90, 20]] } }"
 
-    free: dict[Name, Points] = Field({}, description="points of bodies that no joint is at yet, in body axes")
+    free: dict[Name, FreePoints] = Field({}, description="points of bodies that no joint is at yet, in body axes")

@@ -16,37 +16,37 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.show.viewer import scene
 
 #: axes of a body in those of the drawing: x, y and angle
-Pose = tuple[float, float, float]
-Poses = Mapping[str, Pose]
-Point = tuple[float, float]
+BodyPose = tuple[float, float, float]
+BodyPoses = Mapping[str, BodyPose]
+XY = tuple[float, float]
 Json = dict[str, Any]
 
 GROUND = "ground"
-DRAWN: Pose = (0.0, 0.0, 0.0)
+DRAWN: BodyPose = (0.0, 0.0, 0.0)
 #: what is seen of an empty drawing, in millimetres to each side
 ROOM = (120.0, 70.0)
 #: the colours of bars that are no bodies of a mechanism yet, on a light and on a dark page
 BARE = {"colour": "#6a7075", "dark": "#a8adb2"}
 
 
-def placed_at(pose: Pose, point: Point) -> Point:
+def placed_at(pose: BodyPose, point: XY) -> XY:
     """Where a point of a body is in the drawing."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     return pose[0] + c * point[0] - s * point[1], pose[1] + s * point[0] + c * point[1]
 
 
-def seen_from(pose: Pose, point: Point) -> Point:
+def seen_from(pose: BodyPose, point: XY) -> XY:
     """Where a point of the drawing is in the axes of a body."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     x, y = point[0] - pose[0], point[1] - pose[1]
     return c * x + s * y, c * y - s * x
 
 
-def poses_of(m: Mechanism, at: Nominal) -> dict[str, Pose]:
+def poses_of(m: Mechanism, at: Nominal) -> dict[str, BodyPose]:
     """The poses of all bodies of a mechanism in the plane at a configuration; none of one in space."""
     if m.pose_size == core_poses.SPATIAL:
         return {}
-    found: dict[str, Pose] = {}
+    found: dict[str, BodyPose] = {}
     for name, (x, y, angle) in zip(m.owners, at.poses[0].tolist(), strict=True):
         if math.isfinite(x):
             found.setdefault(name, (x / m.units.length, y / m.units.length, angle))
@@ -72,13 +72,13 @@ def bodies_of(table: Mapping[str, Any]) -> list[str]:
     return [str(name) for name in found]
 
 
-def numbers(value: Any) -> Point | None:
+def numbers(value: Any) -> XY | None:
     """A place in the plane; None where it is none, or an expression."""
     is_place = isinstance(value, list | tuple) and len(value) == 2 and all(map(is_number, value))
     return (float(value[0]), float(value[1])) if is_place else None
 
 
-def free_of(raw: Mapping[str, Any]) -> dict[str, list[Point]]:
+def free_of(raw: Mapping[str, Any]) -> dict[str, list[XY]]:
     """The points of bodies that no joint is at yet, body axes."""
     board = raw.get("board")
     free = board.get("free") if isinstance(board, Mapping) else None
@@ -86,7 +86,7 @@ def free_of(raw: Mapping[str, Any]) -> dict[str, list[Point]]:
     return {body: [p for p in map(numbers, points) if p is not None] for body, points in found.items()}
 
 
-def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: Poses) -> Iterator[Json]:
+def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> Iterator[Json]:
     """The joints of a file with all that the page shows of them."""
     own = raw.get("joints", {})
     compiled = {} if m is None else dict(m.data.joints)
@@ -158,7 +158,7 @@ def sketch(joints: list[Json]) -> Json:
     }
 
 
-def with_bars(drawn: Json, raw: Mapping[str, Any], poses: Poses, joints: list[Json]) -> Json:
+def with_bars(drawn: Json, raw: Mapping[str, Any], poses: BodyPoses, joints: list[Json]) -> Json:
     """A drawing with the points that no joint is at yet, and the bars to them.
 
     Their places follow from the poses, so that they move with their bodies.
@@ -191,7 +191,7 @@ def on_board(m: Mechanism, at: Nominal, drawn: Json) -> Json:
     return with_bars(drawn, m.raw, poses, list(_joints(m.raw, m, poses)))
 
 
-def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before: Poses) -> Json:
+def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before: BodyPoses) -> Json:
     """What a page draws and can take hold of.
 
     Parameters

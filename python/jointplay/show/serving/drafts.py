@@ -18,7 +18,7 @@ from jointplay.model.mechanism import Mechanism, read_at
 from jointplay.model.mobility import examine
 from jointplay.model.patterns import written_out
 
-from .board import GROUND, Json, Poses, bodies_of, free_of, told
+from .board import GROUND, BodyPoses, Json, bodies_of, free_of, told
 from .session import Session
 
 #: where the file of a line is said
@@ -60,7 +60,7 @@ class Draft:
     missing: tuple[Json, ...] = ()
     problem: Json | None = None
 
-    def board(self, before: Poses) -> Json:
+    def board(self, before: BodyPoses) -> Json:
         """What a page draws of it, with poses of bodies that are not known otherwise."""
         at = None
         if self.session is not None:
@@ -69,7 +69,7 @@ class Draft:
             at = path.at(int(known[len(known) // 2])) if len(known) else None
         if at is None and self.m is not None:
             m = self.m.first
-            guess = np.array(m.core_spec["guess"])[None]
+            guess = m.guess[None]
             rest = np.zeros((1, len(m.drives)))
             at = Nominal(rest, guess, m.core.output(guess), np.zeros(1, dtype=np.uint8))
         board = told(self.raw, None if self.m is None else self.m.first, at, before)

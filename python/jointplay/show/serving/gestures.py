@@ -20,9 +20,9 @@ from jointplay.file.schema.values import NAME
 from .board import (
     DRAWN,
     GROUND,
+    XY,
+    BodyPose,
     Json,
-    Point,
-    Pose,
     bodies_of,
     free_of,
     is_number,
@@ -61,7 +61,7 @@ class Hand:
         Of the bodies as they are shown.
     """
 
-    def __init__(self, raw: Mapping[str, Any], poses: Mapping[str, Pose]) -> None:
+    def __init__(self, raw: Mapping[str, Any], poses: Mapping[str, BodyPose]) -> None:
         self.raw: dict[str, Any] = copy.deepcopy(dict(raw))
         self.poses = poses
         self.edits: list[Edit] = []
@@ -89,7 +89,7 @@ class Hand:
             raise InputError(not_known(str(name), "a joint of this file that can be drawn with", self.joints))
         return dict(self.joints[name])
 
-    def pose(self, body: str) -> Pose:
+    def pose(self, body: str) -> BodyPose:
         """How a body is shown."""
         return DRAWN if body == GROUND else self.poses.get(body, DRAWN)
 
@@ -109,11 +109,11 @@ class Hand:
             number += 1
         return f"{stem}{number}"
 
-    def local(self, body: str, place: Point) -> list[int | float]:
+    def local(self, body: str, place: XY) -> list[int | float]:
         """A place of the drawing in the axes of a body."""
         return [tidy(v) for v in seen_from(self.pose(body), place)]
 
-    def place_of(self, name: str) -> Point:
+    def place_of(self, name: str) -> XY:
         """Where a joint is in the drawing."""
         table = self.joint(name)
         first = bodies_of(table)[0]
@@ -122,7 +122,7 @@ class Hand:
             raise InputError("its place is an expression; change it in the text", key=f"joints.{name}")
         return placed_at(self.pose(first), found)
 
-    def where(self, ref: Mapping[str, Any]) -> Point:
+    def where(self, ref: Mapping[str, Any]) -> XY:
         """The place of what a page took hold of."""
         if "joint" in ref:
             return self.place_of(str(ref["joint"]))
@@ -133,7 +133,7 @@ class Hand:
             return placed_at(self.pose(str(ref["body"])), points[int(ref["index"])])
         return point_of(ref.get("at"))
 
-    def pin(self, bodies: list[str], place: Point, kind: str = "revolute", **more: Any) -> str:
+    def pin(self, bodies: list[str], place: XY, kind: str = "revolute", **more: Any) -> str:
         """A new joint between bodies at a place; gives its name."""
         name = self.new("J", self.joints)
         if all(map(self.is_drawn, bodies)):
@@ -182,11 +182,11 @@ class Hand:
         if "index" in ref:
             self.free(str(ref["body"]), [p for k, p in enumerate(self.points(ref)) if k != int(ref["index"])])
 
-    def points(self, ref: Mapping[str, Any]) -> list[Point]:
+    def points(self, ref: Mapping[str, Any]) -> list[XY]:
         """The points of a body that no joint is at."""
         return free_of(self.raw).get(str(ref["body"]), [])
 
-    def free(self, body: str, points: list[Point]) -> None:
+    def free(self, body: str, points: list[XY]) -> None:
         """Say which points of a body no joint is at."""
         if points:
             self.put(("board", "free", body), [[tidy(v) for v in point] for point in points])
@@ -206,7 +206,7 @@ class Hand:
         return name
 
 
-def point_of(value: Any) -> Point:
+def point_of(value: Any) -> XY:
     """A place that a page sends."""
     found = numbers(value)
     if found is None or not all(abs(v) <= 1e9 for v in found):
@@ -410,7 +410,7 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
     _at_places(hand, name, place)
 
 
-def _at_places(hand: Hand, name: str, place: Point) -> None:
+def _at_places(hand: Hand, name: str, place: XY) -> None:
     """What was at a joint that goes stands at its place."""
     entries: list[tuple[Steps, Any]] = [(("output",), hand.raw.get("output"))]
     entries += [(("outputs", key), own) for key, own in hand.raw.get("outputs", {}).items()]
@@ -471,7 +471,7 @@ GESTURES: Mapping[str, Callable[[Hand, Json], None]] = {
 }
 
 
-def edits(raw: Mapping[str, Any], poses: Mapping[str, Pose], told: Json) -> tuple[list[Edit], list[str]]:
+def edits(raw: Mapping[str, Any], poses: Mapping[str, BodyPose], told: Json) -> tuple[list[Edit], list[str]]:
     """The edits of a gesture, and what has to be said of them.
 
     Raises

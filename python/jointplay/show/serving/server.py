@@ -36,7 +36,7 @@ from jointplay.show.reporting.page import page as report
 
 from . import drafts, gestures
 from .answers import STAGES, now, opened, settled
-from .board import Json, Pose
+from .board import BodyPose, Json
 from .door import HOST, PIECE, Connection, Door
 from .drafts import Draft
 from .folder import Folder, Opened
@@ -126,7 +126,7 @@ class Studio:
     def _read(self, text: str, found: Opened) -> Draft:
         return drafts.read(text, found.title, self.folder.place(found.name) if found.name else "")
 
-    def _shown(self, draft: Draft, found: Opened, before: Mapping[str, Pose]) -> Json:
+    def _shown(self, draft: Draft, found: Opened, before: Mapping[str, BodyPose]) -> Json:
         """A state of a mechanism under a number of its own, and all that a page shows of it."""
         number = secrets.token_urlsafe(12)
         self._keep(number, draft, found)
@@ -236,7 +236,7 @@ def _three(told: Any) -> list[str]:
     return [str(one) for one in told]
 
 
-def _poses(told: Json) -> dict[str, Pose]:
+def _poses(told: Json) -> dict[str, BodyPose]:
     """The poses of bodies that a page shows."""
     poses = told.get("poses", {})
     try:
