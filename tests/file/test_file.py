@@ -21,7 +21,7 @@ VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
 KNOWN_TOP = (
-    "Known: assembly, bodies, correlations, costs, design, dimensions, drives, expansion, followers, format, friction, gravity, grid, include, joints, limits,"
+    "Known: assembly, board, bodies, correlations, costs, design, dimensions, drives, expansion, followers, format, friction, gravity, grid, include, joints, limits,"
     " links, load_cases, loads, output"
 )
 

@@ -52,7 +52,7 @@ BY_HAND = (
     "patterns",
 )
 #: what a file has and data has not
-OF_FILES = ("format", "include")
+OF_FILES = ("format", "include", "board")
 #: what is written together with another section
 BESIDE = {"output": "outputs", "loads": "load_cases"}
 #: where a joint sits: behind what it is

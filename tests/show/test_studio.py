@@ -7,9 +7,7 @@ import json
 import re
 import signal
 import socket
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import pytest
 import jointplay as jp
 from helpers.browser import Browser, Page, needs_browser, opened
 from helpers.processes import worked, working
+from helpers.studio import EXACT, NEWEST, choose, number, put, served
 from jointplay import cli, examples
 from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError
@@ -26,7 +25,7 @@ from jointplay.show.serving.answers import now, settled
 from jointplay.show.serving.answers import opened as begin
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.knobs import knobs
-from jointplay.show.serving.server import Server, Studio
+from jointplay.show.serving.server import Server
 from jointplay.show.serving.session import Cancelled, PageQuestion, Session
 
 FOUR_BAR = examples.text("four-bar")
@@ -213,7 +212,7 @@ def test_names_that_lead_elsewhere_are_refused(folder: Path, name: str) -> None:
     own = Folder(folder)
     assert name not in own.names()
     opened = own.open("four-bar.toml")
-    for attempt in (lambda: own.open(name), lambda: own.save(opened, opened.m, name)):
+    for attempt in (lambda: own.open(name), lambda: own.save(opened, opened.content, name)):
         with pytest.raises(InputError, match=r"is not the name of a \.toml file in the folder"):
             attempt()
 
@@ -222,14 +221,14 @@ def test_files_are_saved_with_their_comments_and_never_over_those_of_others(fold
     own = Folder(folder)
     assert own.names() == ["bad.toml", "four-bar.toml"]
     opened = own.open("four-bar.toml")
-    wider = opened.m.with_({"joints.J1.clearance.radial": 0.5})
+    wider = jp.loads(opened.content).with_({"joints.J1.clearance.radial": 0.5}).text("four-bar.toml")
     saved = own.save(opened, wider, "four-bar.toml")
     assert (folder / "four-bar.toml").read_text() == FOUR_BAR.replace("radial = 1.0", "radial = 0.5", 1)
     with pytest.raises(InputError, match="is there already"):
         own.save(saved, wider, "bad.toml")
     assert own.save(saved, wider, "new.toml").name == "new.toml"
     # It is saved again and again, until somebody else writes to it.
-    own.save(saved, opened.m, "four-bar.toml")
+    own.save(saved, opened.content, "four-bar.toml")
     (folder / "four-bar.toml").write_text("# mine\n" + FOUR_BAR)
     with pytest.raises(InputError, match="has been changed by somebody else"):
         own.save(saved, wider, "four-bar.toml")
@@ -237,18 +236,6 @@ def test_files_are_saved_with_their_comments_and_never_over_those_of_others(fold
 
 
 # --- who may ask -----------------------------------------------------------------------------------------------------
-
-
-@contextmanager
-def served(folder: Path, first: str = "four-bar.toml") -> Iterator[Server]:
-    with Server(Studio(Folder(folder), first)) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
 
 
 @pytest.fixture
@@ -460,28 +447,8 @@ def value(page: Page, question: str, quantity: int = 1) -> float:
     return float(page.run(f"document.querySelector('#numbers tr.{question}').cells[{quantity}].dataset.value"))
 
 
-def number(name: str) -> str:
-    """The number beside a slider, as an expression."""
-    return f"document.querySelector(\"[data-name='{name}'] input[type=number]\")"
-
-
-def put(page: Page, name: str, value: float) -> None:
-    """Type a value beside a slider."""
-    page.run(f"{number(name)}.value = {value}, {number(name)}.dispatchEvent(new Event('input')), 0")
-
-
-def choose(page: Page, what: dict[str, str]) -> None:
-    """Open a file or an example."""
-    chosen = json.dumps(json.dumps(what, separators=(",", ":")))
-    select = "document.getElementById('open')"
-    page.run(f"{select}.value = {chosen}, {select}.dispatchEvent(new Event('input')), 0")
-
-
 #: how the numbers of the table have been found
 FOUND = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.cells[3].textContent)"
-#: that what is shown is of the newest position, and that it is exact
-NEWEST = "document.body.dataset.serial === document.body.dataset.shown"
-EXACT = f"document.body.dataset.state === 'exact' && {NEWEST}"
 
 
 @needs_browser
@@ -527,6 +494,7 @@ class TestInABrowser:
     def test_the_output_is_dragged_along_its_path(self, server: Server, browser: Browser) -> None:
         page = browser.page(server.address)
         page.wait(EXACT)
+        page.click("[data-tool=move]")
         before = page.run("document.querySelector('.jp-output').getAttribute('d')")
         place = "(({x, y, width, height}) => [x + width / 2, y + height / 2])"
         page.run("document.querySelector('#drawing svg').scrollIntoView()")

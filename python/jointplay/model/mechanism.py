@@ -503,7 +503,7 @@ class Mechanism(Compiled):
     def _is(self, text: str, path: str) -> bool:
         """Whether a text at a place is read as this mechanism."""
         try:
-            read = _read(text, path, self.file).only(*self.chosen)
+            read = read_at(text, path, self.file).only(*self.chosen)
         except InputError:
             return False
         # What is equal may have another order.
@@ -575,11 +575,11 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
         problem = f"'{kind}' is a format of other programs; jointplay.read(path) or `jointplay import FILE` reads it"
         raise InputError(problem, file=os.fspath(path))
     name, content = toml.read(path)
-    return _read(content, os.fspath(path), name)
+    return read_at(content, os.fspath(path), name)
 
 
-def _read(content: str, path: str, name: str) -> Mechanism:
-    """The mechanism of a text that stands at a path, and has this name in messages."""
+def read_at(content: str, path: str, name: str) -> Mechanism:
+    """The mechanism of a text that stands at a path, where its parts are looked for, and has this name in messages."""
     raw = _tables(content, name)
     if "include" not in raw:
         raw = _filled_in(raw, path, name)

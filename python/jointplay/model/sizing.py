@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from jointplay.core.compile.sizes import MILLIMETRE, Size, sizes_of
+from jointplay.core.compile.sizes import MICROMETRE, MILLIMETRE, Size, sizes_of
 from jointplay.errors import InputError
 from jointplay.file import standards
 from jointplay.file.schema import (
@@ -130,16 +130,40 @@ class Sizing:
         """
         if self.diameter is None:
             return []
-        known = []
-        for name in PREFERRED:
-            try:
-                hole, shaft = (
-                    standards.limits(self.diameter * m.units.length / MILLIMETRE, text) for text in standards.fit(name)
-                )
-            except standards.NotInStandard:
-                continue
-            known.append((hole.upper - shaft.lower, name))
-        return [name for _, name in sorted(known)]
+        return [name for name, _, _ in plays(self.diameter, m.units.length)]
+
+
+def plays(diameter: float, unit: float, besides: str = "") -> list[tuple[str, float, float]]:
+    """The fits that are preferred for a diameter, with least and largest play, from the smallest largest play on.
+
+    Parameters
+    ----------
+    diameter : float
+        Nominal size, in units of the file.
+    unit : float
+        Metres per unit of length of the file.
+    besides : str
+        A fit that is among them although it is not preferred.
+
+    Returns
+    -------
+    list of tuple
+        Fit, and the least and the largest difference of the sizes, in units of the file, negative where they overlap.
+        Those that the standard does not have for the diameter are left out.
+
+    Examples
+    --------
+    >>> [(name, round(most, 6)) for name, _, most in plays(12, 1e-3)[:3]]
+    [('H6/h5', 0.019), ('H6/g5', 0.025), ('H7/h6', 0.029)]
+    """
+    known = []
+    for name in dict.fromkeys((*PREFERRED, besides) if besides else PREFERRED):
+        try:
+            hole, shaft = (standards.limits(diameter * unit / MILLIMETRE, text) for text in standards.fit(name))
+        except standards.NotInStandard:
+            continue
+        known.append((hole.upper - shaft.lower, hole.lower - shaft.upper, name))
+    return [(name, least * MICROMETRE / unit, most * MICROMETRE / unit) for most, least, name in sorted(known)]
 
 
 def sizings(m: Mechanism) -> tuple[Mechanism, list[Sizing]]:

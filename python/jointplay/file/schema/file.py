@@ -9,6 +9,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 
 from .assembly import Assembly
+from .board import Board
 from .bodies import BodyTable, Expansion, PlanarBody, SpatialBody
 from .correlations import Correlation
 from .costs import Cost, SourceName
@@ -139,6 +140,7 @@ class MechanismFile(Table):
     costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
     design: DesignTable | SkipJsonSchema[None] = Field(None, description=DESIGN)
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
+    board: Board | SkipJsonSchema[None] = Field(None, description="what the drawing board of the studio keeps")
     limits: LimitsTable
 
     @model_validator(mode="before")

@@ -24,12 +24,14 @@ from jointplay.core.compile import ANGULAR, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS, Question, asked_by
-from jointplay.result import STATUSES, Result, blame, figure, in_words
+from jointplay.result import STATUSES, Result, blame, figure, in_words, typical
 from jointplay.result.conclusions import Sentence, conclude, rests, rounding
-from jointplay.result.verdict import cause, verdict
+from jointplay.result.conclusions.words import farthest, say
+from jointplay.result.verdict import SIZES, Verdict, cause, ends, verdict
 from jointplay.show.reporting.answers import reproduces, specimens
 from jointplay.show.viewer import DisplacedScene, scene
 
+from .board import Json, on_board, poses_of
 from .knobs import drives, offsets
 from .session import PageQuestion, Session, placed
 
@@ -46,7 +48,6 @@ ROUGH = 16
 MOST_SHARES = 8
 QUANTITIES = ("position", "rotation")
 
-Json = dict[str, Any]
 Check = Callable[[int, int], None]
 
 
@@ -81,6 +82,7 @@ def now(session: Session, asked: PageQuestion, check: Check) -> Json:
     at, nearest = placed(m, path, asked.drives)
     m_here = m.running_under(nearest, at.drives, at.poses)
     told: Json = {"serial": asked.serial, "exact": False, "samples": FEW} | _standing(m, at, asked)
+    told["poses"] = poses_of(m, at)
     if "problem" not in told:
         here = _here(m_here, at, asked)
         told |= _drawing(here, asked) | _numbers(here.answers)
@@ -146,7 +148,8 @@ def _standing(m: Mechanism, at: Nominal, asked: PageQuestion) -> Json:
     if status not in WITHOUT_ERRORS:
         return {}
     leaves = "" if at.leaves is None or not at.leaves[0] else f": {at.leaves[0]} leaves its range"
-    return {"problem": f"{status.replace('_', ' ')} at {_drives(m, asked.drives)}{leaves}", "scene": scene(m, at)}
+    drawn = on_board(m, at, scene(m, at))
+    return {"problem": f"{status.replace('_', ' ')} at {_drives(m, asked.drives)}{leaves}", "scene": drawn}
 
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
@@ -224,7 +227,7 @@ def _drawing(here: AtSliders, asked: PageQuestion) -> Json:
         limit=limit if np.isfinite(limit) else None,
     )
     shown = here.answers.get(asked.question)
-    return {"scene": drawn | {"blamed": _blamed(m, shown, drawn["shapes"])}}
+    return {"scene": on_board(m, at, drawn | {"blamed": _blamed(m, shown, drawn["shapes"])})}
 
 
 def _displaced(here: AtSliders, question: str) -> list[DisplacedScene]:
@@ -253,12 +256,17 @@ def _one(question: str, result: Result) -> Json:
     said = conclude(result)
     told: Json = {"status": str(result.get("status")[0])}
     told["sentences"] = list(map(_sentence, said.sentences))
+    _, highest = ends(result) if "undetermined" in result.data else (None, None)
     for quantity in QUANTITIES:
         values, unit = figure(result, quantity)
+        most = values if highest is None else highest[:, SIZES.index(quantity) - len(SIZES)]
+        is_open = np.isfinite(most[0]) and most[0] - values[0] > rounding(result, unit)
         blamed = cause(result, quantity, "high", 0)
         told[quantity] = {
             "value": _number(0.0 if abs(values[0]) <= rounding(result, unit) else values[0]),
             "unit": unit,
+            # What the load leaves open counts in the sentence, so it stands in the table, too.
+            "most": _number(most[0]) if is_open else None,
             "blame": in_words(*blamed) if blamed else "",
             "shares": _shares(result, quantity),
         }
@@ -315,13 +323,29 @@ def _path(answers: Mapping[str, Result]) -> Json:
         for quantity in QUANTITIES:
             values, unit = figure(result, quantity)
             limit = result.get("limit", quantity=quantity, side="high") if "limit" in result.data else np.nan
+            values = np.where(np.abs(values) <= rounding(result, unit), 0.0, values)
             curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
         told[question] = curves | {
             "sentences": list(map(_sentence, said.sentences)),
             "outcome": judged.outcome,
             "rests": rests(question, result, judged),
+            "brief": _brief(result, judged),
         }
     return told
+
+
+def _brief(result: Result, judged: Verdict) -> str:
+    """The verdict of a question in a few words, or its largest position error where there is nothing to keep to."""
+    if judged.outcome:
+        return f"{judged.outcome}{f' ({judged.gist})' if judged.gist else ''}"
+    values, unit = figure(result, "position")
+    k = farthest(values, result.get("status"))
+    if k is None:
+        return "no answer"
+    if values[k] <= rounding(result, unit):
+        return "nothing is off"
+    scatters = result.attrs["question"] == "random"
+    return f"{f'{100 * typical(result):g} % below' if scatters else 'up to'} {say(float(values[k]), unit)}"
 
 
 def _sentence(one: Sentence) -> Json:

@@ -50,7 +50,9 @@ export function bars(element, shares) {
       row.className = "share";
       const label = Object.assign(document.createElement("span"), { textContent: name });
       const bar = make("svg", { viewBox: "0 0 100 10", preserveAspectRatio: "none", "aria-hidden": true });
-      make("rect", { width: (100 * Math.abs(share)) / most, height: 10 }, bar);
+      // What makes the error smaller is drawn from the right, and empty.
+      const width = (100 * Math.abs(share)) / most;
+      make("rect", { width, height: 10, ...(share < 0 ? { x: 100 - width, class: "less" } : {}) }, bar);
       const value = Object.assign(document.createElement("span"), { textContent: `${(100 * share).toFixed(0)} %` });
       row.append(label, bar, value);
       return row;

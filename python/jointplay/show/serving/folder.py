@@ -10,10 +10,9 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from jointplay import examples
+from jointplay.basics import files
 from jointplay.errors import InputError, one_line, shown
 from jointplay.file import toml
-from jointplay.model.mechanism import Mechanism, load, loads
 
 EXTENSION = ".toml"
 #: as many files are offered
@@ -22,20 +21,21 @@ MOST_NAMES = 500
 
 @dataclass(frozen=True)
 class Opened:
-    """A mechanism and where it is from.
+    """A text and where it is from.
 
     Attributes
     ----------
-    m : Mechanism
+    content : str
+        When it was opened or saved.
+    title : str
+        Its name in messages.
     name : str
         Its file in the folder; empty where it is an example or comes from the page.
-    content : str
-        Text of the file when it was opened or saved.
     """
 
-    m: Mechanism
+    content: str
+    title: str
     name: str = ""
-    content: str = ""
 
 
 class Folder:
@@ -81,19 +81,20 @@ class Folder:
         Raises
         ------
         InputError
-            When it cannot be read, or is not a valid mechanism.
+            When it cannot be read.
         """
         place = self.place(name)
-        return Opened(load(place), name, toml.read(place)[1])
+        title, content = toml.read(place)
+        return Opened(content, title, name)
 
-    def save(self, opened: Opened, m: Mechanism, name: str) -> Opened:
-        """Write a mechanism to a file of the folder.
+    def save(self, opened: Opened, text: str, name: str) -> Opened:
+        """Write a text to a file of the folder.
 
         Parameters
         ----------
         opened : Opened
             What it was made of. Its own file is replaced if nobody else has changed it; other files are not.
-        m : Mechanism
+        text : str
         name : str
 
         Raises
@@ -106,33 +107,11 @@ class Folder:
                 raise InputError("is there already; choose another name", file=name)
             if toml.read(place)[1] != opened.content:
                 raise InputError("has been changed by somebody else; open it again, or choose another name", file=name)
-        m.write(place)
-        return Opened(m, name, toml.read(place)[1])
+        files.put(text.encode(), place)
+        return Opened(toml.read(place)[1], os.fspath(place), name)
 
 
 def _is_plain(name: str) -> bool:
     """Whether a name is one of a mechanism file without a folder."""
     plain = name.isprintable() and not any(mark in name for mark in "/\\:\0")
     return plain and not name.startswith(".") and name.lower().endswith(EXTENSION) and len(name) > len(EXTENSION)
-
-
-def example(name: str) -> Opened:
-    """A bundled mechanism.
-
-    Raises
-    ------
-    InputError
-        When there is none of this name.
-    """
-    return Opened(loads(examples.text(name), f"{name}{EXTENSION}"))
-
-
-def from_text(text: str, name: str) -> Opened:
-    """A mechanism that a page sends.
-
-    Raises
-    ------
-    InputError
-        When it is not a valid mechanism.
-    """
-    return Opened(loads(text, one_line(name)))

@@ -16,7 +16,7 @@ from jointplay.errors import InputError
 from jointplay.model.gaps import centre
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.patterns import written_out
-from jointplay.model.sizing import Sizing, sizings
+from jointplay.model.sizing import Sizing, plays, sizings
 from jointplay.result import axes_of
 
 #: the far end of a slider, as a multiple of what the file has
@@ -46,6 +46,8 @@ class Knob:
         What the file says, and the ends of the slider.
     changes : callable
         Changes for `Mechanism.with_` that give it a value.
+    fits : tuple of tuple
+        Where it is a fit: the fits that it can be, with their least and largest play; its value is the number of one.
     """
 
     key: str
@@ -57,6 +59,7 @@ class Knob:
     low: float
     high: float
     changes: Callable[[float], Mapping[str, Any]]
+    fits: tuple[tuple[str, float, float], ...] = ()
 
     def told(self) -> dict[str, Any]:
         """As the page has it."""
@@ -75,6 +78,10 @@ def _sizes(m: Mechanism) -> Iterator[Knob]:
     if base is not m:
         sources = list(_of_patterns(m, sources))
     for source in sources:
+        fit = _fit(m, source)
+        if fit is not None:
+            yield fit
+            continue
         group = "tolerances" if source.measure in ("tolerance", "diameter", "angle") else "clearances"
         far = source.size or largest.get(source.kind, 0.0) or 1.0
         unit = getattr(m.units, f"{source.kind}_name")
@@ -89,6 +96,27 @@ def _sizes(m: Mechanism) -> Iterator[Knob]:
             _rounded(FAR * far),
             lambda value, source=source: _rounded(source.resized(value)),  # type: ignore[misc]
         )
+
+
+def _fit(m: Mechanism, source: Sizing) -> Knob | None:
+    """The slider of a fit, which steps through fits, so that it stays one; None of what is none."""
+    try:
+        own = m.value(source.key)
+    except InputError:
+        return None
+    if not isinstance(own, Mapping) or not isinstance(own.get("fit"), str) or source.diameter is None:
+        return None
+    fits = plays(source.diameter, m.units.length, own["fit"])
+    names = [name for name, _, _ in fits]
+    if own["fit"] not in names:
+        return None
+    last = len(names) - 1
+
+    def changes(value: float) -> dict[str, Any]:
+        return {f"{source.key}.fit": names[min(max(round(value), 0), last)]}
+
+    unit, at = m.units.length_name, float(names.index(own["fit"]))
+    return Knob(source.key, source.name, "clearances", "fit", unit, at, 0.0, float(last), changes, tuple(fits))
 
 
 def _of_patterns(m: Mechanism, sources: list[Sizing]) -> Iterator[Sizing]:

@@ -15,9 +15,10 @@ import os
 import secrets
 import shlex
 import threading
-from collections import OrderedDict
-from collections.abc import Callable
+from collections import OrderedDict, deque
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
@@ -25,16 +26,22 @@ from pathlib import Path
 from typing import Any
 
 from jointplay import examples
-from jointplay.errors import InputError, JointplayError, shown
+from jointplay.basics.units import LENGTHS
+from jointplay.errors import InputError, JointplayError, one_line, shown
+from jointplay.file import document, toml
+from jointplay.model.sizing import plays
 from jointplay.show import viewer
 from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import page as report
 
-from .answers import STAGES, Json, now, opened, settled
+from . import drafts, gestures
+from .answers import STAGES, now, opened, settled
+from .board import BodyPose, Json
 from .door import HOST, PIECE, Connection, Door
-from .folder import Folder, Opened, example, from_text
+from .drafts import Draft
+from .folder import Folder, Opened
 from .replies import reply
-from .session import Cancelled, PageQuestion, Session
+from .session import FARTHEST, Cancelled, PageQuestion, Session
 
 #: names of this machine that a browser may have been given
 NAMES = ("127.0.0.1", "localhost")
@@ -54,11 +61,12 @@ def _own(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
+#: ECMAScript of the page, beside that of the drawing
+MODULES = ("studio.js", "board.js", "charts.js", "export.js", "history.js", "inspector.js", "sliders.js", "variants.js")
 #: what a page is made of
 PARTS: dict[str, tuple[str, Callable[[], str]]] = {
     "": (HTML, lambda: _own("page.html")),
-    "studio.js": (JS, lambda: _own("studio.js")),
-    "charts.js": (JS, lambda: _own("charts.js")),
+    **{name: (JS, partial(_own, name)) for name in MODULES},
     "viewer.js": (JS, viewer.script),
     "studio.css": (CSS, lambda: viewer.style() + _own("studio.css")),
 }
@@ -79,10 +87,14 @@ class Studio:
         self.folder = folder
         self.first = first
         self._lock = threading.Lock()
-        self._pages: OrderedDict[str, tuple[Session, Opened]] = OrderedDict()
+        self._pages: OrderedDict[str, tuple[Draft, Opened]] = OrderedDict()
+        #: states that pages have left, which they may ask about once more
+        self._replaced: deque[str] = deque(maxlen=MOST_PAGES)
         self.answers: dict[str, Callable[[Json], Json]] = {
             "choices": self.choices,
             "open": self.open,
+            "edit": self.edit,
+            "fits": self.fits,
             "now": self.now,
             "settled": self.settled,
             "save": self.save,
@@ -97,66 +109,157 @@ class Studio:
 
     def open(self, told: Json) -> Json:
         """Open a mechanism for a page; the page calls it by the number that it gets."""
-        if "example" in told:
-            found = example(str(told["example"]))
+        if "new" in told:
+            found = Opened(drafts.EMPTY, "drawing.toml")
+        elif "example" in told:
+            name = str(told["example"])
+            found = Opened(examples.text(name), f"{name}.toml")
         elif "text" in told:
-            found = from_text(str(told["text"]), str(told.get("name", "")))
+            found = Opened(str(told["text"]), one_line(str(told.get("name", ""))))
         else:
             found = self.folder.open(str(told.get("file", self.first)))
-        session = Session(found.m)
-        begin = opened(session)
-        number = secrets.token_urlsafe(12)
-        self._keep(number, session, found)
-        return {"page": number, "file": found.name, "name": found.m.file, **begin}
+        draft = self._read(found.content, found)
+        if draft.problem is not None:
+            raise InputError(draft.problem["text"])
+        return self._shown(draft, found, {})
 
-    def _keep(self, number: str, session: Session, found: Opened) -> None:
+    def _read(self, text: str, found: Opened) -> Draft:
+        return drafts.read(text, found.title, self.folder.place(found.name) if found.name else "")
+
+    def _shown(self, draft: Draft, found: Opened, before: Mapping[str, BodyPose]) -> Json:
+        """A state of a mechanism under a number of its own, and all that a page shows of it."""
+        number = secrets.token_urlsafe(12)
+        self._keep(number, draft, found)
+        told = {"page": number, "file": found.name, "name": found.title, "text": draft.text, "problem": draft.problem}
+        if draft.problem is not None:
+            return told
+        answers = {} if draft.session is None else opened(draft.session)
+        return {**told, **answers, "board": draft.board(before)}
+
+    def edit(self, told: Json) -> Json:
+        """Another state of a mechanism: its text with sliders at their values, another text, or after a gesture."""
+        draft, found = self._page(told)
+        text = str(told["text"]) if "text" in told else self._text(draft, found, told)
+        before = _poses(told)
+        notes: list[str] = []
+        if "rename" in told:
+            kind, old, new = _three(told["rename"])
+            wanted = gestures.renamed(draft.raw, kind, old, new)
+            text = document.renamed(text, wanted, old, new)
+            before = {new if body == old else body: pose for body, pose in before.items()}
+        edits = _edits(told)
+        if "gesture" in told:
+            edits, notes = gestures.edits(toml.parse(text), before, told)
+        for steps, value in edits:
+            text = document.edited(text, steps, value)
+        shown = self._shown(self._read(text, found), found, before)
         with self._lock:
-            self._pages[number] = session, found
+            self._pages.pop(str(told["page"]), None)
+            self._replaced.append(str(told["page"]))
+        return {**shown, "notes": notes}
+
+    def fits(self, told: Json) -> Json:
+        """The preferred fits of a diameter, with their least and largest play, in units of the file."""
+        draft, _ = self._page(told)
+        value = gestures.number_of(told.get("diameter"), "a diameter")
+        unit = LENGTHS.get(str(draft.raw.get("units", {}).get("length")), LENGTHS["mm"])
+        return {"fits": plays(value, unit, str(told.get("fit", "")))}
+
+    def _keep(self, number: str, draft: Draft, found: Opened) -> None:
+        with self._lock:
+            self._pages[number] = draft, found
             while len(self._pages) > MOST_PAGES:
                 self._pages.popitem(last=False)
 
-    def _page(self, told: Json) -> tuple[Session, Opened]:
+    def _page(self, told: Json) -> tuple[Draft, Opened]:
         number = str(told.get("page", ""))
         with self._lock:
+            if number in self._replaced:
+                raise Cancelled
             if number not in self._pages:
                 raise InputError("the server does not have this page any more; open the mechanism again")
             self._pages.move_to_end(number)
             return self._pages[number]
 
+    def _session(self, told: Json) -> Session:
+        draft, _ = self._page(told)
+        if draft.session is None:
+            raise InputError("the mechanism is not complete yet")
+        return draft.session
+
     def now(self, told: Json) -> Json:
-        session, _ = self._page(told)
+        session = self._session(told)
         asked = PageQuestion.of(told)
         return now(session, asked, session.begin(asked))
 
     def settled(self, told: Json) -> Json:
-        session, _ = self._page(told)
+        session = self._session(told)
         asked, samples = PageQuestion.of(told), told.get("samples", 0)
         if samples not in (0, *STAGES):
             raise InputError(f"{shown(samples)} is not a number of specimens that the page asks for", key="samples")
         return settled(session, asked, samples, session.begin(asked))
 
     def save(self, told: Json) -> Json:
-        """Write the mechanism with the values of the sliders. The page goes on with it under the same number."""
-        session, found = self._page(told)
-        m = session.changed(PageQuestion.of(told).values)
-        saved = self.folder.save(found, m, str(told.get("name") or found.name))
-        self._keep(str(told["page"]), session, saved)
+        """Write the text with the values of the sliders. The page goes on with it under the same number."""
+        draft, found = self._page(told)
+        saved = self.folder.save(found, self._text(draft, found, told), str(told.get("name") or found.name))
+        self._keep(str(told["page"]), draft, saved)
         return {"file": saved.name, "files": self.folder.names()}
 
     def text(self, told: Json) -> Json:
         """The file with the values of the sliders."""
-        session, _ = self._page(told)
-        m = session.changed(PageQuestion.of(told).values)
-        return {"text": m.text(m.file)}
+        draft, found = self._page(told)
+        return {"text": self._text(draft, found, told)}
+
+    def _text(self, draft: Draft, found: Opened, told: Json) -> str:
+        values = PageQuestion.of(told).values
+        if not values or draft.session is None:
+            return draft.text
+        place = self.folder.path / (found.name or "drawing.toml")
+        return draft.session.changed(values).text(place)
 
     def report(self, told: Json) -> Json:
         """A report on the mechanism with the values of the sliders."""
-        session, found = self._page(told)
+        session, (_, found) = self._session(told), self._page(told)
         values = PageQuestion.of(told).values
         name = found.name or "FILE"
-        # With sliders moved it is the file that the page prints.
-        command = shlex.join(["jointplay", "report", "FILE" if values else name])
+        # With sliders moved, or another text, it is the file that the page prints.
+        is_own = found.name and not values and self._page(told)[0].text == found.content
+        command = shlex.join(["jointplay", "report", name if is_own else "FILE"])
         return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), command)}
+
+
+def _three(told: Any) -> list[str]:
+    """What is renamed: whether a joint or a body, its name, and the new one."""
+    if not isinstance(told, list) or len(told) != 3 or told[0] not in ("joint", "body"):
+        raise InputError("this is not what the page asks", key="rename")
+    return [str(one) for one in told]
+
+
+def _poses(told: Json) -> dict[str, BodyPose]:
+    """The poses of bodies that a page shows."""
+    poses = told.get("poses", {})
+    try:
+        found = {str(body): tuple(map(float, pose)) for body, pose in dict(poses).items()}
+    except (TypeError, ValueError, OverflowError):
+        raise InputError("this is not what the page asks", key="poses") from None
+    if not all(len(pose) == len("xyz") and all(abs(v) <= FARTHEST for v in pose) for pose in found.values()):
+        raise InputError("this is not what the page asks", key="poses")
+    return found  # type: ignore[return-value]
+
+
+def _edits(told: Json) -> list[gestures.Edit]:
+    """Places and values that a page sends."""
+    found: list[gestures.Edit] = []
+    edits = told.get("edits", [])
+    entries: list[Any] = edits if isinstance(edits, list) else [None]
+    for entry in entries:
+        is_edit = isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], list) and entry[0]
+        if not is_edit or not all(isinstance(step, str | int) for step in entry[0]):
+            raise InputError("this is not what the page asks", key="edits")
+        toml.check_plain(entry[1], key=".".join(map(str, entry[0])))
+        found.append((tuple(entry[0]), entry[1]))
+    return found
 
 
 class Server(Door):

@@ -1,15 +1,20 @@
-// The page to play with a mechanism. What is shown follows from `asked`, what the sliders and choices say; every change of it has
+// The page to draw a mechanism and to play with it. What is shown follows from `asked`, what the sliders and choices say; every change of it has
 // a larger serial number. One question is on its way at a time: what changes meanwhile is asked when the answer is there, and only
 // the newest. When the sliders rest, the exact answers are asked for, one after the other, until something changes again.
 
 import { view } from "./viewer.js";
+import { Board, TOOLS } from "./board.js";
 import { bars, chart, short } from "./charts.js";
+import { exported } from "./export.js";
+import { History, forget, unsaved } from "./history.js";
+import { Inspector } from "./inspector.js";
+import { element, parsed, slider } from "./sliders.js";
+import { Variants } from "./variants.js";
 
 const QUANTITIES = ["position", "rotation"];
 const GROUPS = { clearances: "Clearances", tolerances: "Tolerances", loads: "Loads" };
-const SLIDER_STEPS = 2000;
-// Pixels around the output in which a pointer takes hold of it.
-const HOLD = 28;
+// Milliseconds after the last key in the text until it is read.
+const TYPED = 600;
 
 const at = (id) => document.getElementById(id);
 let open = null; // what the server said of the mechanism
@@ -20,6 +25,12 @@ let isAsking = false;
 let isHeld = false;
 let settling = null;
 let openings = 0;
+let history = null;
+// What was changed last, for messages; and the poses that are shown, for gestures.
+let touched = "";
+let poses = {};
+// Edits are made one after the other, each of the state that the one before has left.
+let editing = Promise.resolve();
 
 // ---- asking -----------------------------------------------------------------------------------------------------------------------
 
@@ -34,6 +45,9 @@ function said(words, isAlarm = false) {
   at("note").textContent = words;
   at("note").classList.toggle("alarm", isAlarm);
 }
+
+/** Whether what is shown is of other values than those that stand in the fields: then it is dimmed. */
+const stale = (is) => document.body.classList.toggle("stale", is);
 
 /** Runs something that can be refused, and says why. */
 async function trying(run) {
@@ -53,13 +67,20 @@ function changed(part) {
   ask();
 }
 
+const hasAnswers = () => Boolean(open?.questions) && !open.problem;
+
 async function ask() {
-  if (isAsking || !open) return;
+  if (isAsking || !hasAnswers()) return;
   isAsking = true;
   const { page, serial } = asked;
-  const found = await trying(() => post("now", asked));
+  let problem = null;
+  const found = await post("now", asked).catch((error) => ((problem = error), null));
   isAsking = false;
   if (page !== asked.page) return ask();
+  if (problem) {
+    await trying(() => Promise.reject(touched && !(problem instanceof TypeError) ? new Error(`${touched}: ${problem.message}`) : problem));
+    stale(true);
+  }
   if (found && !found.cancelled) show(found);
   if (serial !== asked.serial) ask();
   else if (found) settle();
@@ -104,7 +125,13 @@ function show(found) {
     if (!found.exact && shown.path[question]?.exact) continue;
     shown.path[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough, samples: found.samples };
   }
-  if (found.scene) viewer.update(found.scene);
+  stale(false);
+  document.body.classList.toggle("unplaced", Boolean(found.problem));
+  poses = found.poses ?? poses;
+  if (found.scene) {
+    viewer.update(found.scene);
+    board.mark();
+  }
   document.body.dataset.shown = found.serial;
   document.body.dataset.milliseconds = found.milliseconds;
   answer();
@@ -144,12 +171,12 @@ function numbers() {
     row.dataset.question = question;
     row.classList.toggle("rough", !own.exact);
     const values = QUANTITIES.map((name) => {
-      const { value, unit } = own[name];
-      const cell = element("td", { textContent: value === null ? "–" : `${short(value)} ${unit}` });
+      const { value, unit, most } = own[name];
+      const cell = element("td", { textContent: value === null ? "–" : most == null ? `${short(value)} ${unit}` : `up to ${short(most)} ${unit}` });
       cell.dataset.value = value;
       return cell;
     });
-    row.append(element("th", { textContent: question === "random" ? `${words}, 95 %` : words }), ...values, element("td", { textContent: wordOf(question, own) }));
+    row.append(element("th", { textContent: question === "random" ? `${words}, 95 %` : words }), ...values, element("td", { textContent: own.status === "undetermined" ? "undetermined" : wordOf(question, own) }));
     return row;
   });
   at("numbers").tBodies[0].replaceChildren(...rows);
@@ -180,42 +207,29 @@ function along() {
     return [head, ...own.sentences.slice(0, 3).map(sentence)];
   });
   at("verdict").replaceChildren(...whole(questions), ...words);
+  line();
+}
+
+/** The verdict of every question in one line that is always seen; a click leads to its cause. */
+function line() {
+  const questions = Object.keys(open.questions ?? {}).filter((question) => shown.path[question]);
+  const words = { missed: "✗", held: "✓", "not shown": "?" };
+  const parts = questions.map((question) => {
+    const { outcome, brief, exact } = shown.path[question];
+    const part = element("button", { type: "button", className: (outcome || "no-limit").replace(" ", "-"), textContent: `${words[outcome] ?? ""} ${open.questions[question].words}: ${brief}${exact ? "" : " …"}` });
+    part.dataset.question = question;
+    part.addEventListener("click", () => {
+      document.querySelector(`[name=question][value=${question}]`)?.click();
+      at("said").scrollIntoView({ behavior: "smooth", block: "nearest" });
+    });
+    return part;
+  });
+  const missing = open.problem ? [open.problem.text] : (open.board?.missing ?? []).slice(0, 1).map(({ text }) => text);
+  const rest = open.problem || !hasAnswers() ? missing.map((text) => element("span", { className: "alarm", textContent: text })) : [];
+  at("line").replaceChildren(...rest, ...(open.problem || hasAnswers() ? parts : []));
 }
 
 // ---- sliders ----------------------------------------------------------------------------------------------------------------------
-
-function element(name, properties = {}, parent = null) {
-  const made = Object.assign(document.createElement(name), properties);
-  parent?.append(made);
-  return made;
-}
-
-/** A slider with a number beside it; `moved` is called with every new value. */
-function slider(parent, { name, words, unit, low, high, value }, moved) {
-  const row = element("div", { className: "slider" }, parent);
-  row.dataset.name = name;
-  const label = element("label", {}, row);
-  element("span", { textContent: words }, label);
-  const digits = Math.max(0, Math.min(12, Math.ceil(Math.log10(SLIDER_STEPS / (high - low || 1)))));
-  const range = element("input", { type: "range", min: low, max: high, step: "any", value }, label);
-  const number = element("input", { type: "number", step: "any", value: Number(value.toPrecision(6)) }, row);
-  number.setAttribute("aria-label", words);
-  element("span", { className: "unit", textContent: unit }, row);
-  range.addEventListener("input", () => {
-    const next = Number(Number(range.value).toFixed(digits));
-    number.value = next;
-    moved(next);
-  });
-  number.addEventListener("input", () => {
-    if (number.value === "" || !Number.isFinite(number.valueAsNumber)) return;
-    range.value = number.value;
-    moved(number.valueAsNumber);
-  });
-  return (next) => {
-    range.value = next;
-    number.value = Number(next.toPrecision(6));
-  };
-}
 
 // What sets the sliders of drives, and of offsets by name.
 let drivesTo = [];
@@ -255,7 +269,19 @@ function knobs() {
     if (!own.length) continue;
     const box = element("details", { open: own.length <= 12 || group !== "tolerances" }, place);
     element("summary", { textContent: title }, box);
-    for (const knob of own) slider(box, { ...knob, name: knob.key, words: `${knob.name} ${knob.measure}` }, (value) => changed({ values: { ...asked.values, [knob.key]: value } }));
+    for (const knob of own) {
+      const words = `${knob.name} ${knob.measure}`;
+      const value = asked.values[knob.key] ?? knob.value;
+      slider(
+        box,
+        { ...knob, name: knob.key, words, value },
+        (next) => {
+          touched = words;
+          changed({ values: { ...asked.values, [knob.key]: next } });
+        },
+        done,
+      );
+    }
   }
   const box = element("details", { open: true, id: "offsets", hidden: !open.questions[asked.question].takes_offsets }, place);
   element("summary", { textContent: "Given offsets" }, box);
@@ -265,13 +291,15 @@ function knobs() {
     if (!offsets) return;
     for (const [name, value] of Object.entries(offsets)) offsetsTo[name]?.(value);
     changed({ offsets });
+    done();
   });
   offsetsTo = {};
-  for (const one of open.offsets) offsetsTo[one.name] = slider(box, { ...one, words: one.name, value: 0 }, (value) => changed({ offsets: { ...asked.offsets, [one.name]: value } }));
+  for (const one of open.offsets) offsetsTo[one.name] = slider(box, { ...one, words: one.name, value: asked.offsets[one.name] ?? 0 }, (value) => changed({ offsets: { ...asked.offsets, [one.name]: value } }), done);
   const back = element("button", { type: "button", textContent: "everything as in the file" }, place);
   back.addEventListener("click", () => {
     changed({ values: {}, offsets: {} });
     knobs();
+    done();
   });
 }
 
@@ -301,97 +329,353 @@ function choices() {
   }
 }
 
-// ---- the drawing ------------------------------------------------------------------------------------------------------------------
-
-function drawn() {
-  at("drawing").replaceChildren();
-  viewer = view(at("drawing"), open.scene, { chosen: true });
-  const { svg } = viewer;
-  const place = (event) => {
-    const box = svg.getBoundingClientRect();
-    const scale = svg.viewBox.baseVal.width / box.width;
-    return [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
-  };
-  const apart = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
-  const path = open.scene.path.filter((point) => point.every((v) => v !== null));
-  let dragged = false;
-  // Before the viewer, which turns or shifts the drawing.
-  svg.addEventListener(
-    "pointerdown",
-    (event) => {
-      const output = viewer.scene.places[0][viewer.scene.output];
-      if (path.length < 2 || output.includes(null) || !at("along-path") || apart(place(event), viewer.project(output)) > HOLD) return;
-      event.stopImmediatePropagation();
-      svg.setPointerCapture(event.pointerId);
-      dragged = isHeld = true;
-    },
-    { capture: true },
-  );
-  svg.addEventListener("pointermove", (event) => {
-    if (dragged) follow(nearest(path.map((point) => viewer.project(point)), place(event)));
-  });
-  svg.addEventListener("pointerup", () => (dragged = false));
+/** A step that can be undone: what sliders have changed. */
+function done() {
+  history?.push({ ...history.now, values: asked.values, offsets: asked.offsets });
+  shownText();
 }
 
-/** The place along a line that is nearest to a point, as a number of corners. */
-function nearest(line, [x, y]) {
-  let best = [Infinity, 0];
-  for (let k = 0; k + 1 < line.length; k++) {
-    const [[a, b], [c, d]] = [line[k], line[k + 1]];
-    const length = (c - a) ** 2 + (d - b) ** 2;
-    const part = length ? Math.min(1, Math.max(0, ((x - a) * (c - a) + (y - b) * (d - b)) / length)) : 0;
-    const away = Math.hypot(x - a - part * (c - a), y - b - part * (d - b));
-    if (away < best[0]) best = [away, k + part];
+/** The text with what sliders have changed of it, where it is shown. */
+async function shownText() {
+  if (!at("file").open || document.activeElement === at("text")) return;
+  const { page } = asked;
+  const found = open.problem ? { text: open.text } : await trying(() => post("text", asked));
+  if (found && page === asked.page) at("text").value = found.text;
+}
+
+// ---- the board --------------------------------------------------------------------------------------------------------------------
+
+export const board = new Board({
+  told: (gesture) => edit(gesture),
+  chosen: (ref) => inspector.show(open.board, ref),
+  followed: (place) => at("along-path") && follow(place),
+  said: (words) => said(words),
+});
+const inspector = new Inspector(at("inspector"), {
+  told: (what) => edit(what),
+  chosen: (ref) => board.choose(ref),
+  fits: async (told) => (await trying(() => post("fits", { page: asked.page, ...told })))?.fits,
+});
+const variants = new Variants(at("variants"), {
+  kept: () => ({ state: history.now, scene: viewer.scene, numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
+  restored: (state) => go(state, true),
+  ghost: (scene) => viewer.ghost(scene),
+});
+
+function tools() {
+  const place = at("tools");
+  place.replaceChildren();
+  const own = open.board.planar ? Object.entries(TOOLS) : Object.entries(TOOLS).slice(0, 2);
+  for (const [tool, { key, words }] of own) {
+    const button = element("button", { type: "button", textContent: words, title: `key ${key.toUpperCase()}` }, place);
+    button.dataset.tool = tool;
+    button.setAttribute("aria-keyshortcuts", key);
+    button.addEventListener("click", () => use(tool));
   }
-  return best[1];
+  const drawn = element("button", { type: "button", textContent: "as drawn", title: "key Home: the drives where the file is drawn" }, place);
+  drawn.addEventListener("click", asDrawn);
+  use(open.board.planar ? board.tool : "select");
 }
+
+function use(tool) {
+  board.use(tool);
+  for (const button of at("tools").querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", button.dataset.tool === tool);
+  at("hint").textContent = TOOLS[tool].hint;
+  at("typed").hidden = tool !== "bar";
+}
+
+/** The drives at zero where bodies are drawn assembled: there all of them are as the file has them. */
+function asDrawn() {
+  if (!open.drives) return;
+  const drives = open.drives.map((drive, k) => (open.board.joints.find((joint) => joint.drive === drive.name)?.drawn ? 0 : open.begin[k]));
+  drives.forEach((value, d) => drivesTo[d]?.(value));
+  changed({ drives });
+}
+
+function missing() {
+  at("missing").replaceChildren(
+    ...(open.board?.missing ?? []).map(({ text, do: what }) => {
+      const row = element("li");
+      const button = element("button", { type: "button", textContent: text }, row);
+      button.addEventListener("click", () => {
+        if (what?.gesture) edit(what);
+        else if (what?.tool === "limits") document.querySelector("#limits input")?.focus();
+        else if (what?.tool) what.tool === "select" ? board.choose({ all: true }) : use(what.tool);
+      });
+      return row;
+    }),
+  );
+}
+
+/** Does something when all that was asked before is done, if the mechanism is still open then. */
+function inTurn(run) {
+  const mine = openings;
+  document.body.dataset.busy = true;
+  editing = editing.then(() => (mine === openings ? run(mine) : null));
+  const own = editing;
+  return own.then(() => {
+    if (own === editing) delete document.body.dataset.busy;
+  });
+}
+
+/** Sends a gesture or edits, and shows the state that follows. */
+function edit(what) {
+  return inTurn(async (mine) => {
+    touched = "";
+    const found = await trying(() => post("edit", { page: asked.page, values: asked.values, poses, ...what }));
+    if (!found || mine !== openings) return;
+    said((found.notes ?? []).join(" "));
+    // Another name is chosen as the old one was.
+    if (what.rename && board.selected) for (const [key, name] of Object.entries(board.selected)) if (name === what.rename[1]) board.selected[key] = what.rename[2];
+    enter(found, { values: {}, offsets: asked.offsets });
+    history.push({ text: found.text, values: {}, offsets: asked.offsets });
+  });
+}
+
+/** Shows a state of the history, or of a variant. */
+function go(state, isNew = false) {
+  return inTurn(async (mine) => {
+    const { text, values, offsets } = state;
+    if (text !== open.text || open.problem) {
+      const found = await trying(() => post("edit", { page: asked.page, text, poses }));
+      if (!found || mine !== openings) return;
+      enter(found, { values, offsets });
+    } else {
+      changed({ values, offsets });
+      if (hasAnswers()) knobs();
+      shownText();
+    }
+    if (isNew) history.push({ text, values, offsets });
+  });
+}
+
+/** Begins with what the server said of a state of the mechanism that is open. */
+function enter(found, { values, offsets }) {
+  const before = open;
+  open = { ...found, board: found.board ?? before.board };
+  at("wrong").textContent = found.problem?.text ?? "";
+  textShown(found);
+  document.body.classList.toggle("draft", !found.questions && !found.problem);
+  if (found.problem) {
+    asked = { ...asked, page: found.page, serial: asked.serial + 1 };
+    settling?.abort();
+    settling = null;
+    stale(true);
+    said(found.problem.text, true);
+    inspector.blame(found.problem.key ?? "", found.problem.text);
+    line();
+    return;
+  }
+  stale(false);
+  const names = (what) => JSON.stringify((what?.drives ?? []).map(({ name }) => name));
+  const same = names(found) === names(before);
+  asked = { ...asked, page: found.page, values, offsets, drives: same ? asked.drives : found.begin };
+  if (found.questions && !found.questions[asked.question]) asked.question = first();
+  if (found.questions && !isPossible(asked.question)) asked.question = first();
+  poses = found.board.poses;
+  everything(before);
+}
+
+/** The question that a page begins with. */
+const first = () => Object.keys(open.questions).find(isPossible);
+
+/** Everything that follows from what is open. */
+function everything(before = null) {
+  shown = { here: {}, path: {} };
+  document.title = at("title").textContent = open.title || open.name || "drawing";
+  drawn(before && viewer);
+  missing();
+  tools();
+  inspector.show(open.board, board.selected);
+  if (hasAnswers()) {
+    colours();
+    moves();
+    choices();
+    questions();
+    knobs();
+    changed({});
+  } else {
+    for (const id of ["moves", "knobs", "choices", "answer", "charts", "verdict", "shares", "state"]) at(id).replaceChildren();
+    at("numbers").tBodies[0].replaceChildren();
+    asked = { ...asked, serial: asked.serial + 1 };
+    settling?.abort();
+    settling = null;
+    mark("draft");
+    line();
+  }
+}
+
+function drawn(like) {
+  at("drawing").replaceChildren();
+  viewer = view(at("drawing"), { ...open.board.scene, path: open.scene?.path ?? [] }, { chosen: true });
+  if (like && like.scene.axes === viewer.scene.axes) viewer.like(like);
+  const ends = open.along?.filter((row) => row.every((v) => v !== null)) ?? [];
+  const rows = open.along ? open.scene.places.filter((_, k) => open.along[k].every((v) => v !== null)) : [];
+  board.on(viewer, open.board, ends.length > 1 ? rows : []);
+  variants.shown();
+}
+
+// ---- the text ---------------------------------------------------------------------------------------------------------------------
+
+let typing = null;
+
+function textShown(found) {
+  if (document.activeElement !== at("text") && at("text").value !== found.text) at("text").value = found.text;
+  if (!found.problem?.line || document.activeElement === at("text")) return;
+  toLine(found.problem.line);
+}
+
+/** Shows a line of the text. */
+function toLine(line) {
+  const rows = at("text").value.split("\n");
+  const start = rows.slice(0, line - 1).join("\n").length + (line > 1 ? 1 : 0);
+  at("text").setSelectionRange(start, start + (rows[line - 1] ?? "").length);
+  at("text").scrollTop = (at("text").scrollHeight * (line - 3)) / rows.length;
+}
+
+at("text").addEventListener("input", () => {
+  clearTimeout(typing);
+  typing = setTimeout(read, TYPED);
+});
+at("text").addEventListener("change", read);
+
+async function read() {
+  clearTimeout(typing);
+  if (at("text").value === history.now.text && !Object.keys(asked.values).length) return;
+  await edit({ text: at("text").value });
+  const { problem } = open;
+  at("wrong").textContent = problem ? `${problem.line ? `line ${problem.line}: ` : ""}${problem.text}` : "";
+}
+at("wrong").addEventListener("click", () => open.problem?.line && (at("text").focus(), toLine(open.problem.line)));
+at("file").addEventListener("toggle", () => open && shownText());
 
 // ---- files ------------------------------------------------------------------------------------------------------------------------
 
+/** Whether what is shown may be left: nothing is lost without a question. */
+async function mayLeave() {
+  if (!history || history.isSaved) return true;
+  const dialog = at("ask");
+  at("question-text").textContent = `${open.name} has changes that are not saved.`;
+  dialog.returnValue = "stay";
+  dialog.showModal();
+  await new Promise((resolve) => dialog.addEventListener("close", resolve, { once: true }));
+  if (dialog.returnValue === "save") return save();
+  if (dialog.returnValue === "lose") forget(history.name);
+  return dialog.returnValue === "lose";
+}
+for (const button of at("ask").querySelectorAll("button")) button.addEventListener("click", () => at("ask").close(button.value));
+window.addEventListener("beforeunload", (event) => {
+  if (history && !history.isSaved) event.preventDefault();
+});
+
 async function begin(what) {
+  if (!(await mayLeave())) return;
   said("");
   const mine = ++openings;
   const found = await trying(() => post("open", what));
   if (!found || mine !== openings) return;
   open = found;
-  shown = { here: {}, path: {} };
-  asked = { page: open.page, serial: 0, values: {}, drives: open.begin, question: Object.keys(open.questions).find(isPossible), offsets: {} };
-  document.title = at("title").textContent = open.title || open.name;
-  at("name").value = open.file || open.name;
+  Object.assign(board, { tool: "select", selected: null, pending: null });
+  variants.clear();
+  asked = { page: open.page, serial: 0, values: {}, drives: open.begin ?? [], question: open.questions ? first() : "worst", offsets: {} };
+  poses = open.board.poses;
+  history = new History(`${folder}/${open.file || open.name}`, { text: open.text, values: {}, offsets: {} }, undoable);
+  at("name").value = open.file || open.name.split("/").at(-1);
+  at("text").value = open.text;
+  at("wrong").textContent = "";
   document.body.classList.add("opened");
-  // Every question has the colour of its number.
-  Object.keys(open.questions).forEach((name, k) => document.styleSheets[0].insertRule(`.${name} { --own: var(--own-${k}); }`));
-  drawn();
-  moves();
-  choices();
-  questions();
-  knobs();
-  // The size of the errors says how much they are magnified; the worst ones are the largest.
-  const first = await trying(() => post("now", { ...asked, question: "worst" }));
-  if (mine !== openings) return;
-  if (first?.scene) viewer.magnify(first.scene.factor);
-  changed({});
+  document.body.classList.toggle("draft", !open.questions);
+  undoable();
+  everything();
+  if (hasAnswers()) {
+    // The size of the errors says how much they are magnified; the worst ones are the largest.
+    const found = await trying(() => post("now", { ...asked, question: "worst" }));
+    if (mine !== openings) return;
+    if (found?.scene) viewer.magnify(found.scene.factor);
+  }
+  const left = unsaved(history.name);
+  if (left && left.text !== undefined) offerLeft(left);
 }
+
+/** What was not saved when a page of this file was closed. */
+function offerLeft(left) {
+  const words = `Changes of ${new Date(left.when).toLocaleString()} were not saved. `;
+  at("note").replaceChildren(words);
+  const add = (text, run) => element("button", { type: "button", textContent: text }, at("note")).addEventListener("click", () => (said(""), run()));
+  add("take them", () => go({ text: left.text, values: left.values ?? {}, offsets: left.offsets ?? {} }, true));
+  add("throw them away", () => forget(history.name));
+}
+
+let coloured = 0;
+
+/** Every question has the colour of its number. */
+function colours() {
+  Object.keys(open.questions ?? {}).slice(coloured).forEach((name, k) => document.styleSheets[0].insertRule(`.${name} { --own: var(--own-${k}); }`));
+  coloured = Object.keys(open.questions ?? {}).length || coloured;
+}
+
+function undoable() {
+  at("undo").disabled = !history.past.length;
+  at("redo").disabled = !history.future.length;
+  document.body.dataset.saved = history.isSaved;
+}
+
+function step(back) {
+  const state = history?.step(back);
+  if (state) go(state);
+}
+
+let folder = "";
 
 async function offer() {
   const found = await trying(() => post("choices", {}));
   if (!found) return;
+  folder = found.folder;
   const select = at("open");
   select.replaceChildren(element("option", { value: "", textContent: "…" }));
+  element("option", { value: JSON.stringify({ new: true }), textContent: "an empty drawing" }, select);
   for (const [words, kind, names] of [[found.folder, "file", found.files], ["examples", "example", found.examples.map(({ name }) => name)]]) {
     const group = element("optgroup", { label: words }, select);
     for (const name of names) element("option", { value: JSON.stringify({ [kind]: name }), textContent: name }, group);
   }
+  templates(found);
   return found;
 }
 
+/** What one can begin with: nothing, a file of the folder, an example. */
+function templates({ files, examples }) {
+  const rows = [["an empty drawing", "bars, pins and guides are drawn", { new: true }]];
+  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
+  at("start").replaceChildren(
+    ...rows.map(([words, title, what]) => {
+      const button = element("button", { type: "button", textContent: words });
+      element("small", { textContent: title }, button);
+      button.addEventListener("click", () => begin(what));
+      return button;
+    }),
+  );
+}
+
 function download(name, kind, text) {
-  const link = element("a", { download: name, href: URL.createObjectURL(new Blob([text], { type: kind })) });
+  const link = element("a", { download: name, href: URL.createObjectURL(text instanceof Blob ? text : new Blob([text], { type: kind })) });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
 const stem = () => (at("name").value.replace(/\.toml$/i, "") || "mechanism");
+
+/** Writes the file; whether it is there then. */
+async function save() {
+  await editing;
+  const found = await trying(() => post("save", { ...asked, name: at("name").value }));
+  if (!found) return false;
+  open.file = open.name = found.file;
+  await offer();
+  at("name").value = found.file;
+  history.save(`${folder}/${found.file}`);
+  said(`saved ${found.file}`);
+  return true;
+}
 
 at("open").addEventListener("input", () => {
   if (at("open").value) begin(JSON.parse(at("open").value));
@@ -402,14 +686,9 @@ at("upload").addEventListener("change", async () => {
   at("upload").value = "";
   if (file) begin({ text: await file.text(), name: file.name });
 });
-at("save").addEventListener("click", () =>
-  trying(async () => {
-    const found = await post("save", { ...asked, name: at("name").value });
-    await offer();
-    at("name").value = found.file;
-    said(`saved ${found.file}`);
-  }),
-);
+at("undo").addEventListener("click", () => step(true));
+at("redo").addEventListener("click", () => step(false));
+at("save").addEventListener("click", save);
 at("download").addEventListener("click", () => trying(async () => download(`${stem()}.toml`, "application/toml", (await post("text", asked)).text)));
 at("report").addEventListener("click", () =>
   trying(async () => {
@@ -418,11 +697,56 @@ at("report").addEventListener("click", () =>
     said("the report is saved where the browser saves files");
   }),
 );
+for (const kind of ["svg", "png"]) at(kind).addEventListener("click", () => trying(async () => download(`${stem()}.${kind}`, "", await exported(viewer.svg, kind))));
+at("typed").addEventListener("keydown", (event) => {
+  if (event.key !== "Enter") return;
+  if (board.typed(at("typed").value, parsed)) at("typed").value = "";
+  else said(board.pending ? `'${at("typed").value}' is no end of a bar: 30<45 is length and angle, 30;40 to the right and up` : "Click where the bar begins first.", true);
+  viewer.svg.focus({ preventScroll: true });
+});
+
+// ---- keys -------------------------------------------------------------------------------------------------------------------------
+
+document.addEventListener("keydown", (event) => {
+  if (!open || at("ask").open) return;
+  const isTyping = event.target.matches?.("textarea, input:not([type=range]):not([type=radio]):not([type=checkbox])");
+  if (event.ctrlKey || event.metaKey) {
+    const key = event.key.toLowerCase();
+    if (isTyping && key !== "s") return;
+    const run = { z: () => step(!event.shiftKey), y: () => step(false), s: save, a: () => board.choose({ all: true }) }[key];
+    if (!run) return;
+    event.preventDefault();
+    run();
+    return;
+  }
+  if (event.altKey) return;
+  if (event.key === "Escape") {
+    if (board.pending || board.held) board.let();
+    else if (board.tool !== "select") use("select");
+    else board.choose(null);
+    document.activeElement?.blur?.();
+    return;
+  }
+  if (isTyping || event.target.matches?.("select, button") && event.key === " ") return;
+  if (event.key === "Delete" || event.key === "Backspace") {
+    const { selected } = board;
+    if (selected && !selected.all) edit({ gesture: "delete", what: selected }), board.choose(null);
+    return;
+  }
+  if (event.key === "Home") return asDrawn();
+  if (board.pending && /^[\d.,-]$/.test(event.key)) {
+    at("typed").focus();
+    return;
+  }
+  const tool = !event.target.matches?.("select") && Object.entries(TOOLS).find(([, { key }]) => key === event.key.toLowerCase());
+  if (tool && open.board.planar) use(tool[0]);
+});
+
 for (const kind of ["pointerdown", "pointerup", "pointercancel"]) {
   document.addEventListener(
     kind,
     (event) => {
-      if (kind === "pointerdown") isHeld = event.target.type === "range";
+      if (kind === "pointerdown") isHeld = event.target.type === "range" || board.held?.moves;
       else {
         isHeld = false;
         settle();
@@ -431,7 +755,12 @@ for (const kind of ["pointerdown", "pointerup", "pointercancel"]) {
     { capture: true },
   );
 }
+document.addEventListener("marked", ({ detail }) => {
+  if (!detail) return;
+  said(detail, true);
+  stale(true);
+});
 
 const found = await offer();
 if (found?.first) await begin({ file: found.first });
-else if (found) said("Open a file or an example.");
+else if (found) said("Open a file or an example, or begin with an empty drawing.");

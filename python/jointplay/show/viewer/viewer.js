@@ -45,7 +45,7 @@ class Viewer {
 
   // Everything that is ever shown fits into the drawing as it is seen first.
   fit() {
-    const every = [...this.scene.places.flat(), ...this.scene.path].filter(known);
+    const every = [...this.scene.places.flat(), ...this.scene.path, ...(this.scene.frame ?? [])].filter(known);
     const middle = this.axes().map((_, k) => {
       const values = every.map((place) => place[k]);
       return (Math.min(...values) + Math.max(...values)) / 2;
@@ -70,6 +70,24 @@ class Viewer {
     const away = Math.sin(turn) * a + Math.cos(turn) * b;
     const up = Math.cos(tilt) * c + Math.sin(tilt) * away;
     return [WIDTH / 2 + right + x, HEIGHT / 2 - up + y, Math.sin(tilt) * c - Math.cos(tilt) * away];
+  }
+
+  // The place of a pixel; in space there is none.
+  unproject([x, y]) {
+    const by = this.scale * this.camera.zoom;
+    return [this.middle[0] + (x - WIDTH / 2 - this.camera.x) / by, this.middle[1] - (y - HEIGHT / 2 - this.camera.y) / by];
+  }
+
+  // As another drawing of the same is seen.
+  like({ middle, scale, camera, factor, shown }) {
+    Object.assign(this, { middle, scale, camera: { ...camera }, shown: { ...shown } });
+    this.magnify(factor);
+  }
+
+  // Another mechanism behind this one; null for none.
+  ghost(scene) {
+    this.behind = scene;
+    this.draw();
   }
 
   controls(element) {
@@ -189,14 +207,19 @@ class Viewer {
     for (const layer of Object.values(layers)) layer.replaceChildren();
     this.told.textContent = `${this.factor.toLocaleString("en")} times`;
     const nominal = scene.places[this.at];
-    const moves = this.state >= 0 ? scene.states[this.state].moves[this.at] : null;
+    // A home that draws on it hides errors meanwhile.
+    const moves = this.state >= 0 && !this.plain ? scene.states[this.state].moves[this.at] : null;
     const displaced = moves ? nominal.map((place, k) => place.map((v, i) => (v === null || moves[k][i] === null ? null : v + this.factor * moves[k][i]))) : null;
     this.line(layers.path, scene.path.filter(known), { class: "jp-path" });
     if (displaced && known(displaced[scene.output])) {
       this.bodies(layers.ghost, nominal, "jp-ghost");
       this.shapes(layers.solid, displaced);
     } else this.shapes(layers.solid, nominal);
-    this.errors(nominal, displaced);
+    for (const { kind, points, ground } of this.behind?.shapes ?? []) {
+      if (kind === "body" && !ground) this.line(layers.ghost, points.map((k) => this.behind.places[0][k]), { class: "jp-ghost jp-other" }, points.length > 2);
+    }
+    if (!this.plain) this.errors(nominal, displaced);
+    this.seen = displaced ?? nominal;
     for (const place of (scene.blamed ?? []).map((k) => (displaced ?? nominal)[k]).filter(known)) {
       const [cx, cy] = this.project(place);
       make("circle", { cx, cy, r: 13, class: "jp-blamed" }, layers.blamed);
@@ -252,6 +275,8 @@ class Viewer {
       case "pin":
       case "ball":
         return make("circle", { cx: x, cy: y, r: 5, class: "jp-pin" });
+      case "free":
+        return make("circle", { cx: x, cy: y, r: 4, class: "jp-free" });
       case "cross":
         return at(`M${x - 5} ${y - 5}l10 10m0 -10l-10 10`);
       case "support":
@@ -328,7 +353,7 @@ class Viewer {
 }
 
 // In the plane: what lies over what.
-const ORDER = { guide: 1, strut: 1, support: 1, strand: 1, wheel: 1, body: 2, spring: 3, box: 4, play: 5, axis: 6, pin: 6, ball: 6, cross: 6, output: 7 };
+const ORDER = { guide: 1, strut: 1, support: 1, strand: 1, wheel: 1, body: 2, spring: 3, box: 4, play: 5, axis: 6, pin: 6, ball: 6, cross: 6, free: 6, output: 7 };
 
 const known = (place) => place.every((value) => value !== null);
 

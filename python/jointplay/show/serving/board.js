@@ -1,0 +1,329 @@
+// The drawing as a board: tools that draw and take hold of things. It knows the mechanism only as the server has drawn it, and says
+// what a person does as gestures: `told({ gesture, ... })`. In space things can be chosen and nothing drawn.
+
+const SVG = "http://www.w3.org/2000/svg";
+const WIDTH = 800;
+// Pixels of the drawing around a point, and around a line, in which a pointer takes hold of it.
+const NEAR = 14, LINE = 7;
+// Pixels that a pointer may move in a click, and within which a line becomes horizontal or vertical.
+const STILL = 6, LEVEL = 7;
+// Pixels that a step of the grid has at least.
+const GRID = 9;
+
+export const TOOLS = {
+  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
+  move: { key: "m", words: "move", hint: "Drag the mechanism along its path. The file does not change." },
+  bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 30<45 (length and angle) or 30;40 after the first click. Alt does not snap." },
+  point: { key: "p", words: "point", hint: "Click on a bar: a point of it, for a pin, the output or a load." },
+  ground: { key: "g", words: "ground", hint: "Click on a joint or on a point: a pin to the ground." },
+  slider: { key: "s", words: "slider", hint: "Click on a joint or on a point, or drag in the direction of the guide: a block in a guide of the ground." },
+  slot: { key: "t", words: "slot", hint: "Click on a point, or drag in the direction of the slot: a slot of the ground in which it slides." },
+  drive: { key: "d", words: "drive", hint: "Click on the joint that is driven." },
+  output: { key: "o", words: "output", hint: "Click on the joint or the point whose error matters." },
+  load: { key: "f", words: "force", hint: "Click on a joint or a point: a force on it, which the properties change." },
+};
+
+export class Board {
+  constructor({ told, chosen, followed, said }) {
+    Object.assign(this, { told, chosen, followed, said, tool: "select", selected: null, pending: null });
+  }
+
+  /** Another drawing of the viewer; `board` is what the server said of it. */
+  on(viewer, board, path) {
+    Object.assign(this, { viewer, board, path, pending: null });
+    const { svg } = viewer;
+    this.layer = svg.appendChild(document.createElementNS(SVG, "g"));
+    this.grid = svg.insertBefore(document.createElementNS(SVG, "g"), svg.firstChild);
+    const handle = (kind, run) => svg.addEventListener(kind, (event) => run.call(this, event), { capture: true });
+    handle("pointerdown", this.down);
+    handle("pointermove", this.moved);
+    handle("pointerup", this.up);
+    handle("pointercancel", this.let);
+    this.use(this.tool);
+  }
+
+  use(tool) {
+    this.tool = tool;
+    this.let();
+    this.viewer.plain = !["select", "move"].includes(tool);
+    this.viewer.draw();
+    this.mark();
+  }
+
+  /** Gives up what is half done. */
+  let() {
+    Object.assign(this, { pending: null, held: null, first: false });
+    if (this.viewer.plain && ["select", "move"].includes(this.tool)) this.viewer.plain = false;
+    this.layer.replaceChildren();
+    this.mark();
+  }
+
+  // ---- places ---------------------------------------------------------------------------------------------------------------------
+
+  pixel(event) {
+    const box = this.viewer.svg.getBoundingClientRect();
+    const scale = WIDTH / box.width;
+    return [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
+  }
+
+  /** Where something chosen or taken hold of is, in pixels. */
+  spot(ref) {
+    if (ref.joint !== undefined) {
+      const point = this.board.joints.find(({ name }) => name === ref.joint)?.point;
+      return point == null ? null : this.project(point);
+    }
+    const free = this.free()[this.board.free.findIndex(({ body, index }) => body === ref.body && index === ref.index)];
+    return free === undefined ? null : this.project(free);
+  }
+
+  project(point) {
+    const place = this.viewer.seen[point];
+    return place && place.every((v) => v !== null) ? this.viewer.project(place) : null;
+  }
+
+  free() {
+    return this.viewer.scene.shapes.filter(({ kind }) => kind === "free").map(({ points }) => points[0]);
+  }
+
+  /** What is at a pixel: a joint, a free point, or a point of a body. */
+  hit(pixel) {
+    const refs = [...this.board.joints.map(({ name }) => ({ joint: name })), ...this.board.free.map(({ body, index }) => ({ body, index }))];
+    const near = refs.map((ref) => [ref, this.spot(ref)]).filter(([, at]) => at).map(([ref, at]) => [apart(at, pixel), ref]);
+    const best = near.reduce((a, b) => (b[0] < a[0] ? b : a), [Infinity, null]);
+    if (best[0] <= NEAR) return best[1];
+    let found = [LINE, null];
+    for (const { kind, name, points, ground } of this.viewer.scene.shapes) {
+      if (kind !== "body" || ground) continue;
+      const seen = points.map((k) => this.project(k));
+      seen.forEach((from, k) => {
+        const to = seen[(k + 1) % seen.length];
+        if (!from || !to) return;
+        const at = nearest(from, to, pixel);
+        if (apart(at, pixel) < found[0]) found = [apart(at, pixel), { body: name, at: this.viewer.unproject(at) }];
+      });
+    }
+    return found[1];
+  }
+
+  /** A place that snaps to the grid, and to horizontal and vertical from another one. */
+  snapped(pixel, { from = null, free = false } = {}) {
+    const place = this.viewer.unproject(pixel);
+    if (free) return place.map(rounded);
+    const step = this.step();
+    const found = place.map((v) => Math.round(v / step) * step);
+    const beside = from && this.viewer.project(from);
+    if (beside) [0, 1].forEach((k) => Math.abs(pixel[k] - beside[k]) < LEVEL && (found[k] = from[k]));
+    return found.map(rounded);
+  }
+
+  step() {
+    const least = GRID / (this.viewer.scale * this.viewer.camera.zoom);
+    const power = 10 ** Math.floor(Math.log10(least));
+    return [1, 2, 5, 10].map((f) => f * power).find((s) => s >= least);
+  }
+
+  /** What a click would take: something that is there, or a place. */
+  ref(event, options = {}) {
+    const pixel = this.pixel(event);
+    return (!event.altKey && this.hit(pixel)) || { at: this.snapped(pixel, { ...options, free: event.altKey }) };
+  }
+
+  placeOf(ref) {
+    if (ref.at) return ref.at;
+    const spot = this.spot(ref);
+    return spot && this.viewer.unproject(spot);
+  }
+
+  // ---- pointers -------------------------------------------------------------------------------------------------------------------
+
+  down(event) {
+    if (event.button || !this.viewer) return;
+    const pixel = this.pixel(event);
+    const ref = this.hit(pixel);
+    if (this.tool === "select" || this.tool === "move") {
+      const moves = this.tool === "move" || event.shiftKey;
+      if (!ref) return moves ? null : this.choose(null);
+      event.stopImmediatePropagation();
+      this.viewer.svg.focus({ preventScroll: true });
+      this.viewer.svg.setPointerCapture(event.pointerId);
+      if (!moves) this.choose(ref.at ? { body: ref.body } : ref);
+      this.held = { ref, pixel, moves, still: true };
+      return;
+    }
+    event.stopImmediatePropagation();
+    event.preventDefault();
+    this.viewer.svg.focus({ preventScroll: true });
+    this.viewer.svg.setPointerCapture(event.pointerId);
+    this.held = { ref: ref ?? this.ref(event), pixel, still: true };
+    if (this.tool === "bar" && !this.pending) this.pending = this.ref(event);
+  }
+
+  moved(event) {
+    const { held, pending } = this;
+    const pixel = this.pixel(event);
+    if (held && apart(pixel, held.pixel) > STILL) held.still = false;
+    if (held?.moves) {
+      event.stopImmediatePropagation();
+      return this.follow(held.ref, pixel);
+    }
+    if (held && (this.tool === "select") && !held.still && !held.ref.at) {
+      event.stopImmediatePropagation();
+      return this.drag(held, event);
+    }
+    if (this.viewer.plain) this.line(event, pending);
+  }
+
+  up(event) {
+    const { held } = this;
+    this.held = null;
+    if (!held) return;
+    event.stopImmediatePropagation();
+    const ref = this.ref(event, { from: this.pending && this.placeOf(this.pending) });
+    if (held.moves) return;
+    if (this.tool === "select") {
+      if (!held.still && held.to) this.told({ gesture: "move", at: held.ref, to: held.to });
+      this.viewer.plain = false;
+      return this.let();
+    }
+    if (this.tool === "bar") {
+      // The first click is held until the second; a drag is both.
+      if (this.first || !held.still) return this.finish(ref);
+      this.first = true;
+      return;
+    }
+    const at = held.ref;
+    const [dx, dy] = [0, 1].map((k) => this.pixel(event)[k] - held.pixel[k]);
+    const angle = held.still ? 0 : Math.round((Math.atan2(-dy, dx) * 180) / Math.PI / 15) * 15;
+    if (this.tool === "drive") {
+      if (at.joint === undefined) return this.said("Click on a joint to drive it.");
+      return this.told({ gesture: "drive", joint: at.joint });
+    }
+    this.told({ gesture: this.tool, at, ...(["slider", "slot"].includes(this.tool) ? { angle } : {}) });
+  }
+
+  /** The second end of a bar. */
+  finish(to) {
+    const from = this.pending;
+    this.let();
+    this.told({ gesture: "bar", from, to });
+  }
+
+  /** The second end as it is typed: `30<45`, length and angle in degrees, or `30;40`, to the right and up from the first. */
+  typed(text, parsed) {
+    const polar = text.includes("<");
+    const [a, b] = text.split(polar ? "<" : ";").map(parsed);
+    const from = this.pending && this.placeOf(this.pending);
+    if (!from || a === null || b == null || Number.isNaN(b)) return false;
+    const turn = (b * Math.PI) / 180;
+    const by = polar ? [a * Math.cos(turn), a * Math.sin(turn)] : [a, b];
+    const at = from.map((v, k) => rounded(v + by[k]));
+    const ref = this.hit(this.viewer.project(at));
+    // What stands exactly there is joined.
+    this.finish(ref && apart(this.placeOf(ref), at) * this.viewer.scale < 0.5 ? ref : { at });
+    return true;
+  }
+
+  follow(ref, pixel) {
+    const point = ref.at ? null : this.board.joints.find(({ name }) => name === ref.joint)?.point;
+    const shape = ref.at && this.viewer.scene.shapes.find(({ kind, name }) => kind === "body" && name === ref.body);
+    const index = point ?? shape?.points[0] ?? this.viewer.scene.output;
+    const line = this.path.map((places) => places[index]).filter((place) => place?.every((v) => v !== null));
+    if (line.length > 1) this.followed(nearestOn(line.map((place) => this.viewer.project(place)), pixel));
+  }
+
+  drag(held, event) {
+    const joint = this.board.joints.find(({ name }) => name === held.ref.joint);
+    if (joint?.fixed) return this.said(`${joint.name} ${joint.fixed}.`);
+    if (!this.board.planar) return null;
+    this.viewer.plain = true;
+    held.to = this.snapped(this.pixel(event), { free: event.altKey });
+    const seen = this.viewer.project(held.to);
+    // What is kept: all other points stay where they are.
+    const kept = this.viewer.scene.shapes.filter(({ kind, points, ground }) => kind === "body" && !ground && points.some((k) => apart(this.project(k) ?? [Infinity, 0], this.spot(held.ref)) < 1));
+    this.layer.replaceChildren(
+      ...kept.flatMap(({ points }) => points.map((k) => this.project(k)).filter((at) => at && apart(at, this.spot(held.ref)) >= 1).map((at) => stroke([at, seen], "b-new"))),
+      ring(seen, 7, "b-new"),
+    );
+    this.said(`${held.ref.joint ?? held.ref.body} to ${held.to.join(", ")} ${this.board.units.length ?? ""}: all other points stay where they are, lengths change.`);
+    return null;
+  }
+
+  line(event, pending) {
+    const from = pending && this.placeOf(pending);
+    const ref = this.ref(event, { from });
+    const to = this.placeOf(ref);
+    if (!to) return;
+    const seen = this.viewer.project(to);
+    const marks = [ring(seen, ref.joint !== undefined || ref.body !== undefined ? 9 : 3, "b-new")];
+    if (from) {
+      marks.push(stroke([this.viewer.project(from), seen], "b-new"));
+      const [dx, dy] = [0, 1].map((k) => to[k] - from[k]);
+      marks.push(words(seen, `${Number(Math.hypot(dx, dy).toPrecision(5))} < ${Number(((Math.atan2(dy, dx) * 180) / Math.PI).toFixed(2))}°`));
+    }
+    this.layer.replaceChildren(...marks);
+  }
+
+  // ---- what is chosen ---------------------------------------------------------------------------------------------------------------
+
+  choose(ref) {
+    this.selected = ref;
+    this.mark();
+    this.chosen(ref);
+  }
+
+  mark() {
+    if (!this.viewer) return;
+    for (const old of this.viewer.svg.querySelectorAll(".b-chosen")) old.remove();
+    const refs = this.selected?.all ? this.board.joints.map(({ name }) => ({ joint: name })) : this.selected ? [this.selected] : [];
+    for (const ref of refs) {
+      const spot = ref.joint !== undefined || ref.index !== undefined ? this.spot(ref) : null;
+      if (spot) this.viewer.svg.append(ring(spot, 10, "b-chosen"));
+      if (ref.body !== undefined && ref.index === undefined) {
+        for (const { kind, name, points } of this.viewer.scene.shapes) {
+          if (kind === "body" && name === ref.body) this.viewer.svg.append(stroke(points.map((k) => this.project(k)).filter(Boolean), "b-chosen"));
+        }
+      }
+    }
+    this.grid.replaceChildren(...(this.viewer.plain && this.board.planar ? this.lines() : []));
+  }
+
+  lines() {
+    const step = this.step() * 2;
+    const [[left, top], [right, bottom]] = [this.viewer.unproject([0, 0]), this.viewer.unproject([800, 520])];
+    const found = [];
+    for (let x = Math.ceil(left / step) * step; x <= right; x += step) found.push(stroke([this.viewer.project([x, top]), this.viewer.project([x, bottom])], "b-grid"));
+    for (let y = Math.ceil(bottom / step) * step; y <= top; y += step) found.push(stroke([this.viewer.project([left, y]), this.viewer.project([right, y])], "b-grid"));
+    return found.length < 400 ? found : [];
+  }
+}
+
+const apart = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
+const rounded = (value) => Number(value.toPrecision(9)) + 0;
+
+function nearest([a, b], [c, d], [x, y]) {
+  const length = (c - a) ** 2 + (d - b) ** 2;
+  const part = length ? Math.min(1, Math.max(0, ((x - a) * (c - a) + (y - b) * (d - b)) / length)) : 0;
+  return [a + part * (c - a), b + part * (d - b)];
+}
+
+/** The place along a line that is nearest to a point, as a number of corners. */
+export function nearestOn(line, at) {
+  let best = [Infinity, 0];
+  for (let k = 0; k + 1 < line.length; k++) {
+    const there = nearest(line[k], line[k + 1], at);
+    const whole = apart(line[k], line[k + 1]);
+    if (apart(there, at) < best[0]) best = [apart(there, at), k + (whole ? apart(line[k], there) / whole : 0)];
+  }
+  return best[1];
+}
+
+function made(name, attributes, text = null) {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text !== null) element.textContent = text;
+  return element;
+}
+
+const ring = ([cx, cy], r, kind) => made("circle", { cx, cy, r, class: kind });
+const stroke = (points, kind) => made("path", { d: points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join(""), class: kind });
+const words = ([x, y], text) => made("text", { x: x + 12, y: y - 10 }, text);

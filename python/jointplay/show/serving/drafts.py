@@ -1,0 +1,185 @@
+"""A mechanism that is being drawn: its text, what it makes so far, and what is missing for an answer."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from jointplay.analyses.nominal import Nominal
+from jointplay.errors import InputError, listed
+from jointplay.file import document, toml
+from jointplay.file.schema import validate
+from jointplay.model.mechanism import Mechanism, read_at
+from jointplay.model.mobility import examine
+from jointplay.model.patterns import written_out
+
+from .board import GROUND, BodyPoses, Json, bodies_of, free_of, told
+from .session import Session
+
+#: where the file of a line is said
+LINE = re.compile(r"line (\d+)")
+#: what an empty drawing begins with
+EMPTY = """\
+# Drawn on the board of jointplay studio.
+
+format = 1
+title  = "drawing"
+space  = "planar"
+units  = { length = "mm", angle = "deg", force = "N" }
+"""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A text on the board.
+
+    Attributes
+    ----------
+    text : str
+    raw : mapping
+        Its tables; empty where it is no TOML.
+    m : Mechanism or None
+        What it makes, with an output of our own where it names none.
+    session : Session or None
+        What answers questions; None where something is missing.
+    missing : tuple of dict
+        What is missing for an answer, in ``text``, and in ``do`` what would mend it.
+    problem : dict or None
+        What is wrong with the text: ``text``, ``key`` and ``line``.
+    """
+
+    text: str
+    raw: Mapping[str, Any]
+    m: Mechanism | None = None
+    session: Session | None = None
+    missing: tuple[Json, ...] = ()
+    problem: Json | None = None
+
+    def board(self, before: BodyPoses) -> Json:
+        """What a page draws of it, with poses of bodies that are not known otherwise."""
+        at = None
+        if self.session is not None:
+            path = self.session.path
+            known = np.flatnonzero(np.isfinite(path.poses).all(axis=(1, 2)))
+            at = path.at(int(known[len(known) // 2])) if len(known) else None
+        if at is None and self.m is not None:
+            m = self.m.first
+            guess = m.guess[None]
+            rest = np.zeros((1, len(m.drives)))
+            at = Nominal(rest, guess, m.core.output(guess), np.zeros(1, dtype=np.uint8))
+        board = told(self.raw, None if self.m is None else self.m.first, at, before)
+        return {**board, "missing": list(self.missing)}
+
+
+def read(text: str, name: str, path: str | os.PathLike[str] = "") -> Draft:
+    """What a text makes, be it complete or not.
+
+    Parameters
+    ----------
+    text : str
+    name : str
+        Of the file, in messages.
+    path : path-like
+        Where the file stands: what it includes is beside it.
+    """
+    raw: Mapping[str, Any] = {}
+    try:
+        raw = toml.parse(text, file=name)
+        return _read(text, raw, name, os.fspath(path))
+    except InputError as error:
+        return Draft(text, raw, problem=_problem(text, error))
+
+
+def _problem(text: str, error: InputError) -> Json:
+    found = LINE.search(error.problem)
+    line = int(found[1]) if found else document.line_of(text, error.key)
+    return {"text": str(error), "key": error.key, "line": line}
+
+
+def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
+    if not raw.get("joints") and "patterns" not in raw and "include" not in raw:
+        first = "join a bar to the ground or to another bar" if free_of(raw) else "draw a bar, or begin with a template"
+        return Draft(text, raw, missing=(_says(f"There is no joint yet: {first}."),))
+    has_output = bool("output" in raw or raw.get("outputs") or "include" in raw)
+    whole = raw if has_output else {**raw, "output": {"body": _some_body(raw)}}
+    try:
+        loose = _loose(raw)
+        if loose:
+            validate(written_out(dict(whole), name).data, name)
+            return Draft(text, raw, missing=loose)
+        m = read_at(text, path, name) if has_output else Mechanism(whole, name)
+    except InputError:
+        if not (open_ends := [body for body in free_of(raw) if len(_joints_of(raw, body)) == 1]):
+            raise
+        # What is wrong otherwise is said when the bar has its pin.
+        validate(written_out(dict(whole), name).data, name)
+        return Draft(
+            text, raw, missing=(_says(f"One end of {listed(open_ends)} is free: put a pin or the output there."),)
+        )
+    missing = [*_motions(m)]
+    if not has_output:
+        missing.append(_says("There is no output yet: which point matters?", tool="output"))
+    if missing:
+        return Draft(text, raw, m, missing=tuple(missing))
+    return Draft(text, raw, m, Session(m), tuple(_advice(m)))
+
+
+def _joints_of(raw: Mapping[str, Any], body: str) -> list[str]:
+    return [name for name, table in raw["joints"].items() if body in bodies_of(table)]
+
+
+def _some_body(raw: Mapping[str, Any]) -> str:
+    """A body that stands for that of the output: one that would hang loose without it, if there is one."""
+    bodies = dict.fromkeys(b for table in raw["joints"].values() for b in bodies_of(table) if b != GROUND)
+    return next((b for b in bodies if len(_joints_of(raw, b)) == 1), next(iter(bodies), GROUND))
+
+
+def _says(text: str, **do: Any) -> Json:
+    return {"text": text, "do": do or None}
+
+
+def _loose(raw: Mapping[str, Any]) -> tuple[Json, ...]:
+    """Bodies that no joints connect with the ground."""
+    if "patterns" in raw or "include" in raw:
+        return ()
+    joined = [set(bodies_of(table)) for table in raw["joints"].values() if isinstance(table, Mapping)]
+    known = {GROUND}
+    while more := [bodies for bodies in joined if bodies & known and not bodies <= known]:
+        known = known.union(*more)
+    loose = [body for body in dict.fromkeys(b for bodies in joined for b in sorted(bodies)) if body not in known]
+    if not loose:
+        return ()
+    return (_says(f"Nothing holds {listed(loose)} to the ground: put a pin on it.", tool="ground"),)
+
+
+def _motions(m: Mechanism) -> list[Json]:
+    """Free motions, each with a joint that could be driven."""
+    found = examine(m.first)
+    if not found.motions:
+        return []
+    told = []
+    for motion in found.motions:
+        names = [name.split("/")[0] for name in motion.joints]
+        # Motors stand on the ground where they can.
+        grounded = [name for name in names if name in m.data.joints and GROUND in m.data.joints[name].names]
+        joint = (grounded or names or [""])[0]
+        count = "One motion" if len(found.motions) == 1 else f"{len(found.motions)} motions"
+        verb = "has" if len(found.motions) == 1 else "have"
+        told.append(_says(f"{count} {verb} no drive: drive {joint}?", gesture="drive", joint=joint))
+    return told[:1]
+
+
+def _advice(m: Mechanism) -> list[Json]:
+    """What an answer would be empty without."""
+    found = []
+    if not m.sources:
+        found.append(_says("There is no clearance and no tolerance yet: nothing is off.", tool="select"))
+    limits = m.data.limits
+    if not (limits.given() or any(output.limits.given() for output in m.data.outputs.values())):
+        found.append(_says("There is no limit yet: what is acceptable?", tool="limits"))
+    return found

@@ -1,0 +1,74 @@
+// States that are kept to compare with: their numbers side by side, their drawing as a ghost behind the present one.
+
+import { element } from "./sliders.js";
+import { short } from "./charts.js";
+
+const QUANTITIES = ["position", "rotation"];
+
+export class Variants {
+  constructor(place, { kept, restored, ghost }) {
+    Object.assign(this, { place, kept, restored, ghost, all: [], seen: null, count: 0 });
+    const bar = element("div", { className: "bar" }, place);
+    element("button", { type: "button", id: "keep", textContent: "keep the present one" }, bar).addEventListener("click", () => this.keep());
+    this.table = element("div", {}, place);
+  }
+
+  clear() {
+    Object.assign(this, { all: [], seen: null, count: 0 });
+    this.show();
+  }
+
+  keep() {
+    this.count += 1;
+    this.all.push({ name: `variant ${this.count}`, ...this.kept() });
+    this.show();
+  }
+
+  /** The present drawing is another one: its ghost stays. */
+  shown() {
+    this.ghost(this.seen?.scene ?? null);
+  }
+
+  show() {
+    this.table.replaceChildren();
+    if (!this.all.length) return;
+    const table = element("table", {}, this.table);
+    const head = element("tr", {}, element("thead", {}, table));
+    element("th", { textContent: "at the position where it was kept" }, head);
+    for (const variant of this.all) {
+      const cell = element("th", {}, head);
+      const name = element("input", { value: variant.name, size: 10 }, cell);
+      name.setAttribute("aria-label", "name of the variant");
+      name.addEventListener("change", () => (variant.name = name.value));
+      const ghost = element("input", { type: "checkbox", checked: this.seen === variant }, element("label", { textContent: "ghost " }, cell));
+      ghost.addEventListener("input", () => {
+        this.seen = ghost.checked ? variant : null;
+        this.shown();
+        this.show();
+      });
+      element("button", { type: "button", textContent: "go back to it" }, cell).addEventListener("click", () => this.restored(variant.state));
+      element("button", { type: "button", textContent: "drop" }, cell).addEventListener("click", () => {
+        this.all = this.all.filter((one) => one !== variant);
+        if (this.seen === variant) this.seen = null;
+        this.shown();
+        this.show();
+      });
+    }
+    const body = element("tbody", {}, table);
+    const words = Object.assign({}, ...this.all.map((variant) => variant.words));
+    for (const [question, told] of Object.entries(words)) {
+      for (const quantity of QUANTITIES) {
+        const row = element("tr", {}, body);
+        element("th", { textContent: `${told.words}, ${quantity}` }, row);
+        for (const { numbers } of this.all) {
+          const own = numbers[question]?.[quantity];
+          const value = own?.most ?? own?.value;
+          element("td", { textContent: value == null ? "–" : `${short(value)} ${own.unit}${numbers[question].exact ? "" : ", not exact"}` }, row);
+        }
+      }
+      const row = element("tr", {}, body);
+      element("th", { textContent: `${told.words}, along the path` }, row);
+      for (const { outcome } of this.all) element("td", { textContent: outcome[question] || "–" }, row);
+    }
+  }
+}

@@ -1,0 +1,561 @@
+"""The drawing board: edits of a file, what they leave as it was, and what a person does on the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from helpers.browser import Browser, needs_browser, opened
+from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
+from jointplay import examples
+from jointplay.errors import InputError
+from jointplay.file import document, toml
+from jointplay.show.serving import drafts, gestures
+from jointplay.show.serving.folder import Folder
+from jointplay.show.serving.server import Studio
+
+FOUR_BAR = examples.text("four-bar")
+PLANAR = [name for name in examples.names() if jp.loads(examples.text(name)).raw.get("space") == "planar"]
+DRAWN = [name for name in PLANAR if "patterns" not in jp.loads(examples.text(name)).raw]
+
+
+# --- edits -----------------------------------------------------------------------------------------------------------
+
+
+def test_an_edit_touches_its_line_and_nothing_else() -> None:
+    steps = ("joints", "J2", "clearance")
+    text = document.edited(FOUR_BAR, steps, {"fit": "H7/g6", "diameter": 12})
+    before, after = FOUR_BAR.splitlines(), text.splitlines()
+    assert len(before) == len(after)
+    changed = [k for k, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
+    assert [after[k] for k in changed] == ['clearance = {fit = "H7/g6", diameter = 12}']
+    assert document.edited(text, (*steps, "diameter"), 16) == text.replace("12}", "16}")
+
+
+@pytest.mark.parametrize("name", examples.names())
+def test_tables_that_come_and_go_leave_the_comments_of_others(name: str) -> None:
+    text = examples.text(name)
+    joint = {"type": "revolute", "bodies": ["ground", "new"], "at": [0, 0]}
+    more = document.edited(text, ("joints", "new_joint"), joint)
+    assert toml.parse(more)["joints"]["new_joint"] == joint
+    assert [line for line in text.splitlines() if line not in more.splitlines()] == []
+    less = document.edited(more, ("joints", "new_joint"), None)
+    assert toml.parse(less) == toml.parse(text)
+    assert [line for line in text.splitlines() if line.strip()] == [line for line in less.splitlines() if line.strip()]
+
+
+def test_a_line_is_that_of_its_key() -> None:
+    lines = FOUR_BAR.splitlines()
+    for key, words in [
+        ("joints.J3.clearance.radial", "clearance"),
+        ("limits.position", "position"),
+        ("title", "title"),
+    ]:
+        assert lines[document.line_of(FOUR_BAR, key) - 1].startswith(words)
+    assert lines[document.line_of(FOUR_BAR, "drives.theta1.speed") - 1] == "[drives.theta1]"
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
+    """Under every joint and every body of the file, with the names of sources that follow from them."""
+    text = examples.text(name)
+    m = jp.loads(text)
+    for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
+        wanted = gestures.renamed(m.raw, kind, old, "other_name")
+        again = document.renamed(text, wanted, old, "other_name")
+        assert len(again.splitlines()) == len(text.splitlines())
+        other = jp.loads(again)
+        np.testing.assert_array_equal(other.core_spec["guess"], m.core_spec["guess"])
+        assert len(other.sources) == len(m.sources)
+        assert [s.replace("other_name", old) for s in other.sources] == [*m.sources]
+
+
+def places(m: jp.Mechanism, at: np.ndarray) -> dict[str, np.ndarray]:
+    """Where every joint is on its first body and on its second, file units."""
+    found = {}
+    for name, ends in zip(m.joints, m.joint_points, strict=True):
+        for end, point in zip("ab", ends, strict=True):
+            body, local = m.points[point].body, np.array(m.points[point].at[:2])
+            x, y, angle = (0.0, 0.0, 0.0) if body == -1 else at[body]
+            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            found[f"{name} {end}"] = (np.array([x, y]) + turn @ local) / m.units.length
+    return found
+
+
+def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
+    """In the four-bar, whose bodies have axes of their own, at any configuration."""
+    m = jp.loads(FOUR_BAR)
+    session = drafts.read(FOUR_BAR, "m.toml").session
+    assert session is not None
+    for k in (0, 5):
+        poses = session.path.poses[k]
+        shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+        edits, _ = gestures.edits(m.raw, shown, {"gesture": "move", "at": {"joint": "J2"}, "to": [90, 40]})
+        text = FOUR_BAR
+        for steps, value in edits:
+            text = document.edited(text, steps, value)
+        before, after = places(m, poses), places(jp.loads(text), poses)
+        assert before.keys() == after.keys()
+        for name, place in after.items():
+            np.testing.assert_allclose(place, [90, 40] if name.startswith("J2") else before[name], atol=1e-7)
+        # And this is a configuration of the changed mechanism at the same drive value.
+        moved = jp.loads(text).with_({"drives.theta1.values": [float(session.path.drives[k, 0] / np.pi * 180.0)]})
+        angles = dict(zip(m.bodies, poses[:, 2], strict=True))
+        start = {f"start.{body}": {"angle": float(np.degrees(angle))} for body, angle in angles.items()}
+        np.testing.assert_allclose(jp.solve(moved.with_(start)).nominal[0, :2], before["J3 a"], atol=1e-6)
+
+
+def draft(*told: dict[str, Any], text: str = drafts.EMPTY) -> str:
+    """The text after gestures at the poses of the drawing."""
+    for one in told:
+        for steps, value in gestures.edits(toml.parse(text), {}, one)[0]:
+            text = document.edited(text, steps, value)
+    return text
+
+
+SLIDER_CRANK = (
+    {"gesture": "bar", "from": {"at": [0, 0]}, "to": {"at": [0, 50]}},
+    {"gesture": "bar", "from": {"body": "bar1", "index": 1}, "to": {"at": [120, 0]}},
+    {"gesture": "ground", "at": {"body": "bar1", "index": 0}},
+    {"gesture": "slider", "at": {"body": "bar2", "index": 0}, "angle": 0},
+    {"gesture": "drive", "joint": "J2"},
+    {"gesture": "output", "at": {"joint": "J3"}},
+)
+
+
+def test_a_slider_crank_that_is_drawn_moves_as_one() -> None:
+    text = draft(*SLIDER_CRANK)
+    m = jp.loads(text)
+    found = jp.solve(m)
+    # The crank of 50 and the rod of 130: x = -50 sin + sqrt(130^2 - (50 cos)^2).
+    turned = np.radians(np.linspace(-20, 20, 9))
+    x = -50 * np.sin(turned) + np.sqrt(130**2 - (50 * np.cos(turned)) ** 2)
+    np.testing.assert_allclose(found.nominal[:, 0], x, atol=1e-9)
+    assert "board" not in m.raw
+
+
+def test_what_is_missing_is_said_until_there_is_an_answer() -> None:
+    said = []
+    for count in range(len(SLIDER_CRANK) + 1):
+        found = drafts.read(draft(*SLIDER_CRANK[:count]), "m.toml")
+        assert found.problem is None
+        assert (found.session is not None) == (count == len(SLIDER_CRANK))
+        said.append(found.missing[0]["text"])
+    assert said == [
+        "There is no joint yet: draw a bar, or begin with a template.",
+        "There is no joint yet: join a bar to the ground or to another bar.",
+        "Nothing holds bar1, bar2 to the ground: put a pin on it.",
+        "2 motions have no drive: drive J2?",
+        "One motion has no drive: drive J2?",
+        "There is no output yet: which point matters?",
+        "There is no clearance and no tolerance yet: nothing is off.",
+    ]
+
+
+def test_a_joint_that_is_deleted_takes_its_drive_and_leaves_the_ends_of_bars() -> None:
+    raw = toml.parse(draft(*SLIDER_CRANK, {"gesture": "delete", "what": {"joint": "J2"}}))
+    assert "drives" not in raw
+    assert raw["board"]["free"] == {"bar1": [[0, 0]]}
+    raw = toml.parse(draft(*SLIDER_CRANK, {"gesture": "delete", "what": {"body": "bar2"}}))
+    assert [*raw["joints"]] == ["J2", "J4"]
+    assert "bar2" not in json.dumps(raw["joints"])
+
+
+def test_a_guide_that_is_dragged_keeps_its_coordinate() -> None:
+    text = examples.text("slider-crank")
+    m, session = jp.loads(text), drafts.read(text, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[3]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    for steps, value in gestures.edits(m.raw, shown, {"gesture": "move", "at": {"joint": "guide"}, "to": [10, 0]})[0]:
+        text = document.edited(text, steps, value)
+    before, after = places(m, poses), places(jp.loads(text), poses)
+    for end in "ab":
+        np.testing.assert_allclose(after[f"guide {end}"] - before[f"guide {end}"], [10, 0], atol=1e-7)
+
+
+@pytest.mark.parametrize("name", PLANAR[::5])
+def test_whatever_is_done_leaves_a_text_that_can_be_read_and_drawn(name: str) -> None:
+    random = np.random.default_rng(5)
+    text, count = examples.text(name), 0
+    for _ in range(12):
+        raw = toml.parse(text)
+        board = drafts.read(text, "m.toml").board({})
+        refs = [{"joint": joint["name"]} for joint in board["joints"]]
+        refs += [{"body": one["body"], "index": one["index"]} for one in board["free"]]
+        refs += [{"body": body, "at": [float(v) for v in random.integers(-99, 99, 2)]} for body in board["bodies"]]
+        one, other = (refs[k] if refs else {"at": [0, 0]} for k in random.integers(0, max(len(refs), 1), 2))
+        gesture = str(random.choice([*gestures.GESTURES]))
+        to = [float(v) for v in random.integers(-99, 99, 2)]
+        told = {"gesture": gesture, "at": one, "from": one, "to": to, "what": one, "angle": 15.0, **one}
+        told |= {"to": other} if gesture == "bar" else {}
+        try:
+            edits, _ = gestures.edits(raw, board["poses"], told)
+        except InputError:
+            continue
+        for steps, value in edits:
+            text = document.edited(text, steps, value)
+        count += 1
+        json.dumps(drafts.read(text, "m.toml").board(board["poses"]), allow_nan=False)
+    assert count
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"gesture": "fly"}, "is not something that the board can do"),
+        ({"gesture": "bar", "from": {"at": [0, 0]}, "to": {"at": [0, 0]}}, "both ends of the bar are at one place"),
+        ({"gesture": "bar", "from": {"at": [0, 0]}, "to": {"at": [0, "x"]}}, "is not a place"),
+        ({"gesture": "bar"}, "this is not what the page asks"),
+        ({"gesture": "bar", "from": 3, "to": []}, "this is not what the page asks"),
+        ({"gesture": "move", "at": {"joint": "J9"}, "to": [0, 0]}, "'J9' is not a joint"),
+        ({"gesture": "move", "at": {"body": "crank", "index": 5}, "to": [0, 0]}, "is not there any more"),
+        ({"gesture": "drive", "joint": "J1"}, "'J1' has a drive already"),
+        ({"gesture": "ground", "at": {"joint": "J1"}}, "'J1' is on 'ground' already"),
+        ({"gesture": "length", "from": "J1", "to": "J2", "value": -1}, "is not a length"),
+        ({"gesture": "delete", "what": {}}, "nothing that could be deleted"),
+        ({"gesture": "delete", "what": {"load": 7}}, "is not there any more"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_in_one_line(told: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        gestures.edits(toml.parse(FOUR_BAR), {}, told)
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"edits": 3},
+        {"edits": [[]]},
+        {"edits": [[["joints", 1.5], 2]]},
+        {"edits": [[[], 2]]},
+        {"edits": [[["joints", "J1", 7], 2]]},
+        {"edits": [[["title", "x"], 2]]},
+        {"poses": {"crank": [1]}},
+        {"poses": {"crank": [1, 2, float("nan")]}},
+        {"rename": ["joint", "J1", "a b"]},
+        {"rename": ["joint", "J1", "J2"]},
+        {"rename": ["body", "ground", "frame"]},
+        {"rename": ["joint"]},
+    ],
+)
+def test_edits_that_no_page_of_ours_sends_are_refused(told: dict[str, Any], tmp_path: Path) -> None:
+    studio = Studio(Folder(tmp_path))
+    page = studio.open({"example": "four-bar"})["page"]
+    with pytest.raises(InputError):
+        studio.edit({"page": page, **told})
+    assert studio.now({"page": page, "drives": [40.0]})["here"]
+
+
+def test_a_fit_is_one_of_the_standard_and_its_slider_steps_through_fits(tmp_path: Path) -> None:
+    studio = Studio(Folder(tmp_path))
+    page = studio.open({"example": "four-bar-fits"})
+    # ISO 286 for 12 mm: H7 is 0 to 18, g6 -17 to -6 micrometres.
+    told = {name: (least, most) for name, least, most in studio.fits({"page": page["page"], "diameter": 12})["fits"]}
+    assert told["H7/g6"] == pytest.approx((0.006, 0.035))
+    knob = page["knobs"][0]
+    names = [fit for fit, _, _ in knob["fits"]]
+    assert names[int(knob["value"])] == "H8/f7"
+    values = {knob["key"]: float(names.index("H7/h6"))}
+    text = studio.text({"page": page["page"], "values": values})["text"]
+    head, mark, rest = examples.text("four-bar-fits").partition("[joints.J1]")
+    assert text == head + mark + rest.replace("H8/f7", "H7/h6", 1)
+
+
+def test_sentence_and_table_agree_at_a_dead_centre(tmp_path: Path) -> None:
+    """The sentence had what the load leaves open, and the table had not."""
+    studio = Studio(Folder(tmp_path))
+    text = draft(*SLIDER_CRANK, {"gesture": "load", "at": {"joint": "J3"}, "force": [0, -10]})
+    for joint in ("J1", "J2", "J3"):
+        text = document.edited(text, ("joints", joint, "clearance"), {"radial": 0.1})
+    text = document.edited(text, ("limits", "position"), 0.2)
+    page = studio.open({"text": text, "name": "m.toml"})
+    found = studio.now({"page": page["page"], "drives": [0.0], "question": "loaded"})["here"]["loaded"]
+    assert found["status"] == "undetermined"
+    most = found["position"]["most"]
+    assert most > found["position"]["value"]
+    assert any(f"{most:.4g} mm" in sentence["text"] for sentence in found["sentences"])
+
+
+# --- what a person does ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with opened(tmp_path_factory.mktemp("profile")) as running:
+        yield running
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("four-bar", "four-bar-fits"):
+        (tmp_path / f"{name}.toml").write_text(examples.text(name))
+    return tmp_path
+
+
+@pytest.fixture
+def person(folder: Path, browser: Browser) -> Iterator[Person]:
+    """Somebody in front of the four-bar."""
+    with served(folder) as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        yield Person(page)
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []
+
+
+@pytest.fixture
+def drawer(folder: Path, browser: Browser) -> Iterator[Person]:
+    """Somebody in front of an empty drawing."""
+    with served(folder, "") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.querySelectorAll('#open option').length > 20")
+        choose(page, {"new": True})
+        page.wait("document.body.classList.contains('draft')")
+        yield Person(page)
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []
+
+
+#: the line that never leaves the screen
+LINE = "document.querySelector('#line').innerText"
+
+
+@needs_browser
+class TestAPerson:
+    def test_draws_a_four_bar_from_nothing_to_a_verdict_and_takes_all_of_it_back(self, drawer: Person) -> None:
+        page = drawer.page
+        drawer.draw()
+        drawer.press("a", 2)
+        drawer.pick("#way", "fit")
+        drawer.fill("diameter", "12")
+        drawer.pick("#fit", "H8/f7")
+        drawer.fill("limits.position", "0,2")
+        page.wait("document.querySelector('#line .held')")
+        assert drawer.actions < 40
+        assert "worst case: held" in page.run(LINE)
+        m = jp.loads(drawer.text)
+        assert m.value("joints.*.clearance.fit") == "H8/f7"
+        assert m.value("limits.position") == 0.2
+        assert len(m.joints) == 4
+        # Back to the empty page, and forth again.
+        text = drawer.text
+        count = 0
+        while not page.run("document.getElementById('undo').disabled"):
+            drawer.press("z", 2)
+            count += 1
+        assert drawer.text == drafts.EMPTY
+        assert page.run("document.body.dataset.saved") == "true"
+        for _ in range(count):
+            drawer.press("y", 2)
+        assert drawer.text == text
+
+    def test_types_length_and_angle_of_a_bar_with_a_comma(self, drawer: Person) -> None:
+        drawer.press("b")
+        drawer.click(0, 0)
+        drawer.page.run("document.getElementById('typed').focus()")
+        drawer.page.ask("Input.insertText", text="42,5<90")
+        drawer.press("Enter")
+        assert toml.parse(drawer.text)["board"]["free"] == {"bar1": [[0, 0], [0, 42.5]]}
+
+    def test_draws_by_touch(self, drawer: Person) -> None:
+        drawer.press("b")
+        for start, end in [((-40, 0), (0, 0)), ((0, 0), (40, 20))]:
+            a, b = drawer.pixel(*start), drawer.pixel(*end)
+            way = [
+                {"x": p + (q - p) * part, "y": r + (s - r) * part}
+                for part in (0.5, 1.0)
+                for p, q, r, s in [(a[0], b[0], a[1], b[1])]
+            ]
+            drawer.page.ask("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": a[0], "y": a[1]}])
+            for place in way:
+                drawer.page.ask("Input.dispatchTouchEvent", type="touchMove", touchPoints=[place])
+            drawer.page.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+            drawer.done()
+        raw = toml.parse(drawer.text)
+        assert raw["joints"] == {"J1": {"type": "revolute", "bodies": ["bar1", "bar2"], "at": [0, 0]}}
+        assert raw["board"]["free"] == {"bar1": [[-40, 0]], "bar2": [[40, 20]]}
+
+    def test_begins_with_a_template_and_draws_on_it(self, folder: Path, browser: Browser) -> None:
+        """A second rod on a slider-crank that has axes of its own in every body."""
+        with served(folder, "") as server:
+            page = browser.page(server.address, width=1280, height=800)
+            page.wait("document.querySelectorAll('#start button').length > 20")
+            person = Person(page)
+            find = "(one) => one.textContent.startsWith('slider-crankSlider')"
+            page.run(f"[...document.querySelectorAll('#start button')].find({find}).click()")
+            page.wait("document.body.classList.contains('opened') && document.body.dataset.shown > 0")
+            text = person.text
+            point = "board.board.joints.find(({ name }) => name === 'crankpin').point"
+            pin = page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.scene.places[0][{point}])")
+            person.press("b")
+            person.click(*pin)
+            person.click(150, 90)
+            raw = toml.parse(person.text)
+            assert [*raw["joints"]["crankpin"]["on"]] == ["crank", "rod", "bar1"]
+            np.testing.assert_allclose(raw["joints"]["crankpin"]["on"]["bar1"], pin, atol=1e-3)
+            assert raw["joints"]["crankpin"]["on"]["crank"] == [50, 0]
+            assert [line for line in text.splitlines() if line not in person.text.splitlines()] == [
+                "on   = { crank = [50, 0], rod = [0, 0] }"
+            ]
+
+    def test_chooses_a_fit_which_stays_one(self, person: Person) -> None:
+        choose(person.page, {"file": "four-bar-fits.toml"})
+        person.page.wait("document.querySelector('[data-name=\"joints.J1.clearance\"] output')")
+        slider = "document.querySelector('[data-name=\"joints.J2.clearance\"] input')"
+        told = "document.querySelector('[data-name=\"joints.J2.clearance\"] output').textContent"
+        person.page.run(f"{slider}.value = 0, {slider}.dispatchEvent(new Event('input')), 0")
+        person.page.run(f"{slider}.dispatchEvent(new Event('change')), 0")
+        assert person.page.run(told) == "H6/h5: 0 to 0.019"
+        person.press("s", 2)
+        person.page.wait("document.getElementById('note').textContent.startsWith('saved')")
+        own = examples.text("four-bar-fits")
+        head, mark, rest = own.partition("[joints.J2]")
+        folder = Path(person.page.run("document.querySelector('#open optgroup').label"))
+        assert (folder / "four-bar-fits.toml").read_text() == head + mark + rest.replace("H8/f7", "H6/h5", 1)
+
+    def test_drags_a_joint_and_undoes_it(self, person: Person) -> None:
+        x, y = 75 * np.cos(np.radians(48.98)), 75 * np.sin(np.radians(48.98))
+        person.drag((x, y), (70, 70))
+        # Other joints stay where they are; the drawing is in the file, in the axes of each body.
+        m = jp.loads(person.text)
+        assert m.value("joints.J2.on")["crank"] != [75, 0]
+        assert np.linalg.norm(m.value("joints.J2.on")["crank"]) == pytest.approx(np.hypot(70, 70), abs=2.0)
+        person.press("z", 2)
+        assert person.text == FOUR_BAR
+
+    def test_moves_the_mechanism_with_shift_and_changes_nothing(self, person: Person) -> None:
+        x, y = 75 * np.cos(np.radians(48.98)), 75 * np.sin(np.radians(48.98))
+        person.drag((x, y), (75 * np.cos(np.radians(30)), 75 * np.sin(np.radians(30))), SHIFT)
+        angle = float(person.page.run(f"{number('theta1')}.value"))
+        assert angle == pytest.approx(30.0, abs=2.0)
+        assert person.text == FOUR_BAR
+        assert person.page.run("document.body.dataset.saved") == "true"
+
+    def test_deletes_a_joint_by_keys_alone(self, person: Person) -> None:
+        person.pick("#parts", '{"joint":"J3"}')
+        person.page.run("document.querySelector('#drawing svg').focus()")
+        person.press("Delete")
+        assert "J3" not in toml.parse(person.text)["joints"]
+        assert "motions have no drive" in person.page.run(LINE)
+        person.press("z", 2)
+        assert person.text == FOUR_BAR
+
+    def test_renames_a_body_everywhere(self, person: Person) -> None:
+        person.pick("#parts", '{"body":"rocker"}')
+        field = "document.querySelector('#inspector .field input')"
+        person.page.run(f"{field}.value = 'swing', {field}.dispatchEvent(new Event('change')), 0")
+        person.done()
+        assert person.text == FOUR_BAR.replace("{ coupler = [75, 0], rocker", "{ coupler = [75, 0], swing").replace(
+            "rocker = [0, 0]", "swing = [0, 0]"
+        ).replace("rocker = { angle", "swing = { angle").replace('"rocker"', '"swing"')
+
+    def test_is_asked_before_anything_is_lost_and_finds_it_again(self, person: Person, browser: Browser) -> None:
+        page = person.page
+        person.fill("limits.position", "3.5")
+        changed = person.text
+        choose(page, {"example": "five-bar"})
+        page.wait("document.getElementById('ask').open")
+        person.tap("#ask [value=stay]")
+        assert person.text == changed
+        # A page that was closed without an answer.
+        address = page.run("location.href")
+        other = browser.page(address, width=1280, height=800)
+        other.wait("document.querySelector('#note button')")
+        other.click("#note button")
+        other.wait("document.getElementById('text').value.includes('3.5')")
+        assert other.run("document.getElementById('text').value") == changed
+        choose(page, {"example": "five-bar"})
+        page.wait("document.getElementById('ask').open")
+        person.tap("#ask [value=lose]")
+        page.wait("document.getElementById('name').value === 'five-bar.toml'")
+
+    def test_sees_that_values_are_not_valid(self, person: Person) -> None:
+        page = person.page
+        put(page, "joints.J2.clearance", "-1")
+        page.wait("document.body.classList.contains('stale')")
+        assert page.text("#note").startswith("J2 radial: ")
+        assert "joints.J2.clearance" in page.text("#note")
+        assert float(page.run("getComputedStyle(document.querySelector('#drawing svg')).opacity")) < 0.5
+        put(page, "joints.J2.clearance", "0,5")
+        page.wait("!document.body.classList.contains('stale')")
+        assert page.text("#note") == ""
+        person.fill("limits.position", "-2")
+        page.wait("document.body.classList.contains('stale')")
+        assert "limits.position" in page.text("#note")
+        person.press("z", 2)
+        page.wait("!document.body.classList.contains('stale')")
+
+    def test_types_in_the_text_and_is_led_to_the_line_of_an_error(self, person: Person) -> None:
+        page = person.page
+        person.tap("#file summary")
+
+        def write(text: str) -> None:
+            area = "document.getElementById('text')"
+            page.run(f"{area}.value = {json.dumps(text)}, {area}.dispatchEvent(new Event('change')), 0")
+
+        write(FOUR_BAR.replace("radial = 1.0", "radius = 1.0", 1))
+        page.wait("document.getElementById('wrong').textContent")
+        line = next(k for k, one in enumerate(FOUR_BAR.splitlines(), 1) if one.startswith("clearance"))
+        assert page.text("#wrong").startswith(f"line {line}: ")
+        assert "four-bar.toml: joints.J1.clearance" in page.text("#wrong")
+        write(FOUR_BAR.replace("position = 4.0", "position = 1.0", 1))
+        page.wait("document.querySelector('#line .missed')")
+        assert page.run("document.querySelector('#inspector [data-key=\"limits.position\"]').value") == "1"
+
+    def test_keeps_a_variant_and_compares(self, person: Person) -> None:
+        page = person.page
+        page.wait(EXACT)
+        person.tap("#variants summary")
+        person.tap("#keep")
+        put(page, "joints.J2.clearance", "0.2")
+        page.wait(EXACT)
+        person.tap("#keep")
+        rows = page.run(
+            "[...document.querySelectorAll('#variants tbody tr')]"
+            ".map((row) => [...row.cells].map((cell) => cell.textContent))"
+        )
+        worst = next(row for row in rows if row[0] == "worst case, position")
+        first, second = (float(cell.split()[0]) for cell in worst[1:])
+        assert first > second > 0.0
+        person.tap("#variants thead input[type=checkbox]")
+        assert page.run("document.querySelectorAll('.jp-other').length") > 0
+
+    def test_saves_the_drawing_as_a_picture(self, person: Person) -> None:
+        made = (
+            "Promise.all([import('./studio.js'), import('./export.js')])"
+            ".then(([{ board }, { exported }]) => exported(board.viewer.svg, '%s')).then((blob) => blob.%s)"
+        )
+        svg = person.page.run(made % ("svg", "text()"))
+        assert svg.startswith("<svg")
+        assert "jp-body" in svg
+        size = person.page.run(
+            made % ("png", "slice(0, 24).arrayBuffer()") + ".then((bytes) => [...new Uint8Array(bytes)])"
+        )
+        assert bytes(size[:8]) == b"\x89PNG\r\n\x1a\n"
+        assert int.from_bytes(bytes(size[16:20]), "big") == 1600
+
+    def test_has_names_for_everything_and_room_at_800_pixels(self, person: Person) -> None:
+        page = person.page
+        size = {"width": 800, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        page.ask("Emulation.setDeviceMetricsOverride", **size)
+        assert page.run("document.documentElement.scrollWidth") <= 800
+        fields = "[...document.querySelectorAll('button, input:not([hidden]), select, textarea')]"
+        is_unnamed = "(one) => !one.textContent.trim() && !one.labels?.length && !one.ariaLabel"
+        unnamed = f"{fields}.filter({is_unnamed}).map((one) => one.outerHTML)"
+        assert page.run(unnamed) == []
+        # Of several tools one is pressed, by its key.
+        person.press("g")
+        assert page.run("[...document.querySelectorAll('[aria-pressed=true]')].map((one) => one.dataset.tool)") == [
+            "ground"
+        ]
+        box = page.run(
+            "(({ bottom }) => [bottom, innerHeight])(document.getElementById('line').getBoundingClientRect())"
+        )
+        assert box[0] == box[1]
