@@ -28,13 +28,15 @@ HEADER = re.compile(r"(?m)^CASCADE Topology V[13],")
 SECTION = r"(?m)^{} ([0-9]{{1,8}})$"
 #: shapes that are met in one part; far more than a drawing has, and what makes an end of shapes made of shapes
 MOST_MET = 300_000
-#: curves inside one another
-DEEPEST = 20
+#: curves inside one another, and locations of which one is the product
+DEEPEST, LONGEST_CHAIN = 20, 200
 #: numbers of curves and surfaces of fixed length by their type
 CURVES = {1: 6, 2: 13, 3: 14, 4: 13, 5: 14}
 SURFACES = {1: 12, 2: 13, 3: 14, 4: 13, 5: 14}
 LINE, CIRCLE = 1, 2
 NAMES = {"Edge": {1: "line", 2: "circle"}, "Face": {1: "plane", 2: "cylinder", 3: "cone", 4: "sphere", 5: "torus"}}
+#: a location: elementary ones with their powers, so that two that are equal are seen to be
+_Chain = tuple[tuple[int, int], ...]
 #: shapes that are looked for, and those that lie inside of them
 KINDS = {"Face": "Fa", "Edge": "Ed", "Vertex": "Ve"}
 ORDER = ("Co", "CS", "So", "Sh", "Fa", "Wi", "Ed", "Ve")
@@ -90,7 +92,7 @@ class _Met:
     """A shape as it is met: its number, where it is, and whether it is turned inside out."""
 
     number: int
-    where: tuple[int, ...]
+    where: _Chain
     is_reversed: bool
 
 
@@ -137,11 +139,11 @@ class Shape:
         if HEADER.search(text[:500]) is None:
             raise Unreadable("it is of a version that is not read")
         try:
-            self.locations = self._locations(*_section(text, "Locations", "Curve2ds"))
+            self.matrices, self.locations = self._locations(*_section(text, "Locations", "Curve2ds"))
             self.curves = self._each(_curve, *_section(text, "Curves", "Polygon3D"))
             self.surfaces = self._each(_surface, *_section(text, "Surfaces", "Triangulations"))
             self.shapes, self.root = self._shapes(*_section(text, "TShapes", None))
-        except (ValueError, OverflowError, IndexError) as error:
+        except (ValueError, OverflowError, IndexError, KeyError) as error:
             raise Unreadable(str(error)) from None
 
     @staticmethod
@@ -149,26 +151,28 @@ class Shape:
         return [read(tokens, 0) for _ in range(count)]
 
     @staticmethod
-    def _locations(tokens: _Tokens, count: int) -> list[np.ndarray]:
-        """Matrices of four rows; the first one moves nothing."""
-        found = [np.eye(4)]
-        for _ in range(count):
+    def _locations(tokens: _Tokens, count: int) -> tuple[list[np.ndarray], list[_Chain]]:
+        """Matrices of the elementary locations, and every location as a product of their powers."""
+        matrices, chains = [np.eye(4)], [()]
+        for number in range(1, count + 1):
             kind = tokens.whole()
-            matrix = np.eye(4)
+            matrix, chain = np.eye(4), ()
             if kind == 1:
                 matrix[:3] = np.reshape(tokens.several(12), (3, 4))
+                chain = ((number, 1),)
             elif kind == 2:
-                while (number := tokens.whole()) != 0:
-                    power = tokens.whole()
-                    if not 0 < number < len(found) or abs(power) > DEEPEST:
+                while (part := tokens.whole()) != 0:
+                    if not 0 < part < len(chains):
                         raise Unreadable("a location is made of one that is not there")
-                    matrix = matrix @ np.linalg.matrix_power(found[number], power)
+                    # What comes later is farther out.
+                    chain = _composed(_powered(chains[part], tokens.whole()), chain)
             else:
                 raise Unreadable(f"{kind} is no kind of location")
             if not np.isfinite(matrix).all():
                 raise Unreadable("a location is no number")
-            found.append(matrix)
-        return found
+            matrices.append(matrix)
+            chains.append(chain)
+        return matrices, chains
 
     def _shapes(self, tokens: _Tokens, count: int) -> tuple[dict[int, _Raw], tuple[str, int, int]]:
         found: dict[int, _Raw] = {}
@@ -202,7 +206,7 @@ class Shape:
         sign, number, _ = self.root
         # Where the whole part is is its placement, which is no matter of its own axes.
         waiting = [start or _Met(number, (), sign == "-")]
-        seen: set[tuple[int, tuple[int, ...]]] = set()
+        seen: set[tuple[int, _Chain]] = set()
         for count in range(MOST_MET):
             if not waiting:
                 return
@@ -214,17 +218,20 @@ class Shape:
                     yield here
             elif ORDER.index(raw.kind) < ORDER.index(wanted):
                 waiting += [
-                    _Met(part, (*here.where, location) if location else here.where, here.is_reversed != (sign == "-"))
+                    _Met(part, _composed(here.where, self._location(location)), here.is_reversed != (sign == "-"))
                     for sign, part, location in reversed(raw.inner)
                 ]
         raise Unreadable(f"it is made of more than {MOST_MET} shapes")
 
-    def _matrix(self, where: tuple[int, ...], last: int) -> np.ndarray:
+    def _location(self, number: int) -> _Chain:
+        if not 0 <= number < len(self.locations):
+            raise Unreadable("a location is not there")
+        return self.locations[number]
+
+    def _matrix(self, where: _Chain, last: int) -> np.ndarray:
         found = np.eye(4)
-        for location in (*where, last):
-            if not 0 <= location < len(self.locations):
-                raise Unreadable("a location is not there")
-            found = found @ self.locations[location]
+        for number, power in _composed(where, self._location(last)):
+            found = found @ np.linalg.matrix_power(self.matrices[number], power)
         return found
 
     def element(self, name: str) -> Element | None:
@@ -269,6 +276,28 @@ class Shape:
         corners = [self._element("Vertex", corner).at for corner in self._inside("Ve", met)]
         along = [float(axis @ (corner - at)) for corner in corners] or [0.0]
         return Element(name, at, axis, radius, is_hole, (min(along), max(along)))
+
+
+def _composed(outer: _Chain, inner: _Chain) -> _Chain:
+    """The product of two locations; powers of one location beside one another become one."""
+    found = list(outer)
+    for number, power in inner:
+        if found and found[-1][0] == number:
+            power += found.pop()[1]
+        if power:
+            found.append((number, power))
+    if len(found) > LONGEST_CHAIN:
+        raise Unreadable("locations are made of one another without end")
+    return tuple(found)
+
+
+def _powered(chain: _Chain, power: int) -> _Chain:
+    if abs(power) > DEEPEST:
+        raise Unreadable(f"{power} is too high a power of a location")
+    found: _Chain = ()
+    for _ in range(abs(power)):
+        found = _composed(found, chain if power > 0 else tuple((number, -own) for number, own in reversed(chain)))
+    return found
 
 
 def _moved(matrix: np.ndarray, point: tuple[float, ...]) -> Vector:

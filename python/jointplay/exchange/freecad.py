@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
@@ -24,8 +24,12 @@ from jointplay.basics.files import is_within
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.toml import MOST_FILES
 
+from .brep import Element, Shape, Unreadable
+from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
 from .fcstd import MM, Archive, Budget, Item
 from .options import Options
+from .settling import settled
+from .shaping import grounded
 from .skeleton import Attachment, Body, Frame, Joint, Skeleton, fixed, floating, free
 
 #: the fixed body
@@ -45,6 +49,11 @@ KINDS = {
     "Slider": "prismatic",
     "Ball": "spherical",
 }
+#: the same of constraints that hold directions only: rad
+ANGLES = {"Parallel": 0.0, "Perpendicular": math.pi / 2, "Angle": math.nan}
+TYPES = (*KINDS, *ANGLES, "Distance", "RackPinion", "Screw", "Gears", "Belt")
+#: how much less than one the product of two unit vectors may be that are parallel, or across each other
+SKEW = 1e-6
 #: how far a joint may be open in the drawing: m, rad
 OPEN = 1e-6
 
@@ -106,7 +115,9 @@ class _Assembly:
         self.bodies: dict[str, Body] = {WORLD: Body()}
         #: names of bodies by those of objects
         self.parts: dict[str, str] = {}
-        self.ends: dict[str, tuple[End, End]] = {}
+        #: frames of fixed joints
+        self.locked: dict[str, tuple[Frame, Frame]] = {}
+        self.shapes: dict[tuple[str, str], Shape | None] = {}
 
     def _chosen(self) -> Item:
         """The assembly that is read: no other one has it inside."""
@@ -220,47 +231,53 @@ class _Assembly:
 
     def skeleton(self, ground: str | None) -> Skeleton:
         """All of it."""
-        joints = [*self._grounded(ground), *self._joints()]
-        for name, item in ((item.name, item) for item in self._members(self.top)):
-            self._unjoined(name, item)
-        if not any(WORLD in joint.bodies for joint in joints):
+        held = [] if ground is not None else list(dict.fromkeys(self._grounded()))
+        # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
+        joints = [fixed(WORLD, name) for name in held] if len(held) > 1 else []
+        joints += self._joints()
+        for item in self._members(self.top):
+            self._unjoined(item)
+        if not joints or len(held) < 2:
             del self.bodies[WORLD]
-        fixed_body = WORLD if WORLD in self.bodies else self._fixed(ground)
-        loose = [name for group in floating(self.bodies, joints, fixed_body) for name in group]
+        base = WORLD if len(held) > 1 else self._fixed(ground, held)
+        loose = [name for group in floating(self.bodies, joints, base) for name in group]
         if loose:
             self.notes.append(f"Nothing holds these parts to what is fixed, and they are left out: {listed(loose)}.")
-        return Skeleton(
+        found = Skeleton(
             title=self.top.label if self.top.label != "Assembly" else self.archive.path.stem,
             bodies={name: body for name, body in self.bodies.items() if name not in loose},
-            joints=tuple(joint for joint in joints if joint.bodies[0] not in loose),
-            ground=fixed_body,
+            # A crank is driven rather than what it drives.
+            joints=tuple(
+                sorted((one for one in joints if one.bodies[0] not in loose), key=lambda one: one.kind != "revolute")
+            ),
+            ground=base,
             notes=tuple(self.notes),
         )
+        return grounded(settled(found, self.locked), base)
 
-    def _unjoined(self, name: str, item: Item) -> None:
+    def _unjoined(self, item: Item) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
-        if "Placement" in item.properties and name not in self.parts and not _is_flexible(item):
-            if item.kind.startswith(("Part::", "PartDesign::Body", "App::Part", LINK, SUBASSEMBLY)):
-                self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
+        is_part = item.kind.startswith(("Part::", "PartDesign::Body")) or item.kind in ("App::Part", LINK, SUBASSEMBLY)
+        if is_part and item.name not in self.parts and not _is_flexible(item):
+            self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
 
-    def _fixed(self, ground: str | None) -> str:
-        """The part that is fixed where nothing is grounded."""
-        if ground is not None:
-            return next(iter(self.bodies))
+    def _fixed(self, ground: str | None, held: Sequence[str]) -> str:
+        """The part that is fixed."""
         if not self.bodies:
-            raise self.reading.refuse("its assembly has no parts", self.top.place)
+            raise self.reading.refuse("has no parts", self.top.place)
+        if held or ground is not None:
+            return held[0] if held else next(iter(self.bodies))
         found = next(iter(self.bodies))
         self.notes.append(f"Nothing is grounded: '{found}' is fixed, and --ground names another part.")
         return found
 
-    def _grounded(self, ground: str | None) -> Iterator[Joint]:
-        """Parts that are fixed, unless another one is to be."""
+    def _grounded(self) -> Iterator[str]:
+        """Parts that are fixed."""
         for joint in self._joint_items(self.top):
             for name in joint.links("ObjectToGround"):
                 item = self.items.get(name)
-                if item is not None and ground is None and not _is_flexible(item):
-                    frame = self._frame(self.archive, self.top) @ self._frame(self.archive, item)
-                    yield fixed(WORLD, self._part(item, frame))
+                if item is not None and not _is_flexible(item) and not _is_suppressed(joint):
+                    yield self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
 
     def _joints(self) -> list[Joint]:
         suppressed, incomplete, made = [], [], []
@@ -271,7 +288,7 @@ class _Assembly:
                 continue
             labels[item.label] += 1
             name = item.label if labels[item.label] == 1 else f"{item.label}_{labels[item.label]}"
-            if item.holds("Suppressed") or not item.holds("Activated", default=True):
+            if _is_suppressed(item):
                 suppressed.append(name)
                 continue
             one, other = self._end(item, 1), self._end(item, 2)
@@ -284,18 +301,170 @@ class _Assembly:
         if incomplete:
             self.notes.append(f"Joints that do not name two parts are left out: {listed(incomplete)}.")
         if not made:
-            raise self.reading.refuse("its assembly has no joints", self.top.place)
-        return made
+            raise self.reading.refuse("has no joints between its parts", self.top.place)
+        return list(self._threaded(made))
 
-    def _made(self, name: str, kind: str, item: Item, one: End, other: End) -> Iterator[Joint]:
-        if kind not in KINDS:
-            raise self.reading.refuse(not_known(kind, "a joint that is read", KINDS), item.place)
-        yield self._plain(name, KINDS[kind], item, one, other)
+    def _threaded(self, joints: Sequence[Joint]) -> Iterator[Joint]:
+        """The joints, where a screw has the sleeve beside it in it."""
+        screws = {frozenset(joint.bodies): joint.name for joint in joints if joint.kind == "screw"}
+        held = [joint for joint in joints if joint.kind == "cylindrical" and frozenset(joint.bodies) in screws]
+        yield from (joint for joint in joints if joint not in held)
+        if held:
+            self.notes.append(f"The screws beside these joints hold what they do: {listed(one.name for one in held)}.")
+
+    def _made(self, name: str, kind: str, item: Item, one: End, other: End) -> Sequence[Joint]:
+        sides = (one.frame.at, one.axis), (other.frame.at, other.axis)
+        chain = Chain(name, one.part, other.part, self._added)
+        if kind in KINDS:
+            return [self._plain(name, KINDS[kind], item, one, other)]
+        if kind in ANGLES:
+            return at_an_angle(chain, *sides, _angle(item) if kind == "Angle" else ANGLES[kind])
+        if kind == "Distance":
+            return self._distance(chain, item, one, other)
+        if kind in ("Gears", "Belt"):
+            return [self._wheels(name, kind, item, one, other)]
+        if kind == "RackPinion":
+            return [self._rack(name, item, one, other)]
+        if kind == "Screw":
+            lead = item.number("Distance")
+            if not lead:
+                raise self.reading.refuse("its pitch is zero", item.place, "Distance")
+            joint = self._plain(name, "screw", item, one, other)
+            return [replace(joint, lead=lead * MM, limits=None)]
+        raise self.reading.refuse(not_known(kind, "a joint that is read", TYPES), item.place)
+
+    def _added(self, name: str) -> str:
+        """A body between two joints of a chain."""
+        called = free(name, self.bodies)
+        self.bodies[called] = Body()
+        return called
+
+    def _distance(self, chain: Chain, item: Item, one: End, other: End) -> list[Joint]:
+        kinds, radii = zip(*(self._side(item, end) for end in (one, other)), strict=True)
+        form, is_swapped = form_of(*kinds)
+        distance = item.number("Distance") * MM
+        # A point on a circle is one in its plane, and what is not known is a plane.
+        if form != "planes" and "circle" not in kinds or form == "lines":
+            distance += sum(radii)
+        if is_swapped:
+            one, other = other, one
+            chain = Chain(chain.name, one.part, other.part, self._added)
+        return at_a_distance(chain, form, (one.frame.at, one.axis), (other.frame.at, other.axis), abs(distance))
+
+    def _side(self, item: Item, end: End) -> tuple[str, float]:
+        """What a side of a distance is, and its radius."""
+        if end.element.startswith("Vertex"):
+            return "point", 0.0
+        if not end.element:
+            return "plane", 0.0
+        found = self._element(end)
+        if found is None:
+            what = f"what {end.element} of '{end.part}' is, which decides what a distance means, cannot be read"
+            raise self.reading.refuse(what, item.place)
+        kind = "curve" if end.element.startswith("Edge") and found.kind == "other" else found.kind
+        return kind, found.radius
+
+    def _shape(self, end: End) -> Shape | None:
+        """The shape of the object that a side names; None where it cannot be read."""
+        if end.archive is None or end.item is None:
+            return None
+        key = (end.archive.file, end.item.name)
+        if key not in self.shapes:
+            try:
+                text = end.archive.shape(end.item)
+                self.shapes[key] = None if text is None else Shape(text)
+            except Unreadable:
+                self.shapes[key] = None
+        return self.shapes[key]
+
+    def _element(self, end: End) -> Element | None:
+        shape = self._shape(end)
+        try:
+            return None if shape is None else shape.element(end.element)
+        except Unreadable:
+            return None
+
+    # --- couplings --------------------------------------------------------------------------------------------------
+
+    def _wheels(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
+        """Gears or a belt: the ratio of the radii is kept, and gears touch."""
+        first, second = (self._radius(item, key) for key in ("Distance", "Distance2"))
+        along = self._parallel(item, one, other)
+        away = other.frame.at - one.frame.at
+        away = away - one.axis * (one.axis @ away)
+        apart = float(np.linalg.norm(away))
+        # Each wheel turns about its own axis: where they are opposite, what turns against each other turns alike.
+        meshes = (kind == "Gears") == (along > 0)
+        counts = teeth(first, second)
+        scale = 1.0
+        if meshes:
+            if apart < OPEN:
+                raise self.reading.refuse("its gears have one axis, and cannot mesh", item.place)
+            scale = apart / (first + second)
+            if abs(scale - 1.0) > 1e-6:
+                words = f"Gears mesh at the distance of their axes, {apart / MM:.6g} mm, with the ratio of their radii"
+                self.notes.append(f"{words}: {name}.")
+        own = first * scale
+        radii = [own / MM, own * counts[1] / counts[0] / MM]
+        level = Attachment(other.frame.at - one.axis * (one.axis @ (other.frame.at - one.frame.at)), one.axis)
+        return Joint(
+            name,
+            "gear" if meshes else "belt",
+            (one.part, other.part),
+            Attachment(one.frame.at, one.axis),
+            replace(level, axis=along * other.axis),
+            keys={"teeth": list(counts), "radii": radii},
+        )
+
+    def _rack(self, name: str, item: Item, one: End, other: End) -> Joint:
+        """A rack, which slides along the axis of its side, and a pinion."""
+        sliding = [self._slides(end) for end in (one, other)]
+        if sliding[0] == sliding[1]:
+            raise self.reading.refuse("one of its parts, the rack, has to be on a slider along the rack", item.place)
+        rack, pinion = (one, other) if sliding[0] else (other, one)
+        along = rack.axis - pinion.axis * (pinion.axis @ rack.axis)
+        if np.linalg.norm(along) < 1.0 - SKEW:
+            raise self.reading.refuse("its rack is not at right angles to the axis of the pinion", item.place)
+        along = along / np.linalg.norm(along)
+        radius = self._radius(item, "Distance")
+        at = rolling(pinion.frame.at, pinion.axis, along, radius)
+        return Joint(
+            name,
+            "rack",
+            (rack.part, pinion.part),
+            Attachment(at, pinion.axis),
+            Attachment(pinion.frame.at, pinion.axis),
+            side=along,
+            keys={"radius": radius / MM},
+        )
+
+    def _slides(self, end: End) -> bool:
+        """Whether a part is on a slider along the axis of a side."""
+        for item in self._joint_items(self.top):
+            if item.choice("JointType") == "Slider" and not _is_suppressed(item):
+                for found in (self._end(item, 1), self._end(item, 2)):
+                    if found is not None and found.part == end.part and abs(found.axis @ end.axis) > 1.0 - SKEW:
+                        return True
+        return False
+
+    def _radius(self, item: Item, key: str) -> float:
+        radius = item.number(key) * MM
+        if not radius > 0.0:
+            raise self.reading.refuse(f"a radius is positive, not {item.number(key):g}", item.place, key)
+        return radius
+
+    def _parallel(self, item: Item, one: End, other: End) -> float:
+        """1 where the axes point the same way, -1 where against each other."""
+        along = float(one.axis @ other.axis)
+        if abs(along) < 1.0 - SKEW:
+            raise self.reading.refuse("its axes are not parallel; such wheels are not read", item.place)
+        return math.copysign(1.0, along)
 
     def _plain(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
         """A joint that the mechanism file has."""
         bodies = (one.part, other.part)
         if kind == "fixed":
+            self.locked[name] = one.frame, other.frame
             return Joint(name, kind, bodies, Attachment(one.frame.at))
         if kind == "spherical":
             return Joint(name, kind, bodies, Attachment(one.frame.at), Attachment(other.frame.at))
@@ -309,7 +478,7 @@ class _Assembly:
             bodies,
             Attachment(one.frame.at, one.axis),
             Attachment(other.frame.at, along * other.axis),
-            coordinate=angle if kind == "revolute" else travel,
+            coordinate=angle if kind in ("revolute", "screw") else travel,
             limits=_limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM),
         )
 
@@ -317,6 +486,15 @@ class _Assembly:
 def _is_flexible(item: Item) -> bool:
     """Whether it is an assembly whose parts move by themselves."""
     return item.kind == SUBASSEMBLY and not item.holds("Rigid", default=True)
+
+
+def _is_suppressed(item: Item) -> bool:
+    return item.holds("Suppressed") or not item.holds("Activated", default=True)
+
+
+def _angle(item: Item) -> float:
+    """The angle of a joint, which has a property of its own in later versions, in rad."""
+    return math.radians(abs(item.number("Angle" if "Angle" in item.properties else "Distance")))
 
 
 def _limits(item: Item, what: str, unit: float) -> tuple[float, float] | None:

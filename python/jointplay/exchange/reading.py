@@ -159,7 +159,7 @@ def _imported(path: Path, options: Options) -> Imported:
         raise InputError("has no joint that lets something move")
     drives = _drives(skeleton, options)
     if options.planar:
-        skeleton = projected(skeleton, drives or ())
+        skeleton = merged(projected(skeleton, drives or ()))
     output = _output(skeleton, options.output)
     leaders = {joint.follows[0]: None for joint in skeleton.joints if joint.follows}
 

@@ -1,0 +1,73 @@
+"""A drawing whose joints are closed, outward from the ground, where it was saved before they were.
+
+A solver stops at a tolerance, and people save drawings that it could not solve. Every body is moved by the smallest
+rotation that brings its joint's axis to that of the body before it, and by the smallest shift that closes the joint.
+Joints that close loops stay as open as they are: the mechanism closes them itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .driving import spanning
+from .rotations import aligning
+from .skeleton import Attachment, Frame, Joint, Skeleton, Vector
+
+#: joints that hold no body by themselves
+LOOSE = ("gear", "belt", "rack")
+#: what joints let slide: along their axis, across it
+ALONG, ACROSS = ("prismatic", "cylindrical", "screw"), ("planar",)
+
+
+def settled(skeleton: Skeleton, locked: Mapping[str, tuple[Frame, Frame]]) -> Skeleton:
+    """The same, with closed joints.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    locked : mapping
+        Frames on both bodies of fixed joints that coincide, in the drawing.
+    """
+    moves = {skeleton.ground: Frame()}
+    holding = replace(skeleton, joints=tuple(joint for joint in skeleton.joints if joint.kind not in LOOSE))
+    for joint, inner, outer, sign in spanning(holding, skeleton.ground):
+        move = moves[inner]
+        ends = (joint.place, joint.second or joint.place)
+        if joint.name in locked:
+            own, other = locked[joint.name][:: int(sign)]
+            moves[outer] = move @ own @ other.inverse()
+        elif joint.kind == "fixed":
+            moves[outer] = move
+        else:
+            own_end, other_end = (end.within(move) for end in ends[:: int(sign)])
+            moves[outer] = _closing(joint, own_end, other_end) @ move
+
+    def joint(old: Joint) -> Joint:
+        first, second = (moves[name] for name in old.bodies)
+        side = None if old.side is None else np.asarray(first.axes @ old.side)
+        return replace(old, place=old.place.within(first), second=old.second and old.second.within(second), side=side)
+
+    return replace(
+        skeleton,
+        bodies={
+            name: replace(body, frame=moves[name] @ body.frame, centre=moves[name].point(body.centre))
+            for name, body in skeleton.bodies.items()
+        },
+        joints=tuple(joint(old) for old in skeleton.joints),
+    )
+
+
+def _closing(joint: Joint, own: Attachment, other: Attachment) -> Frame:
+    """How the outer body moves in the drawing."""
+    turn = np.eye(3) if own.axis is None or other.axis is None else aligning(other.axis, own.axis)
+    shift: Vector = own.at - other.at
+    if own.axis is not None:
+        along = own.axis * (own.axis @ shift)
+        if joint.kind in ALONG:
+            shift = shift - along
+        elif joint.kind in ACROSS:
+            shift = along
+    return Frame(other.at - turn @ other.at + shift, turn)
