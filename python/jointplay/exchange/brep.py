@@ -241,28 +241,23 @@ class Shape:
         every = self._met.get(kind, [])
         return self._element(kind, every[place]) if 0 <= place < len(every) else None
 
-    def cylinders(self) -> list[Element]:
-        """All faces that are part of a cylinder."""
-        found = [self._element("Face", met) for met in self._met["Face"] if self._type(met) == (2, "Fa")]
-        return [element for element in found if element.kind == "cylinder"]
+    def round_faces(self, kind: str) -> list[Element]:
+        """All faces that are part of a ``cylinder`` or of a ``sphere``."""
+        return [self._element("Face", met) for met in self._met["Face"] if self._kind("Face", met) == kind]
 
-    def _type(self, met: _Met) -> tuple[int, str]:
-        raw = self.shapes[met.number]
-        listed = self.surfaces if raw.kind == "Fa" else self.curves
-        return (listed[raw.geometry - 1][0] if 0 < raw.geometry <= len(listed) else 0), raw.kind
+    def _kind(self, kind: str, met: _Met) -> str:
+        listed, number = self.surfaces if kind == "Face" else self.curves, self.shapes[met.number].geometry
+        return NAMES[kind].get(listed[number - 1][0], "other") if 0 < number <= len(listed) else "other"
 
     def _element(self, kind: str, met: _Met) -> Element:
         raw = self.shapes[met.number]
         matrix = self._matrix(met.where, raw.location)
         if kind == "Vertex":
             return Element("point", _moved(matrix, raw.point), np.zeros(3))
-        listed = self.surfaces if kind == "Face" else self.curves
-        if not 0 < raw.geometry <= len(listed):
-            return Element("other", np.zeros(3), np.zeros(3))
-        type_, x = listed[raw.geometry - 1]
-        name = NAMES[kind].get(type_, "other")
+        name = self._kind(kind, met)
         if name == "other":
             return Element(name, np.zeros(3), np.zeros(3))
+        _, x = (self.surfaces if kind == "Face" else self.curves)[raw.geometry - 1]
         at, axis = _moved(matrix, x[:3]), matrix[:3, :3] @ np.array(x[3:6])
         length = float(np.linalg.norm(axis))
         if not length > 0.0:

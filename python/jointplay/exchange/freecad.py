@@ -28,9 +28,10 @@ from .brep import Element, Shape, Unreadable
 from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
 from .fcstd import MM, Archive, Budget, Item
 from .options import Options
+from .pairing import balls, bores, pair
 from .settling import settled
 from .shaping import grounded
-from .skeleton import Attachment, Body, Frame, Joint, Skeleton, fixed, floating, free
+from .skeleton import Attachment, Body, Frame, Joint, Sizes, Skeleton, fixed, floating, free
 
 #: the fixed body
 WORLD = "world"
@@ -384,6 +385,26 @@ class _Assembly:
         except Unreadable:
             return None
 
+    def _sizes(self, kind: str, one: End, other: End) -> Sizes | None:
+        """Hole and pin of a joint, in the shapes of its parts."""
+        along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
+        # Where the second side would be without a travel.
+        start = other.frame.at - along * (one.axis @ (other.frame.at - one.frame.at))
+        found = []
+        for end, point, axis in ((one, one.frame.at, one.axis), (other, start, along)):
+            shape, named = self._shape(end), self._element(end)
+            try:
+                if shape is None:
+                    return None
+                if kind == "spherical":
+                    found.append([*balls(shape.round_faces("sphere"), end.owner, end.frame.at)])
+                else:
+                    radius = 0.0 if named is None else named.radius
+                    found.append(bores(shape.round_faces("cylinder"), end.owner, (point, axis), radius))
+            except Unreadable:
+                return None
+        return pair(found[0], found[1], (one.part, other.part))
+
     # --- couplings --------------------------------------------------------------------------------------------------
 
     def _wheels(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
@@ -467,7 +488,14 @@ class _Assembly:
             self.locked[name] = one.frame, other.frame
             return Joint(name, kind, bodies, Attachment(one.frame.at))
         if kind == "spherical":
-            return Joint(name, kind, bodies, Attachment(one.frame.at), Attachment(other.frame.at))
+            return Joint(
+                name,
+                kind,
+                bodies,
+                Attachment(one.frame.at),
+                Attachment(other.frame.at),
+                sizes=self._sizes(kind, one, other),
+            )
         along = float(np.sign(one.axis @ other.axis)) or 1.0
         travel = float(one.axis @ (other.frame.at - one.frame.at))
         seen = one.frame.axes.T @ other.frame.axes[:, 0]
@@ -480,6 +508,7 @@ class _Assembly:
             Attachment(other.frame.at, along * other.axis),
             coordinate=angle if kind in ("revolute", "screw") else travel,
             limits=_limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM),
+            sizes=None if kind == "screw" else self._sizes(kind, one, other),
         )
 
 

@@ -29,8 +29,12 @@ EVEN = 1e-9
 #: kinds whose coordinate is an angle, and kinds that have an axis and a side
 ANGULAR = ("revolute", "screw")
 SIDED = ("revolute", "prismatic", "screw")
+#: a fit that lets things move
+EXAMPLE = "H7/g6"
 #: kinds with a pin that tilts in its hole
-TILTING = ("revolute", "cylindrical", "screw")
+TILTING = ("revolute", "cylindrical")
+#: kinds whose clearance is that of something round
+ROUND = (*TILTING, "spherical")
 #: kinds whose axis is the normal of the plane
 TURNING = ("revolute", "gear", "belt")
 #: kinds that have an axis in the plane
@@ -148,8 +152,8 @@ def _joint(skeleton: Skeleton, joint: Joint, clearance: Mapping[str, Any] | None
 
 def _example(skeleton: Skeleton, joint: Joint) -> str:
     """A clearance as this joint can have it."""
-    if joint.sizes is not None:
-        return value(sized(skeleton, joint, "H7/g6"))
+    if (drawn := sized(skeleton, joint, EXAMPLE)) is not None:
+        return value(drawn)
     kind = joint.kind
     kinds = PLANAR if skeleton.space == "planar" else SPATIAL
     annotation = kinds[kind].model_fields["clearance"].annotation
@@ -157,15 +161,22 @@ def _example(skeleton: Skeleton, joint: Joint) -> str:
     return text[: text.index("}") + 1]
 
 
-def sized(skeleton: Skeleton, joint: Joint, fit: str | None) -> dict[str, object]:
-    """The clearance of a joint whose hole and pin are known: as they are drawn, or with a fit of the pin's diameter."""
-    assert joint.sizes is not None
+def sized(skeleton: Skeleton, joint: Joint, fit: str | None) -> dict[str, object] | None:
+    """The clearance of a joint whose hole and pin are known: as they are drawn, or with a fit of the pin's diameter.
+
+    None where they are not known, or say nothing of this kind of joint.
+    """
+    if joint.sizes is None or joint.kind not in (*ROUND, *(("prismatic",) if skeleton.space == "planar" else ())):
+        return None
     hole, pin, length = (
         float(number(size / UNITS.length)) for size in (joint.sizes.hole, joint.sizes.pin, joint.sizes.length)
     )
-    found: dict[str, object] = {"fit": fit, "diameter": pin}
-    if fit is None:
-        found = {"hole": {"diameter": hole}, "pin": {"diameter": pin}}
+    if joint.kind == "prismatic":
+        drawn = {"slot": {"width": hole}, "slider": {"width": pin}}
+        return ({"fit": fit, "nominal": pin} if fit else drawn) | {"length": length}
+    found: dict[str, object] = {"hole": {"diameter": hole}, "pin": {"diameter": pin}}
+    if fit:
+        found = {"fit": fit, "diameter": pin}
     # In the plane nothing tilts, and a ball never does.
     return found | ({"length": length} if skeleton.space == "spatial" and joint.kind in TILTING else {})
 
