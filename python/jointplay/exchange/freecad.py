@@ -116,8 +116,10 @@ class _Assembly:
         self.bodies: dict[str, Body] = {WORLD: Body()}
         #: names of bodies by those of objects
         self.parts: dict[str, str] = {}
-        #: frames of fixed joints
-        self.locked: dict[str, tuple[Frame, Frame]] = {}
+        #: bodies between the joints of a chain
+        self.added: set[str] = set()
+        #: frames of joints on both sides
+        self.frames: dict[str, tuple[Frame, Frame]] = {}
         self.shapes: dict[tuple[str, str], Shape | None] = {}
 
     def _chosen(self) -> Item:
@@ -254,7 +256,10 @@ class _Assembly:
             ground=base,
             notes=tuple(self.notes),
         )
-        return grounded(settled(found, self.locked), base)
+        found = grounded(settled(found, self.frames), base)
+        # What is between the joints of a chain has the axes of the ground, in which it starts where it is drawn.
+        own = {name: body if name not in self.added else Body() for name, body in found.bodies.items()}
+        return replace(found, bodies=own)
 
     def _unjoined(self, item: Item) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
@@ -338,6 +343,7 @@ class _Assembly:
         """A body between two joints of a chain."""
         called = free(name, self.bodies)
         self.bodies[called] = Body()
+        self.added.add(called)
         return called
 
     def _distance(self, chain: Chain, item: Item, one: End, other: End) -> list[Joint]:
@@ -484,30 +490,22 @@ class _Assembly:
     def _plain(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
         """A joint that the mechanism file has."""
         bodies = (one.part, other.part)
+        self.frames[name] = one.frame, other.frame
         if kind == "fixed":
-            self.locked[name] = one.frame, other.frame
             return Joint(name, kind, bodies, Attachment(one.frame.at))
-        if kind == "spherical":
-            return Joint(
-                name,
-                kind,
-                bodies,
-                Attachment(one.frame.at),
-                Attachment(other.frame.at),
-                sizes=self._sizes(kind, one, other),
-            )
-        along = float(np.sign(one.axis @ other.axis)) or 1.0
-        travel = float(one.axis @ (other.frame.at - one.frame.at))
-        seen = one.frame.axes.T @ other.frame.axes[:, 0]
-        angle = math.atan2(seen[1], seen[0])
+        # A ball has no axis; others are along that of the first side, whichever way the second one points.
+        has_axis = kind != "spherical"
+        along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
+        limits = None
+        if has_axis:
+            limits = _limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM)
         return Joint(
             name,
             kind,
             bodies,
-            Attachment(one.frame.at, one.axis),
-            Attachment(other.frame.at, along * other.axis),
-            coordinate=angle if kind in ("revolute", "screw") else travel,
-            limits=_limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM),
+            Attachment(one.frame.at, one.axis if has_axis else None),
+            Attachment(other.frame.at, along if has_axis else None),
+            limits=limits,
             sizes=None if kind == "screw" else self._sizes(kind, one, other),
         )
 

@@ -7,6 +7,7 @@ Joints that close loops stay as open as they are: the mechanism closes them itse
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -22,25 +23,23 @@ LOOSE = ("gear", "belt", "rack")
 ALONG, ACROSS = ("prismatic", "cylindrical", "screw"), ("planar",)
 
 
-def settled(skeleton: Skeleton, locked: Mapping[str, tuple[Frame, Frame]]) -> Skeleton:
-    """The same, with closed joints.
+def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Skeleton:
+    """The same, with closed joints, and their coordinates as they are then.
 
     Parameters
     ----------
     skeleton : Skeleton
-    locked : mapping
-        Frames on both bodies of fixed joints that coincide, in the drawing.
+    frames : mapping
+        Frames of joints on both bodies, in the drawing. Those of fixed joints coincide.
     """
     moves = {skeleton.ground: Frame()}
     holding = replace(skeleton, joints=tuple(joint for joint in skeleton.joints if joint.kind not in LOOSE))
     for joint, inner, outer, sign in spanning(holding, skeleton.ground):
         move = moves[inner]
         ends = (joint.place, joint.second or joint.place)
-        if joint.name in locked:
-            own, other = locked[joint.name][:: int(sign)]
+        if joint.kind == "fixed":
+            own, other = frames.get(joint.name, (Frame(), Frame()))[:: int(sign)]
             moves[outer] = move @ own @ other.inverse()
-        elif joint.kind == "fixed":
-            moves[outer] = move
         else:
             own_end, other_end = (end.within(move) for end in ends[:: int(sign)])
             moves[outer] = _closing(joint, own_end, other_end) @ move
@@ -48,7 +47,12 @@ def settled(skeleton: Skeleton, locked: Mapping[str, tuple[Frame, Frame]]) -> Sk
     def joint(old: Joint) -> Joint:
         first, second = (moves[name] for name in old.bodies)
         side = None if old.side is None else np.asarray(first.axes @ old.side)
-        return replace(old, place=old.place.within(first), second=old.second and old.second.within(second), side=side)
+        place, other = old.place.within(first), old.second and old.second.within(second)
+        coordinate = old.coordinate
+        if old.name in frames:
+            one, two = frames[old.name]
+            coordinate = measured(old.kind, first @ one, second @ two)
+        return replace(old, place=place, second=other, side=side, coordinate=coordinate)
 
     return replace(
         skeleton,
@@ -58,6 +62,16 @@ def settled(skeleton: Skeleton, locked: Mapping[str, tuple[Frame, Frame]]) -> Sk
         },
         joints=tuple(joint(old) for old in skeleton.joints),
     )
+
+
+def measured(kind: str, one: Frame, other: Frame) -> float:
+    """The coordinate of a joint between two frames: angle or travel of the second one in the first one."""
+    if kind in ALONG[:2]:
+        return float(one.axes[:, 2] @ (other.at - one.at))
+    if kind not in ("revolute", "screw"):
+        return 0.0
+    seen = one.axes.T @ other.axes[:, 0]
+    return math.atan2(seen[1], seen[0])
 
 
 def _closing(joint: Joint, own: Attachment, other: Attachment) -> Frame:
