@@ -29,7 +29,7 @@ from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, te
 from .fcstd import MM, Archive, Budget, Item
 from .options import Options
 from .pairing import balls, bores, pair
-from .settling import settled
+from .settling import measured, settled
 from .shaping import grounded
 from .skeleton import Attachment, Body, Frame, Joint, Sizes, Skeleton, fixed, floating, free
 
@@ -336,7 +336,10 @@ class _Assembly:
             if not lead:
                 raise self.reading.refuse("its pitch is zero", item.place, "Distance")
             joint = self._plain(name, "screw", item, one, other)
-            return [replace(joint, lead=lead * MM, limits=None)]
+            # Travel and angle are zero together, wherever along the thread that is.
+            travel = lead * MM * measured("screw", one.frame, other.frame) / (2.0 * math.pi)
+            start = Attachment(one.frame.at + travel * one.axis, joint.second and joint.second.axis)
+            return [replace(joint, lead=lead * MM, second=start, limits=None)]
         raise self.reading.refuse(not_known(kind, "a joint that is read", TYPES), item.place)
 
     def _added(self, name: str) -> str:

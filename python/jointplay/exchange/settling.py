@@ -33,6 +33,8 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
         Frames of joints on both bodies, in the drawing. Those of fixed joints coincide.
     """
     moves = {skeleton.ground: Frame()}
+    #: what is fixed has the name of the body that is nearer to the ground
+    outward: dict[str, tuple[str, str]] = {}
     holding = replace(skeleton, joints=tuple(joint for joint in skeleton.joints if joint.kind not in LOOSE))
     for joint, inner, outer, sign in spanning(holding, skeleton.ground):
         move = moves[inner]
@@ -40,6 +42,7 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
         if joint.kind == "fixed":
             own, other = frames.get(joint.name, (Frame(), Frame()))[:: int(sign)]
             moves[outer] = move @ own @ other.inverse()
+            outward[joint.name] = (inner, outer)
         else:
             own_end, other_end = (end.within(move) for end in ends[:: int(sign)])
             moves[outer] = _closing(joint, own_end, other_end) @ move
@@ -52,7 +55,8 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
         if old.name in frames:
             one, two = frames[old.name]
             coordinate = measured(old.kind, first @ one, second @ two)
-        return replace(old, place=place, second=other, side=side, coordinate=coordinate)
+        bodies = outward.get(old.name, old.bodies)
+        return replace(old, bodies=bodies, place=place, second=other, side=side, coordinate=coordinate)
 
     return replace(
         skeleton,
