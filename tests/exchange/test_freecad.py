@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jointplay as jp
-from helpers.freecad import Document, Floats, Pose, cylinder, pose, random_pose, shape
+from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, random_pose, shape
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.exchange.brep import Shape
@@ -21,7 +21,14 @@ from jointplay.model.mobility import examine
 
 #: mm and radians: numbers of a file have 12 decimals of a millimetre or of a direction
 ROUNDING = 1e-9
-ELEMENTS = {"plane": "Face2", "sphere": "Face3", "cylinder": "Face1", "line": "Edge3", "circle": "Edge4", "point": "Vertex3"}
+ELEMENTS = {
+    "plane": "Face2",
+    "sphere": "Face3",
+    "cylinder": "Face1",
+    "line": "Edge3",
+    "circle": "Edge4",
+    "point": "Vertex3",
+}
 SHAPE = shape(cylinder(3.0, 0.0, 10.0), "plane", "sphere", "line", "circle", "point")
 
 
@@ -44,6 +51,10 @@ def parallel(one: Pose, other: Pose) -> Floats:
     return np.cross(one.z, other.z)
 
 
+def far(one: Pose, other: Pose) -> float:
+    return float(np.linalg.norm(across(one, other)))
+
+
 def height(one: Pose, other: Pose) -> float:
     return float(abs(one.z @ (other.at - one.at)))
 
@@ -55,33 +66,173 @@ BEYOND = pose(3, 0, 0, about=(0, 0, 40))
 HELD: dict[str, Held] = {
     "revolute": ("Revolute", ("", ""), {}, pose(about=(0, 0, 40)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
     "reversed": ("Revolute", ("", ""), {}, pose(about=(180, 0, 0)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
-    "cylindrical": ("Cylindrical", ("", ""), {}, pose(0, 0, 7, about=(0, 0, 40)), 4, lambda a, b: [*across(a, b), *parallel(a, b)]),
-    "slider": ("Slider", ("", ""), {}, pose(0, 0, 7), 5, lambda a, b: [*across(a, b), *(a.turn.inv() * b.turn).as_rotvec()]),
+    "cylindrical": (
+        "Cylindrical",
+        ("", ""),
+        {},
+        pose(0, 0, 7, about=(0, 0, 40)),
+        4,
+        lambda a, b: [*across(a, b), *parallel(a, b)],
+    ),
+    "slider": (
+        "Slider",
+        ("", ""),
+        {},
+        pose(0, 0, 7),
+        5,
+        lambda a, b: [*across(a, b), *(a.turn.inv() * b.turn).as_rotvec()],
+    ),
     "ball": ("Ball", ("", ""), {}, pose(about=(10, 50, 40)), 3, away),
     "parallel": ("Parallel", ("", ""), {}, pose(4, 5, 6, about=(0, 0, 40)), 2, parallel),
     "against": ("Parallel", ("", ""), {}, pose(4, 5, 6, about=(0, 180, 0)), 2, parallel),
     "perpendicular": ("Perpendicular", ("", ""), {}, pose(4, 5, 6, about=(90, 0, 0)), 1, lambda a, b: a.z @ b.z),
-    "angle": ("Angle", ("", ""), {"Distance": 30.0}, pose(4, 5, 6, about=(0, 30, 0)), 1, lambda a, b: a.z @ b.z - np.cos(np.pi / 6)),
+    "angle": (
+        "Angle",
+        ("", ""),
+        {"Distance": 30.0},
+        pose(4, 5, 6, about=(0, 30, 0)),
+        1,
+        lambda a, b: a.z @ b.z - 0.75**0.5,
+    ),
     "angle zero": ("Angle", ("", ""), {"Distance": 0.0}, pose(4, 5, 6), 2, parallel),
-    "points": ("Distance", ("point", "point"), {"Distance": 7.0}, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
+    "points": (
+        "Distance",
+        ("point", "point"),
+        {"Distance": 7.0},
+        pose(2, 3, 6),
+        1,
+        lambda a, b: np.linalg.norm(away(a, b)) - 7,
+    ),
     "one point": ("Distance", ("point", "point"), {"Distance": 0.0}, pose(about=(10, 50, 40)), 3, away),
-    "spheres": ("Distance", ("sphere", "sphere"), {"Distance": 3.0}, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
-    "sphere, point": ("Distance", ("point", "sphere"), {"Distance": 5.0}, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
-    "lines": ("Distance", ("line", "line"), {"Distance": 5.0}, pose(3, 4, 9), 3, lambda a, b: [*parallel(a, b), np.linalg.norm(across(a, b)) - 5]),
-    "one line": ("Distance", ("line", "line"), {"Distance": 0.0}, pose(0, 0, 9), 4, lambda a, b: [*parallel(a, b), *across(a, b)]),
-    "line, circle": ("Distance", ("line", "circle"), {"Distance": 2.5}, pose(3, 4, 9), 3, lambda a, b: [*parallel(a, b), np.linalg.norm(across(a, b)) - 5]),
-    "cylinders": ("Distance", ("cylinder", "cylinder"), {"Distance": 4.0}, pose(6, 8, 9), 3, lambda a, b: [*parallel(a, b), np.linalg.norm(across(a, b)) - 10]),
-    "cylinder, point": ("Distance", ("cylinder", "point"), {"Distance": 2.0}, pose(3, 4, 9), 1, lambda a, b: np.linalg.norm(across(a, b)) - 5),
-    "point on line": ("Distance", ("point", "line"), {"Distance": 0.0}, pose(about=(0, 30, 0)) @ pose(0, 0, 0), 2, lambda a, b: across(b, a)),
-    "cylinder, sphere": ("Distance", ("cylinder", "sphere"), {"Distance": 5.0}, pose(6, 8, 9), 1, lambda a, b: np.linalg.norm(across(a, b)) - 10),
-    "planes": ("Distance", ("plane", "plane"), {"Distance": 4.0}, pose(7, 8, -4, about=(0, 180, 0)), 3, lambda a, b: [*parallel(a, b), height(a, b) - 4]),
-    "plane, circle": ("Distance", ("plane", "circle"), {"Distance": 4.0}, pose(7, 8, 4), 3, lambda a, b: [*parallel(a, b), height(a, b) - 4]),
-    "plane, point": ("Distance", ("point", "plane"), {"Distance": 4.0}, pose(7, 8, 4).inverse(), 1, lambda a, b: height(b, a) - 4),
-    "plane, sphere": ("Distance", ("plane", "sphere"), {"Distance": 4.0}, pose(7, 8, 6, about=(9, 9, 9)), 1, lambda a, b: height(a, b) - 6),
-    "plane, cylinder": ("Distance", ("plane", "cylinder"), {"Distance": 1.0}, pose(7, 8, -4, about=(90, 0, 0)), 2, lambda a, b: [a.z @ b.z, height(a, b) - 4]),
-    "plane, line": ("Distance", ("plane", "line"), {"Distance": 4.0}, pose(7, 8, 4, about=(0, 90, 0)), 2, lambda a, b: [a.z @ b.z, height(a, b) - 4]),
-    "circle, point": ("Distance", ("circle", "point"), {"Distance": 4.0}, pose(7, 8, 4), 1, lambda a, b: height(a, b) - 4),
-}  # fmt: skip
+    "spheres": (
+        "Distance",
+        ("sphere", "sphere"),
+        {"Distance": 3.0},
+        pose(2, 3, 6),
+        1,
+        lambda a, b: np.linalg.norm(away(a, b)) - 7,
+    ),
+    "sphere, point": (
+        "Distance",
+        ("point", "sphere"),
+        {"Distance": 5.0},
+        pose(2, 3, 6),
+        1,
+        lambda a, b: np.linalg.norm(away(a, b)) - 7,
+    ),
+    "lines": (
+        "Distance",
+        ("line", "line"),
+        {"Distance": 5.0},
+        pose(3, 4, 9),
+        3,
+        lambda a, b: [*parallel(a, b), far(a, b) - 5],
+    ),
+    "one line": (
+        "Distance",
+        ("line", "line"),
+        {"Distance": 0.0},
+        pose(0, 0, 9),
+        4,
+        lambda a, b: [*parallel(a, b), *across(a, b)],
+    ),
+    "line, circle": (
+        "Distance",
+        ("line", "circle"),
+        {"Distance": 2.5},
+        pose(3, 4, 9),
+        3,
+        lambda a, b: [*parallel(a, b), far(a, b) - 5],
+    ),
+    "cylinders": (
+        "Distance",
+        ("cylinder", "cylinder"),
+        {"Distance": 4.0},
+        pose(6, 8, 9),
+        3,
+        lambda a, b: [*parallel(a, b), far(a, b) - 10],
+    ),
+    "cylinder, point": (
+        "Distance",
+        ("cylinder", "point"),
+        {"Distance": 2.0},
+        pose(3, 4, 9),
+        1,
+        lambda a, b: far(a, b) - 5,
+    ),
+    "point on line": (
+        "Distance",
+        ("point", "line"),
+        {"Distance": 0.0},
+        pose(about=(0, 30, 0)) @ pose(0, 0, 0),
+        2,
+        lambda a, b: across(b, a),
+    ),
+    "cylinder, sphere": (
+        "Distance",
+        ("cylinder", "sphere"),
+        {"Distance": 5.0},
+        pose(6, 8, 9),
+        1,
+        lambda a, b: far(a, b) - 10,
+    ),
+    "planes": (
+        "Distance",
+        ("plane", "plane"),
+        {"Distance": 4.0},
+        pose(7, 8, -4, about=(0, 180, 0)),
+        3,
+        lambda a, b: [*parallel(a, b), height(a, b) - 4],
+    ),
+    "plane, circle": (
+        "Distance",
+        ("plane", "circle"),
+        {"Distance": 4.0},
+        pose(7, 8, 4),
+        3,
+        lambda a, b: [*parallel(a, b), height(a, b) - 4],
+    ),
+    "plane, point": (
+        "Distance",
+        ("point", "plane"),
+        {"Distance": 4.0},
+        pose(7, 8, 4).inverse(),
+        1,
+        lambda a, b: height(b, a) - 4,
+    ),
+    "plane, sphere": (
+        "Distance",
+        ("plane", "sphere"),
+        {"Distance": 4.0},
+        pose(7, 8, 6, about=(9, 9, 9)),
+        1,
+        lambda a, b: height(a, b) - 6,
+    ),
+    "plane, cylinder": (
+        "Distance",
+        ("plane", "cylinder"),
+        {"Distance": 1.0},
+        pose(7, 8, -4, about=(90, 0, 0)),
+        2,
+        lambda a, b: [a.z @ b.z, height(a, b) - 4],
+    ),
+    "plane, line": (
+        "Distance",
+        ("plane", "line"),
+        {"Distance": 4.0},
+        pose(7, 8, 4, about=(0, 90, 0)),
+        2,
+        lambda a, b: [a.z @ b.z, height(a, b) - 4],
+    ),
+    "circle, point": (
+        "Distance",
+        ("circle", "point"),
+        {"Distance": 4.0},
+        pose(7, 8, 4),
+        1,
+        lambda a, b: height(a, b) - 4,
+    ),
+}
 
 
 def element(word: str) -> str:
@@ -132,7 +283,12 @@ def test_a_slider_crank_is_where_a_hand_says(tmp_path: Path) -> None:
     document.part("Slider", pose(120, 0, 10) @ tilted @ pose(wrist, 0, 0))
     document.ground("Base")
     along = Rotation.from_rotvec([0, -90, 0], degrees=True)
-    document.joint("Guide", "Slider", ("Slider.", Pose(np.array([-56.0, 0, 6]), along)), ("Base.", Pose(np.array([25.0, 0, 17]), along)))
+    document.joint(
+        "Guide",
+        "Slider",
+        ("Slider.", Pose(np.array([-56.0, 0, 6]), along)),
+        ("Base.", Pose(np.array([25.0, 0, 17]), along)),
+    )
     document.joint("Main", "Revolute", ("Base.", pose(120, 0, 15)), ("Crank.", pose(0, 0, 4)))
     document.joint("Pin", "Revolute", ("Rod.", pose(0, 0, 4)), ("Crank.", pose(15, 0, 8)))
     document.joint("Wrist", "Revolute", ("Rod.", pose(50, 0, 5)), ("Slider.", pose(0, 0, 12)))
@@ -234,7 +390,7 @@ def arm(document: Document, one: str = "base.", other: str = "arm.", **values: f
 
 
 def test_links_are_parts_where_they_are(tmp_path: Path) -> None:
-    """Of an object here, of one in a document in a folder below, of a link, and with the placement of what they show."""
+    """Of an object here, of one in a document below, of a link, and with the placement of what they show."""
     (tmp_path / "parts").mkdir()
     other = Document()
     other.assembly = False
@@ -254,7 +410,9 @@ def test_links_are_parts_where_they_are(tmp_path: Path) -> None:
         document.joint(f"J{number}", "Revolute", ("base.", pose()), (f"{name}.Pad.", where))
     m, said = notes(document.write("a.FCStd"))
     assert set(m.bodies) == {"own", "other", "twice", "chain"}
-    assert [m.value(f"joints.J{k}.on.{name}.at") for k, name in enumerate(("own", "other", "chain"), 0) if name == "own"] == [[0, 0, 2]]
+    assert [
+        m.value(f"joints.J{k}.on.{name}.at") for k, name in enumerate(("own", "other", "chain"), 0) if name == "own"
+    ] == [[0, 0, 2]]
     # All are closed as they are drawn: nothing is said to be open.
     assert "open" not in said
 
@@ -266,9 +424,7 @@ def test_a_flexible_assembly_moves_and_a_rigid_one_does_not(tmp_path: Path) -> N
         document.part("base")
         document.objects.append(("Inner", "Assembly::AssemblyObject", ""))
         flexible = f'<Property name="Rigid" type="App::PropertyBool"><Bool value="{str(rigid).lower()}"/></Property>'
-        group = '<Property name="Group" type="App::PropertyLinkList"><LinkList><Link value="Joints2"/><Link value="lower"/>' + (
-            '<Link value="upper"/></LinkList></Property>'
-        )
+        group = links("Group", ["Joints2", "lower", "upper"])
         document.link("Sub", "Inner", kind="Assembly::AssemblyLink", more=flexible + group)
         document.link("lower", "base", pose())
         document.link("upper", "base", pose())
@@ -278,8 +434,7 @@ def test_a_flexible_assembly_moves_and_a_rigid_one_does_not(tmp_path: Path) -> N
         document.joint("J", "Revolute", ("base.", pose()), ("Sub.lower.", pose()))
         document.joint("K", "Revolute", ("Sub.lower.", pose(9, 0, 0)), ("Sub.upper.", pose(9, 0, 0)))
         document.joints.remove("K")
-        inside = '<Property name="Group" type="App::PropertyLinkList"><LinkList><Link value="K"/></LinkList></Property>'
-        document.add("Joints2", "Assembly::JointGroup", *([] if rigid else [inside]))
+        document.add("Joints2", "Assembly::JointGroup", links("Group", [] if rigid else ["K"]))
         m, _ = notes(document.write("a.FCStd"))
         assert (m.bodies, m.joints) == ((("Sub",), ("J",)) if rigid else (("lower", "upper"), ("J", "K")))
 
@@ -292,7 +447,7 @@ def test_parts_in_a_part_are_where_all_placements_bring_them() -> None:
     document.body("inner", pose(5, 0, 0))
     document.ground("base")
     document.joint("J", "Revolute", ("base.", pose(0, 5, 10)), ("holder.inner.", pose()))
-    m, said = notes(document.write("a.FCStd"))
+    m, _ = notes(document.write("a.FCStd"))
     assert m.bodies == ("holder",)
     assert m.value("joints.J.on.holder.at") == pytest.approx([5, 0, 0], abs=1e-12)
 
@@ -338,10 +493,20 @@ def test_limits_are_ranges_and_those_on_one_side_are_named() -> None:
     document.part("slide", pose(0, 0, 5))
     document.part("half", pose(0, 0, 5))
     document.ground("base")
-    arm(document, EnableAngleMin=True, AngleMin=-20.0, EnableAngleMax=True, AngleMax=50.0, LengthMin=3.0, EnableLengthMin=True)
+    arm(
+        document,
+        EnableAngleMin=True,
+        AngleMin=-20.0,
+        EnableAngleMax=True,
+        AngleMax=50.0,
+        LengthMin=3.0,
+        EnableLengthMin=True,
+    )
     both = {"EnableLengthMin": True, "EnableLengthMax": True}
     document.joint("S", "Slider", ("base.", pose()), ("slide.", pose()), **both, LengthMin=9.0, LengthMax=-1.0)
-    document.joint("H", "Slider", ("base.", pose()), ("half.", pose()), EnableLengthMin=True, LengthMin=1.0, LengthMax=2.0)
+    document.joint(
+        "H", "Slider", ("base.", pose()), ("half.", pose()), EnableLengthMin=True, LengthMin=1.0, LengthMax=2.0
+    )
     m, said = notes(document.write("a.FCStd"))
     assert m.value("limits.drives") == {"J": [-20, 50], "S": [-1, 9]}
     assert "Limits on one side only are left out: H." in said
@@ -461,4 +626,54 @@ def test_faces_and_edges_have_the_numbers_of_open_cascade() -> None:
     assert several.element("Edge60") is not None
     assert several.element("Edge61") is None
     ball = Shape((SHAPES / "socket.brp").read_text()).round_faces("sphere")
-    assert {(one.radius, one.is_hole, *np.round(one.at * 1e3, 9).tolist()) for one in ball} == {(8e-3, True, 3.0, 4.0, 5.0)}
+    assert {(one.radius, one.is_hole, *np.round(one.at * 1e3, 9).tolist()) for one in ball} == {
+        (8e-3, True, 3.0, 4.0, 5.0)
+    }
+
+
+# --- in the plane ----------------------------------------------------------------------------------------------------
+
+UP, ACROSS = pose(), pose(about=(0, 90, 0))
+#: constraints of a part beside its pin on the ground: what is left of them in the plane, degrees of freedom
+SEEN: dict[str, tuple[str, tuple[str, str], Pose, dict[str, float], tuple[str, ...], int]] = {
+    "planes along the plane": ("Distance", ("plane", "plane"), UP, {"Distance": 2.0}, ("P",), 1),
+    "planes across it": ("Distance", ("plane", "plane"), ACROSS, {"Distance": 0.0}, ("P", "C"), 0),
+    "parallel to the pin": ("Parallel", ("", ""), UP, {}, ("P",), 1),
+    "sleeve": ("Cylindrical", ("", ""), UP, {}, ("P", "C"), 1),
+    "ball": ("Ball", ("", ""), UP, {}, ("P", "C"), 1),
+}
+
+
+@pytest.mark.parametrize("case", SEEN)
+def test_constraints_seen_along_the_pins(case: str) -> None:
+    """What holds across the plane only is not there, and a plate that is seen from its edge is a slider."""
+    kind, sides, frame, values, left, free = SEEN[case]
+    document = Document()
+    document.part("base", pose(), SHAPE)
+    document.part("arm", pose(0, 0, 2 if "planes along" in case else 0), SHAPE)
+    document.ground("base")
+    height = 2 if "planes along" in case else 0
+    document.joint("P", "Revolute", ("base.", pose(0, 0, height)), ("arm.", pose()))
+    document.joint("C", kind, (f"base.{element(sides[0])}", frame), (f"arm.{element(sides[1])}", frame), **values)
+    m, said = notes(document.write("a.FCStd"), planar=True)
+    assert m.joints == left
+    assert examine(m).degrees_of_freedom == free
+    assert ("left out: C" in said) == (left == ("P",))
+
+
+def test_wheels_of_crossed_axes_are_refused() -> None:
+    document = Document()
+    document.part("base")
+    document.part("arm")
+    document.ground("base")
+    arm(document)
+    document.joint("G", "Gears", ("base.", pose(9, 0, 0)), ("arm.", ACROSS), Distance=1.0, Distance2=2.0)
+    with pytest.raises(jp.InputError, match="'G': its axes are not parallel"):
+        jp.read(document.write("a.FCStd"))
+
+
+def test_a_document_without_joints_is_refused() -> None:
+    document = Document()
+    document.part("base")
+    with pytest.raises(jp.InputError, match="'Assembly': has no joints between its parts"):
+        jp.read(document.write("a.FCStd"))

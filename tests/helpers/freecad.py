@@ -62,7 +62,7 @@ def _placement(name: str, placed: Pose) -> str:
     return _property(name, "PropertyPlacement", f"<PropertyPlacement {' '.join(numbers)}/>")
 
 
-def _links(name: str, targets: Sequence[str]) -> str:
+def links(name: str, targets: Sequence[str]) -> str:
     inside = "".join(f"<Link value={quoteattr(target)}/>" for target in targets)
     return _property(name, "PropertyLinkList", f'<LinkList count="{len(targets)}">{inside}</LinkList>')
 
@@ -103,7 +103,11 @@ class Document:
         shown = f'<XLink file={quoteattr(file)} stamp="" name={quoteattr(to)}/>'
         self.group.append(name)
         return self.add(
-            name, kind, _placement("Placement", placed or Pose()), _property("LinkedObject", "PropertyXLink", shown), more
+            name,
+            kind,
+            _placement("Placement", placed or Pose()),
+            _property("LinkedObject", "PropertyXLink", shown),
+            more,
         )
 
     def ground(self, *names: str) -> None:
@@ -135,11 +139,11 @@ class Document:
         objects = list(self.objects)
         if self.assembly:
             objects += [
-                ("Joints", "Assembly::JointGroup", _links("Group", self.joints)),
+                ("Joints", "Assembly::JointGroup", links("Group", self.joints)),
                 (
                     "Assembly",
                     "Assembly::AssemblyObject",
-                    _links("Group", ["Joints", *self.group]) + _placement("Placement", self.placement),
+                    links("Group", ["Joints", *self.group]) + _placement("Placement", self.placement),
                 ),
             ]
         kinds = "".join(f"<Object type={quoteattr(kind)} name={quoteattr(name)}/>" for name, kind, _ in objects)
@@ -161,15 +165,20 @@ class Document:
         return Path(path)
 
 
+#: radius, from where to where, whether it is a hole, and the placement of its axis
+Round = tuple[float, float, float, bool, Pose]
+
 # --- shapes ----------------------------------------------------------------------------------------------------------
 
 
-def cylinder(radius: float, low: float, high: float, is_hole: bool = False, at: Pose | None = None) -> tuple[object, ...]:
+def cylinder(
+    radius: float, low: float, high: float, is_hole: bool = False, at: Pose | None = None
+) -> tuple[object, ...]:
     """A round face along the z axis of a placement, from low to high, with circles at its ends."""
-    return "cylinder", radius, low, high, is_hole, at or Pose()
+    return radius, low, high, is_hole, at or Pose()
 
 
-def shape(*elements: tuple[object, ...] | str) -> str:
+def shape(*elements: Round | str) -> str:
     """A compound in the text format of Open CASCADE: cylinders, and by their name a plane, a sphere, a line, a circle
     and a point. Edges and vertices that bound a face come with it."""
     curves: list[str] = []
@@ -201,13 +210,13 @@ def shape(*elements: tuple[object, ...] | str) -> str:
     signs = []
     for element in elements:
         if isinstance(element, tuple):
-            _, radius, low, high, is_hole, at = element
+            radius, low, high, is_hole, at = element
             ends = []
             for height in (low, high):
-                end = at @ pose(0, 0, height)  # type: ignore[operator]
+                end = at @ pose(0, 0, height)
                 corner = vertex((end @ pose(radius, 0, 0)).at)
                 ends.append(edge(f"2 {frame(end)} {radius}", [corner]))
-            inside.append(face(f"2 {frame(at)} {radius}", ends))  # type: ignore[arg-type]
+            inside.append(face(f"2 {frame(at)} {radius}", ends))
             signs.append("-" if is_hole else "+")
             continue
         made = {

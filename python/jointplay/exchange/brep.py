@@ -153,10 +153,12 @@ class Shape:
     @staticmethod
     def _locations(tokens: _Tokens, count: int) -> tuple[list[np.ndarray], list[_Chain]]:
         """Matrices of the elementary locations, and every location as a product of their powers."""
-        matrices, chains = [np.eye(4)], [()]
+        matrices = [np.eye(4)]
+        chains: list[_Chain] = [()]
         for number in range(1, count + 1):
             kind = tokens.whole()
-            matrix, chain = np.eye(4), ()
+            matrix = np.eye(4)
+            chain: _Chain = ()
             if kind == 1:
                 matrix[:3] = np.reshape(tokens.several(12), (3, 4))
                 chain = ((number, 1),)
@@ -198,8 +200,7 @@ class Shape:
     @cached_property
     def _met(self) -> dict[str, list[_Met]]:
         """Faces, edges and vertices in their order."""
-        found = {name: list(self._inside(kind)) for name, kind in KINDS.items()}
-        return found
+        return {name: list(self._inside(kind)) for name, kind in KINDS.items()}
 
     def _inside(self, wanted: str, start: _Met | None = None) -> Iterator[_Met]:
         """Shapes of a type inside of one, or of the whole; each once."""
@@ -207,7 +208,7 @@ class Shape:
         # Where the whole part is is its placement, which is no matter of its own axes.
         waiting = [start or _Met(number, (), sign == "-")]
         seen: set[tuple[int, _Chain]] = set()
-        for count in range(MOST_MET):
+        for _ in range(MOST_MET):
             if not waiting:
                 return
             here = waiting.pop()
@@ -281,7 +282,7 @@ def _composed(outer: _Chain, inner: _Chain) -> _Chain:
             power += found.pop()[1]
         if power:
             found.append((number, power))
-    if len(found) > LONGEST_CHAIN:
+    if len(found) > LONGEST_CHAIN or any(abs(power) > LONGEST_CHAIN for _, power in found):
         raise Unreadable("locations are made of one another without end")
     return tuple(found)
 

@@ -26,9 +26,9 @@ from .skeleton import Frame
 from .xml import Reading, parsed
 
 #: bytes of an archive, of its list of members, and of a member that is unpacked
-LARGEST_ARCHIVE, LARGEST_LIST, LARGEST_MEMBER = 500_000_000, 4_000_000, 32_000_000
+LARGEST_ARCHIVE, LARGEST_LIST, LARGEST_MEMBER = 500_000_000, 4_000_000, 20_000_000
 #: bytes of all members of all documents of an assembly that are unpacked
-LARGEST_TOGETHER = 200_000_000
+LARGEST_TOGETHER = 100_000_000
 #: the record at the end of an archive: signature, counts and sizes; what follows it is a comment
 END, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 1 << 16
 #: the record before it in archives that are larger than 4 GB
@@ -36,6 +36,11 @@ LARGER = b"PK\x06\x07"
 LARGER_SIZE = 20
 METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 DOCUMENT = "Document.xml"
+#: properties that are kept of an object
+KEPT = re.compile(
+    r"Label|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|Rigid|ObjectToGround|JointType|Reference[12]"
+    r"|Suppressed|Activated|Distance2?|Angle|(Enable)?(Length|Angle)(Min|Max)"
+)
 #: metres per unit of the format
 MM = 1e-3
 #: how long a quaternion is that is not zero
@@ -242,15 +247,14 @@ class Archive:
         if root.tag != "Document":
             problem = f"{DOCUMENT} has the root element <{root.tag}>; that of FreeCAD has <Document>"
             raise InputError(problem, file=self.file)
-        kinds = {
-            element.get("name") or "": element.get("type") or "" for element in root.iterfind("Objects/Object")
-        }
+        kinds = {element.get("name") or "": element.get("type") or "" for element in root.iterfind("Objects/Object")}
         return {item.name: item for item in self._read(root, kinds)}
 
     def _read(self, root: Element, kinds: Mapping[str, str]) -> Iterator[Item]:
         for element in root.iterfind("ObjectData/Object"):
             name = element.get("name") or ""
-            properties = {found.get("name") or "": found for found in element.iterfind("Properties/Property")}
+            every = ((found.get("name") or "", found) for found in element.iterfind("Properties/Property"))
+            properties = {key: found for key, found in every if KEPT.fullmatch(key)}
             label = properties["Label"].find("String") if "Label" in properties else None
             called = ((label.get("value") if label is not None else "") or "").strip() or name
             place = f"'{one_line(called)}'"

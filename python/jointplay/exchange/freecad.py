@@ -21,8 +21,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from jointplay.basics.files import is_within
-from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.file.toml import MOST_FILES
+from jointplay.errors import listed, not_known, shown
 
 from .brep import Element, Shape, Unreadable
 from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
@@ -40,8 +39,8 @@ LINK, JOINTS = "App::Link", "Assembly::JointGroup"
 #: what contains others and moves nothing, what contains others in axes of its own
 GROUPS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython", "App::LinkGroup")
 CONTAINERS = ("App::Part", ASSEMBLY, SUBASSEMBLY)
-#: links that lead to links
-LONGEST_CHAIN = 50
+#: links that lead to links, and documents of an assembly
+LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
 #: joints as the mechanism file has them
 KINDS = {
     "Fixed": "fixed",
@@ -105,10 +104,9 @@ class _Assembly:
     """One assembly on its way to a skeleton."""
 
     def __init__(self, path: Path) -> None:
-        self.folder = path.parent
         self.budget = Budget()
         self.archive = Archive(path, self.budget)
-        self.others: dict[str, Archive | None] = {}
+        self.others: dict[Path, Archive] = {}
         self.reading = self.archive.reading
         self.items = self.archive.items
         self.notes: list[str] = []
@@ -165,17 +163,18 @@ class _Assembly:
             self.bodies[name] = Body(frame)
         return self.parts[item.name]
 
-    def _other(self, file: str) -> Archive | None:
-        """Another document, which has to be in the folder or below it; None where it is not there."""
-        if file not in self.others:
-            if len(self.others) >= MOST_FILES:
-                raise self.reading.refuse(f"names more than {MOST_FILES} other documents")
-            parts = PurePosixPath(file.replace("\\", "/"))
-            place = self.folder / parts
-            inside = not parts.is_absolute() and ".." not in parts.parts and ":" not in file and "\0" not in file
-            there = inside and is_within(place, self.folder) and place.is_file()
-            self.others[file] = Archive(place, self.budget) if there else None
-        return self.others[file]
+    def _other(self, archive: Archive, file: str) -> Archive | None:
+        """A document that another one names, in the folder or below it; None where it is not there."""
+        parts = PurePosixPath(file.replace("\\", "/"))
+        inside = not parts.is_absolute() and ".." not in parts.parts and ":" not in file and "\0" not in file
+        place = archive.path.parent / parts
+        if not inside or not is_within(place, self.archive.path.parent) or not place.is_file():
+            return None
+        if place not in self.others:
+            if len(self.others) >= MOST_DOCUMENTS:
+                raise self.reading.refuse(f"names more than {MOST_DOCUMENTS} other documents")
+            self.others[place] = Archive(place, self.budget)
+        return self.others[place]
 
     def _shown(self, archive: Archive, item: Item) -> tuple[Archive | None, Item | None]:
         """What a link leads to, links of links followed; None where its document is not there."""
@@ -187,9 +186,11 @@ class _Assembly:
             to = found.linked()
             if to is None:
                 return here, None
-            here = self._other(to[0]) if to[0] else here
+            here = self._other(here, to[0]) if to[0] else here
             found = None if here is None else here.items.get(to[1])
-        raise self.reading.refuse(f"links lead to one another in a circle, or more than {LONGEST_CHAIN} deep", item.place)
+        raise self.reading.refuse(
+            f"links lead to one another in a circle, or more than {LONGEST_CHAIN} deep", item.place
+        )
 
     def _frame(self, archive: Archive, item: Item) -> Frame:
         """Where an object is in what contains it."""
@@ -207,13 +208,18 @@ class _Assembly:
             return None
         archive: Archive | None = self.archive
         frame, part, passed, found = Frame(), None, False, None
+        file = ""
         for name in (reference.root, *reference.path):
             item = None if archive is None else archive.items.get(name)
             if item is None or archive is None:
                 if found is not None and archive is not None:
                     # Features of a body, and names of faces that begin with a sign.
                     break
-                where = "in a document that is not in this folder" if archive is None else "not in the document"
+                where = "not in the document"
+                if archive is None:
+                    where = (
+                        f"in {shown(file)}, which is no file in this folder, or in folders of that, named without '..'"
+                    )
                 raise self.reading.refuse(f"names {shown(name)}, which is {where}", joint.place, key)
             if item is self.top:
                 frame, passed = self._frame(archive, item), True
@@ -223,6 +229,7 @@ class _Assembly:
             frame = frame @ self._frame(archive, item)
             if part is None and not _is_flexible(item) and item.kind not in GROUPS:
                 part = self._part(item, frame)
+            file = (item.linked() or ("",))[0]
             archive, found = self._shown(archive, item)
             if found is not None and found.kind not in (*CONTAINERS, *GROUPS):
                 break
@@ -286,7 +293,9 @@ class _Assembly:
                     yield self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
 
     def _joints(self) -> list[Joint]:
-        suppressed, incomplete, made = [], [], []
+        suppressed: list[str] = []
+        incomplete: list[str] = []
+        made: list[Joint] = []
         labels: Counter[str] = Counter()
         for item in self._joint_items(self.top):
             kind = item.choice("JointType")
@@ -338,7 +347,7 @@ class _Assembly:
             joint = self._plain(name, "screw", item, one, other)
             # Travel and angle are zero together, wherever along the thread that is.
             travel = lead * MM * measured("screw", one.frame, other.frame) / (2.0 * math.pi)
-            start = Attachment(one.frame.at + travel * one.axis, joint.second and joint.second.axis)
+            start = replace(joint.second or joint.place, at=one.frame.at + travel * one.axis)
             return [replace(joint, lead=lead * MM, second=start, limits=None)]
         raise self.reading.refuse(not_known(kind, "a joint that is read", TYPES), item.place)
 
@@ -354,7 +363,7 @@ class _Assembly:
         form, is_swapped = form_of(*kinds)
         distance = item.number("Distance") * MM
         # A point on a circle is one in its plane, and what is not known is a plane.
-        if form != "planes" and "circle" not in kinds or form == "lines":
+        if (form != "planes" and "circle" not in kinds) or form == "lines":
             distance += sum(radii)
         if is_swapped:
             one, other = other, one

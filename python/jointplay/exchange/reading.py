@@ -135,7 +135,9 @@ def read(
     (('pin',), [0, 0, 1000])
     """
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
-    options = Options(output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit)
+    options = Options(
+        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit
+    )
     return imported(Path(path), options).mechanism
 
 
@@ -273,7 +275,8 @@ def _drawn(
 ) -> tuple[Skeleton, dict[str, Mapping[str, Any]], dict[str, str]]:
     """With the clearances that the drawing has, and the fit of those that it has not."""
     found, asked = dict(clearance), dict(options_of)
-    alike, larger = [], []
+    alike: list[str] = []
+    larger: list[str] = []
     for joint in skeleton.joints:
         drawn = sized(skeleton, joint, None)
         if joint.sizes is None or drawn is None or joint.name in clearance:

@@ -47,7 +47,7 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
             own_end, other_end = (end.within(move) for end in ends[:: int(sign)])
             moves[outer] = _closing(joint, own_end, other_end) @ move
 
-    def joint(old: Joint) -> Joint:
+    def moved(old: Joint) -> Joint:
         first, second = (moves[name] for name in old.bodies)
         side = None if old.side is None else np.asarray(first.axes @ old.side)
         place, other = old.place.within(first), old.second and old.second.within(second)
@@ -64,7 +64,7 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
             name: replace(body, frame=moves[name] @ body.frame, centre=moves[name].point(body.centre))
             for name, body in skeleton.bodies.items()
         },
-        joints=tuple(joint(old) for old in skeleton.joints),
+        joints=tuple(moved(old) for old in skeleton.joints),
     )
 
 
