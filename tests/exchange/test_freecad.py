@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jointplay as jp
-from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, random_pose, shape
+from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, pump, random_pose, shape
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.exchange.brep import Shape
@@ -677,3 +678,17 @@ def test_a_document_without_joints_is_refused() -> None:
     document.part("base")
     with pytest.raises(jp.InputError, match="'Assembly': has no joints between its parts"):
         jp.read(document.write("a.FCStd"))
+
+
+def test_the_example_of_the_documentation_is_what_the_tests_write() -> None:
+    """And its clearances are those of its shapes."""
+    path = Path(__file__).resolve().parents[2] / "docs" / "cad" / "pump.FCStd"
+    with zipfile.ZipFile(path) as one, zipfile.ZipFile(pump().write("own.FCStd")) as other:
+        assert {name: one.read(name) for name in one.namelist()} == {
+            name: other.read(name) for name in other.namelist()
+        }
+    m, said = notes(path, planar=True)
+    assert {name.partition(".")[0] for name in m.sources} == {"Pin", "Guide"}
+    assert m.value("joints.Pin.clearance") == {"hole": {"diameter": 8.02}, "pin": {"diameter": 8}}
+    assert m.value("joints.Guide.clearance.slot.width") == 12.03
+    assert "Main, Wrist." in said

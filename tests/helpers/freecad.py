@@ -237,3 +237,30 @@ def shape(*elements: Round | str) -> str:
     lists += [("PolygonOnTriangulations", []), ("Surfaces", surfaces), ("Triangulations", [])]
     head = "".join(f"{name} {len(entries)}\n" + "".join(f"{one}\n" for one in entries) for name, entries in lists)
     return f"\nCASCADE Topology V1, (c) Matra-Datavision\n{head}\nTShapes {count}\n{text}\n"
+
+
+# --- the example of the documentation --------------------------------------------------------------------------------
+
+
+def pump() -> Document:
+    """`docs/cad/pump.FCStd`: a crank of 15 mm and a rod of 50 mm, at 28 degrees."""
+    angle, reach = np.radians(28.0), 50.0
+    wrist = 15 * np.cos(angle) + np.sqrt(reach**2 - (15 * np.sin(angle)) ** 2)
+    pin = 15 * np.array([np.cos(angle), np.sin(angle), 0.0])
+    rod = np.degrees(np.arctan2(-pin[1], wrist - pin[0]))
+    along = Pose(np.zeros(3), Rotation.from_rotvec([0, 90, 0], degrees=True))
+    guide = pose(40, 0, 20) @ along
+    document = Document()
+    document.part("Base", pose(), shape(cylinder(4, 0, 15), cylinder(6.015, 0, 30, True, guide)))
+    crank = shape(cylinder(4, 0, 10, True), cylinder(4, 10, 20, at=pose(15, 0, 0)))
+    document.part("Crank", pose(0, 0, 5, about=(0, 0, 28.0)), crank)
+    holes = cylinder(4.01, 0, 8, True), cylinder(4, 0, 8, True, pose(reach, 0, 0))
+    document.part("Rod", Pose(pin + [0, 0, 16], pose(about=(0, 0, rod)).turn), shape(*holes))
+    slider = shape(cylinder(4, -12, 0), cylinder(6, -20, 60, at=pose(0, 0, -8) @ along))
+    document.part("Slider", pose(wrist, 0, 28), slider)
+    document.ground("Base")
+    document.joint("Main", "Revolute", ("Base.Edge1", pose(0, 0, 15)), ("Crank.Edge2", pose(0, 0, 10)))
+    document.joint("Pin", "Revolute", ("Crank.Edge3", pose(15, 0, 11)), ("Rod.Edge1", pose()))
+    document.joint("Wrist", "Revolute", ("Rod.Edge4", pose(reach, 0, 8)), ("Slider.Edge1", pose(0, 0, -4)))
+    document.joint("Guide", "Slider", ("Base.Edge3", guide), ("Slider.Face2", pose(0, 0, -8) @ along))
+    return document

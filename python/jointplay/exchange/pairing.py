@@ -89,8 +89,9 @@ def pair(first: Iterable[Bore], second: Iterable[Bore], names: tuple[str, str]) 
     one, other = max(pairs, key=_rank)
     hole, pin = (one, other) if one.is_hole else (other, one)
     of_hole, of_pin = names if one.is_hole else names[::-1]
-    drawn = "is drawn in" if abs(hole.radius - pin.radius) > EQUAL else "is drawn with the same diameter in"
-    said = f"The pin of {of_pin} {drawn} the hole of {of_hole}."
+    play = hole.radius - pin.radius
+    drawn = "smaller than" if play > EQUAL else "as large as" if play > -EQUAL else "larger than"
+    said = f"The pin of {of_pin} is drawn {drawn} the hole of {of_hole}."
     return Sizes(2.0 * hole.radius, 2.0 * pin.radius, _overlap(one, other), said)
 
 
