@@ -530,6 +530,22 @@ def test_a_fixed_joint_makes_one_body_also_where_it_is_saved_open() -> None:
 # --- sizes -----------------------------------------------------------------------------------------------------------
 
 
+def test_references_of_later_versions_begin_at_the_part() -> None:
+    """FreeCAD 1.1 names the part that moves, and what is below it."""
+    found = []
+    for later in (False, True):
+        document = Document(placement=pose(1, 2, 3, about=(10, 20, 30)))
+        document.later = later
+        document.part("base", pose(4, 5, 6), SHAPE)
+        document.part("holder", pose(4, 5, 6, about=(0, 0, 90)), kind="App::Part")
+        document.body("inner", pose(5, 0, 0), SHAPE)
+        document.ground("base")
+        document.joint("J", "Revolute", ("base.Edge1", pose(0, 5, 0)), ("holder.inner.Edge1", pose()))
+        found.append(imported(document.write("a.FCStd"), Options()).text)
+    assert found[0] == found[1]
+    assert "The pin" not in found[0]
+
+
 def fitted(hole: float, pin: float, kind: str = "Revolute", **options: object) -> tuple[jp.Mechanism, str]:
     """A pin of 12 mm in a fork with lugs from 0 to 4 and from 10 to 15 mm; other round faces have other diameters."""
     fork = shape(
@@ -692,3 +708,16 @@ def test_the_example_of_the_documentation_is_what_the_tests_write() -> None:
     assert m.value("joints.Pin.clearance") == {"hole": {"diameter": 8.02}, "pin": {"diameter": 8}}
     assert m.value("joints.Guide.clearance.slot.width") == 12.03
     assert "Main, Wrist." in said
+
+
+def test_joints_of_one_label_have_names_of_their_own() -> None:
+    """Also those of a chain, whose names another joint may have."""
+    document = Document()
+    document.part("base")
+    document.ground("base")
+    for number, name in enumerate(("J", "J-2", "K", "L")):
+        document.part(f"p{number}", pose(number, 0, 0))
+        document.joint(name, "Parallel", ("base.", pose()), (f"p{number}.", pose()))
+    document.objects = [(name, kind, text.replace('"K"', '"J"')) for name, kind, text in document.objects]
+    m, _ = notes(document.write("a.FCStd"))
+    assert len(set(m.joints)) == 8

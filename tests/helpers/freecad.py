@@ -76,6 +76,8 @@ class Document:
         self.group: list[str] = []
         self.joints: list[str] = []
         self.assembly = True
+        #: whether references begin at the part, as in FreeCAD 1.1
+        self.later = False
         self.placement = placement or Pose()
 
     def add(self, name: str, kind: str, *properties: str, label: str = "") -> str:
@@ -125,8 +127,9 @@ class Document:
         chosen = f'<Integer value="{place}" CustomEnum="true"/><CustomEnumList count="13">{words}</CustomEnumList>'
         properties = [_property("JointType", "PropertyEnumeration", chosen)]
         for number, (path, placed) in enumerate((one, other), 1):
-            sub = f"<Sub value={quoteattr(path)}/>"
-            reference = f'<XLink file="" stamp="" name="Assembly" count="2">{sub}{sub}</XLink>'
+            root, _, rest = path.partition(".") if self.later else ("Assembly", "", path)
+            sub = f"<Sub value={quoteattr(rest)}/>"
+            reference = f'<XLink file="" stamp="" name="{root}" count="2">{sub}{sub}</XLink>'
             properties.append(_property(f"Reference{number}", "PropertyXLinkSubHidden", reference))
             properties.append(_placement(f"Placement{number}", placed))
         for key, value in values.items():
@@ -255,7 +258,7 @@ def pump() -> Document:
     crank = shape(cylinder(4, 0, 10, True), cylinder(4, 10, 20, at=pose(15, 0, 0)))
     document.part("Crank", pose(0, 0, 5, about=(0, 0, 28.0)), crank)
     holes = cylinder(4.01, 0, 8, True), cylinder(4, 0, 8, True, pose(reach, 0, 0))
-    document.part("Rod", Pose(pin + [0, 0, 16], pose(about=(0, 0, rod)).turn), shape(*holes))
+    document.part("Rod", Pose(pin + np.array([0.0, 0.0, 16.0]), pose(about=(0, 0, rod)).turn), shape(*holes))
     slider = shape(cylinder(4, -12, 0), cylinder(6, -20, 60, at=pose(0, 0, -8) @ along))
     document.part("Slider", pose(wrist, 0, 28), slider)
     document.ground("Base")

@@ -13,7 +13,6 @@ two points is a rod between two balls. How they are meant is in `constraints`.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -207,9 +206,12 @@ class _Assembly:
         if reference is None:
             return None
         archive: Archive | None = self.archive
-        frame, part, passed, found = Frame(), None, False, None
-        file = ""
-        for name in (reference.root, *reference.path):
+        names = (reference.root, *reference.path)
+        # Since version 1.1 the path begins at the part that moves, before that at the assembly or outside of it.
+        passed = self.top.name not in names
+        frame = self._frame(archive, self.top) if passed else Frame()
+        part, found, file = None, None, ""
+        for name in names:
             item = None if archive is None else archive.items.get(name)
             if item is None or archive is None:
                 if found is not None and archive is not None:
@@ -217,9 +219,7 @@ class _Assembly:
                     break
                 where = "not in the document"
                 if archive is None:
-                    where = (
-                        f"in {shown(file)}, which is no file in this folder, or in folders of that, named without '..'"
-                    )
+                    where = f"in {shown(file)}, which is no file in this folder or below it, named without '..'"
                 raise self.reading.refuse(f"names {shown(name)}, which is {where}", joint.place, key)
             if item is self.top:
                 frame, passed = self._frame(archive, item), True
@@ -296,13 +296,13 @@ class _Assembly:
         suppressed: list[str] = []
         incomplete: list[str] = []
         made: list[Joint] = []
-        labels: Counter[str] = Counter()
+        taken: set[str] = set()
         for item in self._joint_items(self.top):
             kind = item.choice("JointType")
             if not kind:
                 continue
-            labels[item.label] += 1
-            name = item.label if labels[item.label] == 1 else f"{item.label}_{labels[item.label]}"
+            name = free(item.label, taken)
+            taken.add(name)
             if _is_suppressed(item):
                 suppressed.append(name)
                 continue
@@ -310,7 +310,11 @@ class _Assembly:
             if one is None or other is None or one.part == other.part:
                 incomplete.append(name)
                 continue
-            made += self._made(name, kind, item, one, other)
+            first, *further = self._made(name, kind, item, one, other)
+            made.append(first)
+            for joint in further:
+                made.append(replace(joint, name=free(joint.name, taken)))
+                taken.add(made[-1].name)
         if suppressed:
             self.notes.append(f"Suppressed joints are left out: {listed(suppressed)}.")
         if incomplete:

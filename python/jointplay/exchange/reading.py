@@ -23,6 +23,7 @@ from .driving import choose, distances, has_loops
 from .looping import with_loops
 from .lost import settled, with_backlash, with_lost_motion
 from .options import Options
+from .pairing import EQUAL
 from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
@@ -33,8 +34,6 @@ from .writing import EXAMPLE, sized, text
 OUTPUT = "output"
 #: more joints than any robot has; the time to choose drives grows with their square
 MOST_JOINTS = 1000
-#: metres by which diameters differ that are drawn alike
-ALIKE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -282,13 +281,13 @@ def _drawn(
         if joint.sizes is None or drawn is None or joint.name in clearance:
             continue
         play = joint.sizes.hole - joint.sizes.pin
-        if play > ALIKE:
+        if play > EQUAL:
             found[joint.name] = drawn
         elif fit is not None:
             found[joint.name] = sized(skeleton, joint, fit) or {}
             asked[joint.name] = "fit"
         else:
-            (alike if play > -ALIKE else larger).append(joint.name)
+            (alike if play > -EQUAL else larger).append(joint.name)
     if fit is not None and not any(key == "fit" for key in asked.values()):
         raise InputError("no joint here has a pin that is drawn with the diameter of its hole", key="fit")
     notes = []
