@@ -14,7 +14,7 @@ import jointplay as jp
 from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, pump, random_pose, shape
 from jointplay.basics import poses
 from jointplay.cli import run
-from jointplay.exchange.brep import Shape
+from jointplay.exchange.brep import PartShape
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
 from jointplay.model.mechanism import loads
@@ -627,7 +627,7 @@ SHAPES = Path(__file__).resolve().parents[1] / "data" / "shapes"
 
 def test_faces_and_edges_have_the_numbers_of_open_cascade() -> None:
     """Files that Open CASCADE 8.0 wrote, and what its TopExp::MapShapes and BRepAdaptor say of them."""
-    plate = Shape((SHAPES / "plate.brp").read_text())
+    plate = PartShape((SHAPES / "plate.brp").read_text())
     kinds = [plate.element(f"Face{k}").kind for k in range(1, 8)]  # type: ignore[union-attr]
     assert kinds == PLATE_FACES
     hole = plate.round_faces("cylinder")
@@ -637,12 +637,12 @@ def test_faces_and_edges_have_the_numbers_of_open_cascade() -> None:
     assert circles == PLATE_CIRCLES
     assert plate.element("Edge16") is None
     # Four times the same plate at other places, of which two coincide in a roundabout way.
-    several = Shape((SHAPES / "compound.brp").read_text())
+    several = PartShape((SHAPES / "compound.brp").read_text())
     found = [tuple(np.round(one.at * 1e3, 6).tolist()) for one in several.round_faces("cylinder")]
     assert found == COMPOUND_AT
     assert several.element("Edge60") is not None
     assert several.element("Edge61") is None
-    ball = Shape((SHAPES / "socket.brp").read_text()).round_faces("sphere")
+    ball = PartShape((SHAPES / "socket.brp").read_text()).round_faces("sphere")
     assert {(one.radius, one.is_hole, *np.round(one.at * 1e3, 9).tolist()) for one in ball} == {
         (8e-3, True, 3.0, 4.0, 5.0)
     }

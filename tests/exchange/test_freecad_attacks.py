@@ -16,7 +16,7 @@ import jointplay as jp
 from helpers.freecad import Document, cylinder, links, pose, shape
 from jointplay.cli import run
 from jointplay.exchange import brep, fcstd
-from jointplay.exchange.brep import Shape, Unreadable
+from jointplay.exchange.brep import PartShape, Unreadable
 
 FOUND = shape(cylinder(4, 0, 9, True))
 
@@ -161,14 +161,14 @@ def test_shapes_made_of_shapes_end() -> None:
     lines += [f"Co\n\n1100000\n+{42 - k} 0 +{42 - k} 0 *" for k in range(1, 41)]
     empty = "".join(f"{name} 0\n" for name in ("Curve2ds", "Curves", "Polygon3D", "Surfaces", "Triangulations"))
     body = "\n".join(lines)
-    made = Shape(f"\nCASCADE Topology V1, x\nLocations 0\n{empty}\nTShapes 41\n{body}\n+1 0\n")
+    made = PartShape(f"\nCASCADE Topology V1, x\nLocations 0\n{empty}\nTShapes 41\n{body}\n+1 0\n")
     start = time.monotonic()
     with pytest.raises(Unreadable, match="more than"):
         made.element("Edge1")
     assert time.monotonic() - start < 10
     many = f"Locations 200\n{' '.join(['1 1 0 0 0 0 1 0 0 0 0 1 0'] + [f'2 {k} 20 {k} 20 0' for k in range(1, 200)])}\n"
     with pytest.raises(Unreadable):
-        Shape(f"\nCASCADE Topology V1, x\n{many}{empty}\nTShapes 41\n{body}\n+1 0\n")
+        PartShape(f"\nCASCADE Topology V1, x\n{many}{empty}\nTShapes 41\n{body}\n+1 0\n")
     assert brep.MOST_MET < 1_000_000
 
 

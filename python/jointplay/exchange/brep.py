@@ -49,7 +49,7 @@ class Unreadable(ValueError):
 
 
 @dataclass(frozen=True)
-class Element:
+class ShapeElement:
     """A face, edge or vertex; lengths in m, in the axes of the part.
 
     Attributes
@@ -121,7 +121,7 @@ class _Tokens:
         return tuple(self.number() for _ in range(count))
 
 
-class Shape:
+class PartShape:
     """The shape of one part.
 
     Parameters
@@ -235,14 +235,14 @@ class Shape:
             found = found @ np.linalg.matrix_power(self.matrices[number], power)
         return found
 
-    def element(self, name: str) -> Element | None:
+    def element(self, name: str) -> ShapeElement | None:
         """What ``Edge17`` or ``Face3`` is; None where the shape has no such element."""
         kind = name.rstrip("0123456789")
         place = int(name[len(kind) :] or 0) - 1
         every = self._met.get(kind, [])
         return self._element(kind, every[place]) if 0 <= place < len(every) else None
 
-    def round_faces(self, kind: str) -> list[Element]:
+    def round_faces(self, kind: str) -> list[ShapeElement]:
         """All faces that are part of a ``cylinder`` or of a ``sphere``."""
         return [self._element("Face", met) for met in self._met["Face"] if self._kind("Face", met) == kind]
 
@@ -250,14 +250,14 @@ class Shape:
         listed, number = self.surfaces if kind == "Face" else self.curves, self.shapes[met.number].geometry
         return NAMES[kind].get(listed[number - 1][0], "other") if 0 < number <= len(listed) else "other"
 
-    def _element(self, kind: str, met: _Met) -> Element:
+    def _element(self, kind: str, met: _Met) -> ShapeElement:
         raw = self.shapes[met.number]
         matrix = self._matrix(met.where, raw.location)
         if kind == "Vertex":
-            return Element("point", _moved(matrix, raw.point), np.zeros(3))
+            return ShapeElement("point", _moved(matrix, raw.point), np.zeros(3))
         name = self._kind(kind, met)
         if name == "other":
-            return Element(name, np.zeros(3), np.zeros(3))
+            return ShapeElement(name, np.zeros(3), np.zeros(3))
         _, x = (self.surfaces if kind == "Face" else self.curves)[raw.geometry - 1]
         at, axis = _moved(matrix, x[:3]), matrix[:3, :3] @ np.array(x[3:6])
         length = float(np.linalg.norm(axis))
@@ -266,12 +266,12 @@ class Shape:
         axis = axis / length
         radius = x[12] * MM if len(x) > 12 and name in ("circle", "cylinder", "sphere") else 0.0
         if name not in ("cylinder", "sphere"):
-            return Element(name, at, axis, radius)
+            return ShapeElement(name, at, axis, radius)
         own = matrix[:3, :3] @ np.array([x[6:9], x[9:12], x[3:6]]).T
         is_hole = met.is_reversed != bool(np.linalg.det(own) < 0)
         corners = [self._element("Vertex", corner).at for corner in self._inside("Ve", met)]
         along = [float(axis @ (corner - at)) for corner in corners] or [0.0]
-        return Element(name, at, axis, radius, is_hole, (min(along), max(along)))
+        return ShapeElement(name, at, axis, radius, is_hole, (min(along), max(along)))
 
 
 def _composed(outer: _Chain, inner: _Chain) -> _Chain:

@@ -68,7 +68,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Item:
+class DocumentItem:
     """An object of a document.
 
     Attributes
@@ -243,14 +243,14 @@ class Archive:
         self.budget.left -= len(content)
         return toml.decoded(content, f"{self.file}: {member}", "document of FreeCAD")
 
-    def _items(self, root: Element) -> dict[str, Item]:
+    def _items(self, root: Element) -> dict[str, DocumentItem]:
         if root.tag != "Document":
             problem = f"{DOCUMENT} has the root element <{root.tag}>; that of FreeCAD has <Document>"
             raise InputError(problem, file=self.file)
         kinds = {element.get("name") or "": element.get("type") or "" for element in root.iterfind("Objects/Object")}
         return {item.name: item for item in self._read(root, kinds)}
 
-    def _read(self, root: Element, kinds: Mapping[str, str]) -> Iterator[Item]:
+    def _read(self, root: Element, kinds: Mapping[str, str]) -> Iterator[DocumentItem]:
         for element in root.iterfind("ObjectData/Object"):
             name = element.get("name") or ""
             every = ((found.get("name") or "", found) for found in element.iterfind("Properties/Property"))
@@ -258,9 +258,9 @@ class Archive:
             label = properties["Label"].find("String") if "Label" in properties else None
             called = ((label.get("value") if label is not None else "") or "").strip() or name
             place = f"'{one_line(called)}'"
-            yield Item(name, kinds.get(name, ""), place, called, self.reading, properties)
+            yield DocumentItem(name, kinds.get(name, ""), place, called, self.reading, properties)
 
-    def shape(self, item: Item) -> str | None:
+    def shape(self, item: DocumentItem) -> str | None:
         """The text of the shape of an object, which says where its faces and edges are; None where it has none."""
         part = item.properties["Shape"].find("Part") if "Shape" in item.properties else None
         member = "" if part is None else part.get("file") or ""

@@ -22,14 +22,14 @@ import numpy as np
 from jointplay.basics.files import is_within
 from jointplay.errors import listed, not_known, shown
 
-from .brep import Element, Shape, Unreadable
+from .brep import PartShape, ShapeElement, Unreadable
 from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
-from .fcstd import MM, Archive, Budget, Item
+from .fcstd import MM, Archive, Budget, DocumentItem
 from .options import Options
 from .pairing import balls, bores, pair
 from .settling import measured, settled
 from .shaping import grounded
-from .skeleton import Attachment, Body, Frame, Joint, Sizes, Skeleton, fixed, floating, free
+from .skeleton import Attachment, Body, Frame, Joint, PinAndHole, Skeleton, fixed, floating, free
 
 #: the fixed body
 WORLD = "world"
@@ -58,7 +58,7 @@ OPEN = 1e-6
 
 
 @dataclass(frozen=True)
-class End:
+class Side:
     """One side of a joint.
 
     Attributes
@@ -79,7 +79,7 @@ class End:
     frame: Frame
     owner: Frame
     archive: Archive | None
-    item: Item | None
+    item: DocumentItem | None
     element: str
 
     @property
@@ -117,9 +117,9 @@ class _Assembly:
         self.added: set[str] = set()
         #: frames of joints on both sides
         self.frames: dict[str, tuple[Frame, Frame]] = {}
-        self.shapes: dict[tuple[str, str], Shape | None] = {}
+        self.shapes: dict[tuple[str, str], PartShape | None] = {}
 
-    def _chosen(self) -> Item:
+    def _chosen(self) -> DocumentItem:
         """The assembly that is read: no other one has it inside."""
         every = [item for item in self.items.values() if item.kind == ASSEMBLY]
         if not every:
@@ -137,7 +137,7 @@ class _Assembly:
 
     # --- objects ----------------------------------------------------------------------------------------------------
 
-    def _members(self, item: Item) -> Iterator[Item]:
+    def _members(self, item: DocumentItem) -> Iterator[DocumentItem]:
         """What an assembly has in it, with what groups and flexible assemblies in it have."""
         waiting, seen = [item.name], {item.name}
         for name in waiting:
@@ -149,12 +149,12 @@ class _Assembly:
                     if found.kind in (*GROUPS, JOINTS) or _is_flexible(found):
                         waiting.append(inner)
 
-    def _joint_items(self, item: Item) -> Iterator[Item]:
+    def _joint_items(self, item: DocumentItem) -> Iterator[DocumentItem]:
         for found in self._members(item):
             if "JointType" in found.properties or "ObjectToGround" in found.properties:
                 yield found
 
-    def _part(self, item: Item, frame: Frame) -> str:
+    def _part(self, item: DocumentItem, frame: Frame) -> str:
         """Name of the body of an object."""
         if item.name not in self.parts:
             name = free(item.label, self.bodies)
@@ -175,10 +175,10 @@ class _Assembly:
             self.others[place] = Archive(place, self.budget)
         return self.others[place]
 
-    def _shown(self, archive: Archive, item: Item) -> tuple[Archive | None, Item | None]:
+    def _shown(self, archive: Archive, item: DocumentItem) -> tuple[Archive | None, DocumentItem | None]:
         """What a link leads to, links of links followed; None where its document is not there."""
         here: Archive | None = archive
-        found: Item | None = item
+        found: DocumentItem | None = item
         for _ in range(LONGEST_CHAIN):
             if here is None or found is None or found.kind != LINK:
                 return here, found
@@ -191,7 +191,7 @@ class _Assembly:
             f"links lead to one another in a circle, or more than {LONGEST_CHAIN} deep", item.place
         )
 
-    def _frame(self, archive: Archive, item: Item) -> Frame:
+    def _frame(self, archive: Archive, item: DocumentItem) -> Frame:
         """Where an object is in what contains it."""
         own = item.frame("Placement")
         if item.kind == LINK and item.holds("LinkTransform"):
@@ -199,7 +199,7 @@ class _Assembly:
             own = own if shown_item is None else own @ shown_item.frame("Placement")
         return own
 
-    def _end(self, joint: Item, number: int) -> End | None:
+    def _end(self, joint: DocumentItem, number: int) -> Side | None:
         """One side of a joint; None where it names nothing that is in the assembly."""
         key = f"Reference{number}"
         reference = joint.reference(key)
@@ -209,7 +209,7 @@ class _Assembly:
         names = (reference.root, *reference.path)
         # Since version 1.1 the path begins at the part that moves, before that at the assembly or outside of it.
         passed = self.top.name not in names
-        frame = self._frame(archive, self.top) if passed else Frame()
+        frame = self._frame(self.archive, self.top) if passed else Frame()
         part, found, file = None, None, ""
         for name in names:
             item = None if archive is None else archive.items.get(name)
@@ -235,7 +235,7 @@ class _Assembly:
                 break
         if part is None:
             return None
-        return End(part, frame @ joint.frame(f"Placement{number}"), frame, archive, found, reference.element)
+        return Side(part, frame @ joint.frame(f"Placement{number}"), frame, archive, found, reference.element)
 
     # --- all of it --------------------------------------------------------------------------------------------------
 
@@ -268,7 +268,7 @@ class _Assembly:
         own = {name: body if name not in self.added else Body() for name, body in found.bodies.items()}
         return replace(found, bodies=own)
 
-    def _unjoined(self, item: Item) -> None:
+    def _unjoined(self, item: DocumentItem) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
         is_part = item.kind.startswith(("Part::", "PartDesign::Body")) or item.kind in ("App::Part", LINK, SUBASSEMBLY)
         if is_part and item.name not in self.parts and not _is_flexible(item):
@@ -331,7 +331,7 @@ class _Assembly:
         if held:
             self.notes.append(f"The screws beside these joints hold what they do: {listed(one.name for one in held)}.")
 
-    def _made(self, name: str, kind: str, item: Item, one: End, other: End) -> Sequence[Joint]:
+    def _made(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Sequence[Joint]:
         sides = (one.frame.at, one.axis), (other.frame.at, other.axis)
         chain = Chain(name, one.part, other.part, self._added)
         if kind in KINDS:
@@ -362,7 +362,7 @@ class _Assembly:
         self.added.add(called)
         return called
 
-    def _distance(self, chain: Chain, item: Item, one: End, other: End) -> list[Joint]:
+    def _distance(self, chain: Chain, item: DocumentItem, one: Side, other: Side) -> list[Joint]:
         kinds, radii = zip(*(self._side(item, end) for end in (one, other)), strict=True)
         form, is_swapped = form_of(*kinds)
         distance = item.number("Distance") * MM
@@ -374,7 +374,7 @@ class _Assembly:
             chain = Chain(chain.name, one.part, other.part, self._added)
         return at_a_distance(chain, form, (one.frame.at, one.axis), (other.frame.at, other.axis), abs(distance))
 
-    def _side(self, item: Item, end: End) -> tuple[str, float]:
+    def _side(self, item: DocumentItem, end: Side) -> tuple[str, float]:
         """What a side of a distance is, and its radius."""
         if end.element.startswith("Vertex"):
             return "point", 0.0
@@ -387,7 +387,7 @@ class _Assembly:
         kind = "curve" if end.element.startswith("Edge") and found.kind == "other" else found.kind
         return kind, found.radius
 
-    def _shape(self, end: End) -> Shape | None:
+    def _shape(self, end: Side) -> PartShape | None:
         """The shape of the object that a side names; None where it cannot be read."""
         if end.archive is None or end.item is None:
             return None
@@ -395,19 +395,19 @@ class _Assembly:
         if key not in self.shapes:
             try:
                 text = end.archive.shape(end.item)
-                self.shapes[key] = None if text is None else Shape(text)
+                self.shapes[key] = None if text is None else PartShape(text)
             except Unreadable:
                 self.shapes[key] = None
         return self.shapes[key]
 
-    def _element(self, end: End) -> Element | None:
+    def _element(self, end: Side) -> ShapeElement | None:
         shape = self._shape(end)
         try:
             return None if shape is None else shape.element(end.element)
         except Unreadable:
             return None
 
-    def _sizes(self, kind: str, one: End, other: End) -> Sizes | None:
+    def _sizes(self, kind: str, one: Side, other: Side) -> PinAndHole | None:
         """Hole and pin of a joint, in the shapes of its parts."""
         along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
         # Where the second side would be without a travel.
@@ -429,7 +429,7 @@ class _Assembly:
 
     # --- couplings --------------------------------------------------------------------------------------------------
 
-    def _wheels(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
+    def _wheels(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
         """Gears or a belt: the ratio of the radii is kept, and gears touch."""
         first, second = (self._radius(item, key) for key in ("Distance", "Distance2"))
         along = self._parallel(item, one, other)
@@ -459,7 +459,7 @@ class _Assembly:
             keys={"teeth": list(counts), "radii": radii},
         )
 
-    def _rack(self, name: str, item: Item, one: End, other: End) -> Joint:
+    def _rack(self, name: str, item: DocumentItem, one: Side, other: Side) -> Joint:
         """A rack, which slides along the axis of its side, and a pinion."""
         sliding = [self._slides(end) for end in (one, other)]
         if sliding[0] == sliding[1]:
@@ -481,7 +481,7 @@ class _Assembly:
             keys={"radius": radius / MM},
         )
 
-    def _slides(self, end: End) -> bool:
+    def _slides(self, end: Side) -> bool:
         """Whether a part is on a slider along the axis of a side."""
         for item in self._joint_items(self.top):
             if item.choice("JointType") == "Slider" and not _is_suppressed(item):
@@ -490,20 +490,20 @@ class _Assembly:
                         return True
         return False
 
-    def _radius(self, item: Item, key: str) -> float:
+    def _radius(self, item: DocumentItem, key: str) -> float:
         radius = item.number(key) * MM
         if not radius > 0.0:
             raise self.reading.refuse(f"a radius is positive, not {item.number(key):g}", item.place, key)
         return radius
 
-    def _parallel(self, item: Item, one: End, other: End) -> float:
+    def _parallel(self, item: DocumentItem, one: Side, other: Side) -> float:
         """1 where the axes point the same way, -1 where against each other."""
         along = float(one.axis @ other.axis)
         if abs(along) < 1.0 - SKEW:
             raise self.reading.refuse("its axes are not parallel; such wheels are not read", item.place)
         return math.copysign(1.0, along)
 
-    def _plain(self, name: str, kind: str, item: Item, one: End, other: End) -> Joint:
+    def _plain(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
         """A joint that the mechanism file has."""
         bodies = (one.part, other.part)
         self.frames[name] = one.frame, other.frame
@@ -526,21 +526,21 @@ class _Assembly:
         )
 
 
-def _is_flexible(item: Item) -> bool:
+def _is_flexible(item: DocumentItem) -> bool:
     """Whether it is an assembly whose parts move by themselves."""
     return item.kind == SUBASSEMBLY and not item.holds("Rigid", default=True)
 
 
-def _is_suppressed(item: Item) -> bool:
+def _is_suppressed(item: DocumentItem) -> bool:
     return item.holds("Suppressed") or not item.holds("Activated", default=True)
 
 
-def _angle(item: Item) -> float:
+def _angle(item: DocumentItem) -> float:
     """The angle of a joint, which has a property of its own in later versions, in rad."""
     return math.radians(abs(item.number("Angle" if "Angle" in item.properties else "Distance")))
 
 
-def _limits(item: Item, what: str, unit: float) -> tuple[float, float] | None:
+def _limits(item: DocumentItem, what: str, unit: float) -> tuple[float, float] | None:
     """The range of a coordinate; an end that is not there is infinite."""
     low, high = (
         item.number(f"{what}{end}") * unit if item.holds(f"Enable{what}{end}") else sign * math.inf

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .brep import Element
-from .skeleton import Frame, Sizes, Vector
+from .brep import ShapeElement
+from .skeleton import Frame, PinAndHole, Vector
 
 #: how far cylinders may be off the axis of a joint: m, and as the sine of an angle
 OFF, TILT = 1e-6, 1e-5
@@ -44,12 +44,12 @@ class Bore:
     is_named: bool
 
 
-def bores(elements: Iterable[Element], owner: Frame, axis: tuple[Vector, Vector], named: float) -> list[Bore]:
+def bores(elements: Iterable[ShapeElement], owner: Frame, axis: tuple[Vector, Vector], named: float) -> list[Bore]:
     """Holes and pins of a part on the axis of a joint.
 
     Parameters
     ----------
-    elements : iterable of Element
+    elements : iterable of ShapeElement
         Cylinders of the part, in its own axes.
     owner : Frame
         These axes in the drawing.
@@ -73,7 +73,7 @@ def bores(elements: Iterable[Element], owner: Frame, axis: tuple[Vector, Vector]
     return list(found.values())
 
 
-def pair(first: Iterable[Bore], second: Iterable[Bore], names: tuple[str, str]) -> Sizes | None:
+def pair(first: Iterable[Bore], second: Iterable[Bore], names: tuple[str, str]) -> PinAndHole | None:
     """The hole and the pin of a joint; None where there is none.
 
     Parameters
@@ -92,10 +92,10 @@ def pair(first: Iterable[Bore], second: Iterable[Bore], names: tuple[str, str]) 
     play = hole.radius - pin.radius
     drawn = "smaller than" if play > EQUAL else "as large as" if play > -EQUAL else "larger than"
     said = f"The pin of {of_pin} is drawn {drawn} the hole of {of_hole}."
-    return Sizes(2.0 * hole.radius, 2.0 * pin.radius, _overlap(one, other), said)
+    return PinAndHole(2.0 * hole.radius, 2.0 * pin.radius, _overlap(one, other), said)
 
 
-def balls(elements: Iterable[Element], owner: Frame, at: Vector) -> Iterator[Bore]:
+def balls(elements: Iterable[ShapeElement], owner: Frame, at: Vector) -> Iterator[Bore]:
     """Sockets and balls of a part about the centre of a joint; arguments as of `bores`."""
     for element in elements:
         if np.linalg.norm(owner.point(element.at) - at) <= OFF:

@@ -105,7 +105,7 @@ class Attachment:
 
 
 @dataclass(frozen=True)
-class Sizes:
+class PinAndHole:
     """A hole and the pin in it, or a socket and its ball.
 
     Attributes
@@ -163,7 +163,7 @@ class Joint:
         Of a rack: the direction of its pitch line, in the drawing.
     keys : mapping
         Of a coupling: further keys of the mechanism file, in its units.
-    sizes : Sizes or None
+    sizes : PinAndHole or None
         Hole and pin, where the format has them.
     """
 
@@ -184,7 +184,7 @@ class Joint:
     reduction: float = 0.0
     side: Vector | None = None
     keys: Mapping[str, object] = field(default_factory=dict)
-    sizes: Sizes | None = None
+    sizes: PinAndHole | None = None
 
     def shifted(self, shift: float) -> Joint:
         """With another zero of the coordinate, which is larger everywhere."""
