@@ -614,7 +614,9 @@ def test_a_shape_that_cannot_be_read_is_no_size(tmp_path: Path) -> None:
         document.part("base", pose(), text)
         document.part("arm", pose(0, 0, -2), text)
         document.ground("base")
-        assert notes(arm(document).write("a.FCStd"))[0].joints == ("J",)
+        m, said = notes(arm(document).write("a.FCStd"))
+        assert m.joints == ("J",)
+        assert ("cannot be read, so that no pins and holes are: base, arm." in said) == bool(text)
 
 
 #: of the files, by Open CASCADE

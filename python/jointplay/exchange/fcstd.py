@@ -181,7 +181,10 @@ class Archive:
         self.path, self.budget = path, budget
         self.file = one_line(str(path))
         self.reading = Reading(self.file)
-        self.members = frozenset(self._opened(lambda archive: archive.namelist()))
+        #: how long they say that they become, by name
+        self.members: dict[str, int] = self._opened(
+            lambda archive: {info.filename: info.file_size for info in archive.infolist()}
+        )
         if DOCUMENT not in self.members:
             raise InputError(f"has no {DOCUMENT}, which documents of FreeCAD have", file=self.file)
         self.items = self._items(parsed(self.text(DOCUMENT), f"{self.file}: {DOCUMENT}"))
@@ -261,9 +264,21 @@ class Archive:
             yield DocumentItem(name, kinds.get(name, ""), place, called, self.reading, properties)
 
     def shape(self, item: DocumentItem) -> str | None:
-        """The text of the shape of an object, which says where its faces and edges are; None where it has none."""
-        part = item.properties["Shape"].find("Part") if "Shape" in item.properties else None
-        member = "" if part is None else part.get("file") or ""
-        if member not in self.members or not member.endswith(".brp"):
+        """The text of the shape of an object; None where it is longer than is read.
+
+        Raises
+        ------
+        InputError
+            When it is damaged, or becomes longer than it says.
+        """
+        member = shape_member(item)
+        if self.members.get(member, 0) > min(LARGEST_MEMBER, self.budget.left):
             return None
-        return self.text(member)
+        return self.text(member) if member in self.members else ""
+
+
+def shape_member(item: DocumentItem) -> str:
+    """Name of the member that has the shape of an object; nothing where it has none."""
+    part = item.properties["Shape"].find("Part") if "Shape" in item.properties else None
+    found = "" if part is None else part.get("file") or ""
+    return found if found.endswith(".brp") else ""

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
@@ -24,7 +25,7 @@ from jointplay.errors import listed, not_known, shown
 
 from .brep import PartShape, ShapeElement, Unreadable
 from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
-from .fcstd import MM, Archive, Budget, DocumentItem
+from .fcstd import MM, Archive, Budget, DocumentItem, shape_member
 from .options import Options
 from .pairing import balls, bores, pair
 from .settling import measured, settled
@@ -118,6 +119,8 @@ class _Assembly:
         #: frames of joints on both sides
         self.frames: dict[str, tuple[Frame, Frame]] = {}
         self.shapes: dict[tuple[str, str], PartShape | None] = {}
+        #: objects whose shape is damaged, too long or of another version
+        self.unread: list[str] = []
 
     def _chosen(self) -> DocumentItem:
         """The assembly that is read: no other one has it inside."""
@@ -317,6 +320,8 @@ class _Assembly:
                 taken.add(made[-1].name)
         if suppressed:
             self.notes.append(f"Suppressed joints are left out: {listed(suppressed)}.")
+        if self.unread:
+            self.notes.append(f"Shapes that cannot be read, so that no pins and holes are: {listed(self.unread)}.")
         if incomplete:
             self.notes.append(f"Joints that do not name two parts are left out: {listed(incomplete)}.")
         if not made:
@@ -389,15 +394,16 @@ class _Assembly:
 
     def _shape(self, end: Side) -> PartShape | None:
         """The shape of the object that a side names; None where it cannot be read."""
-        if end.archive is None or end.item is None:
+        if end.archive is None or end.item is None or not shape_member(end.item):
             return None
         key = (end.archive.file, end.item.name)
         if key not in self.shapes:
-            try:
-                text = end.archive.shape(end.item)
+            text = end.archive.shape(end.item)
+            self.shapes[key] = None
+            with suppress(Unreadable):
                 self.shapes[key] = None if text is None else PartShape(text)
-            except Unreadable:
-                self.shapes[key] = None
+            if self.shapes[key] is None:
+                self.unread.append(end.item.label)
         return self.shapes[key]
 
     def _element(self, end: Side) -> ShapeElement | None:
@@ -413,17 +419,19 @@ class _Assembly:
         # Where the second side would be without a travel.
         start = other.frame.at - along * (one.axis @ (other.frame.at - one.frame.at))
         found = []
-        for end, point, axis in ((one, one.frame.at, one.axis), (other, start, along)):
-            shape, named = self._shape(end), self._element(end)
+        shapes = self._shape(one), self._shape(other)
+        for shape, end, point, axis in zip(shapes, (one, other), (one.frame.at, start), (one.axis, along), strict=True):
+            if shape is None:
+                return None
+            named = self._element(end)
             try:
-                if shape is None:
-                    return None
                 if kind == "spherical":
                     found.append([*balls(shape.round_faces("sphere"), end.owner, end.frame.at)])
                 else:
                     radius = 0.0 if named is None else named.radius
                     found.append(bores(shape.round_faces("cylinder"), end.owner, (point, axis), radius))
             except Unreadable:
+                self.unread.append(end.part)
                 return None
         return pair(found[0], found[1], (one.part, other.part))
 
