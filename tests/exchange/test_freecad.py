@@ -566,6 +566,7 @@ def test_a_pin_that_is_drawn_smaller_has_the_clearance_of_the_drawing() -> None:
     expected = {"hole": {"diameter": 8.02}, "pin": {"diameter": 8}, "length": 12}
     assert m.value("joints.J.clearance") == expected
     assert "--fit" not in said
+    assert "Play along these pins is not read; write `axial` where there is some: J." in said
     flat, _ = fitted(8.02, 8.0, planar=True)
     assert flat.value("joints.J.clearance") == {"hole": {"diameter": 8.02}, "pin": {"diameter": 8}}
     assert fitted(8.02, 8.0, clearance={"J": {"radial": 0.1, "length": 9}})[0].value("joints.J.clearance.radial") == 0.1

@@ -291,6 +291,11 @@ def _drawn(
     if fit is not None and not any(key == "fit" for key in asked.values()):
         raise InputError("no joint here has a pin that is drawn with the diameter of its hole", key="fit")
     notes = []
+    pins = [
+        joint.name for joint in skeleton.joints if joint.kind == "revolute" and "length" in found.get(joint.name, ())
+    ]
+    if pins := [name for name in pins if name not in clearance]:
+        notes.append(f"Play along these pins is not read; write `axial` where there is some: {listed(pins)}.")
     if alike:
         notes.append(
             f"Pins and holes of these joints are drawn with one diameter; --fit {EXAMPLE} gives them a clearance:"
