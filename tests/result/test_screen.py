@@ -38,6 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in (
         "robots/arm.urdf",
         "drawings/coupler.dxf",
+        "cad/pump.FCStd",
         "readings/readings.csv",
         "readings/pushed.toml",
         "readings/pushed.csv",
@@ -370,7 +371,7 @@ def test_tab_completes_commands_files_examples_keys_and_sources(folder: Path) ->
     assert offered("jointplay error four") == ["four-bar-fits.toml", "four-legged-platform.toml"]
     assert offered("jointplay error ./sub/") == ["./sub/deep.toml"]
     assert offered("jointplay compare sub/deep.toml se") == ["serial-2r.toml", "serial-6r.toml"]
-    assert offered("jointplay import ") == ["arm.urdf", "coupler.dxf"]
+    assert offered("jointplay import ") == ["arm.urdf", "coupler.dxf", "pump.FCStd"]
     assert offered("jointplay new slider") == ["slider-crank", "slider-crank-cases"]
     assert "joints.J1.clearance.radial=" in offered("jointplay error sub/deep.toml --set joints.J1")
     assert offered("jointplay error sub/deep.toml --offset J1.") == ["J1.x=", "J1.y="]

@@ -25,6 +25,7 @@ OPTIONS = {
     "loops": "--loop",
     "ground": "--ground",
     "backlash": "--backlash",
+    "fit": "--fit",
 }
 
 
@@ -33,7 +34,8 @@ def import_(
         str,
         typer.Argument(
             metavar="FOREIGN",
-            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; DXF (.dxf); pylinkage (.json).",
+            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd); DXF (.dxf); pylinkage"
+            " (.json).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -76,9 +78,13 @@ def import_(
     keep_joints: Annotated[
         bool, typer.Option("--keep-joints", help="Joints that are lost motion of the joint beside them stay joints.")
     ] = False,
+    fit: Annotated[
+        str | None,
+        typer.Option("--fit", metavar="FIT", help="Fit of pins that are drawn with the diameter of their holes: H7/g6"),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
-    """Write a robot, a drawing or a linkage as a mechanism file.
+    """Write a robot, an assembly, a drawing or a linkage as a mechanism file.
 
     Comments of the file name what is left out, and show where clearances are written.
     """
@@ -102,6 +108,7 @@ def import_(
         ground=ground,
         backlash=_values(backlash, "--backlash"),
         keep_joints=keep_joints,
+        fit=fit,
     )
     try:
         found = imported(Path(file), options)

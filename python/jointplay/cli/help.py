@@ -67,6 +67,7 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay import arm.urdf": "write arm.toml",
         "jointplay import arm.urdf -o tool.toml --output-point tool0": "",
         "jointplay import coupler.dxf --drives A=0:90:7": "a drawing",
+        "jointplay import pump.FCStd --planar --fit H7/g6": "FreeCAD",
     },
     "export": {
         "jointplay export four-bar.toml -o four-bar.xml": "a model for MuJoCo",

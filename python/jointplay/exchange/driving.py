@@ -149,8 +149,8 @@ def distances(skeleton: Skeleton) -> dict[str, int]:
     return far
 
 
-def spanning(skeleton: Skeleton) -> Iterator[tuple[Joint, str, str, float]]:
-    """Joints of the spanning tree with the fewest joints to every body, outward from the ground.
+def spanning(skeleton: Skeleton, base: str = GROUND) -> Iterator[tuple[Joint, str, str, float]]:
+    """Joints of the spanning tree with the fewest joints to every body, outward from the ground or another body.
 
     Yields
     ------
@@ -162,7 +162,7 @@ def spanning(skeleton: Skeleton) -> Iterator[tuple[Joint, str, str, float]]:
         first, second = joint.bodies
         at.setdefault(first, []).append((joint, first, second, 1.0))
         at.setdefault(second, []).append((joint, second, first, -1.0))
-    reached, waiting = {GROUND}, [GROUND]
+    reached, waiting = {base}, [base]
     for body in waiting:
         for step in at.get(body, ()):
             if step[2] not in reached:

@@ -28,6 +28,8 @@ class Options:
         Lost motion of drives by joint or by kind of joint.
     keep_joints : bool
         Whether joints that look like lost motion of the joint beside them stay joints.
+    fit : str or None
+        Fit of pins that are drawn with the diameter of their holes.
     """
 
     output: str | None = None
@@ -38,3 +40,4 @@ class Options:
     ground: str | None = None
     backlash: Mapping[str, object] = field(default_factory=dict)
     keep_joints: bool = False
+    fit: str | None = None

@@ -20,6 +20,8 @@ from .skeleton import GROUND, Attachment, Body, Frame, Joint, Matrix, Skeleton, 
 TILT = 1e-3
 #: what a joint in space is in the plane, where its axis is along the normal
 ALONG = {"revolute": "revolute", "cylindrical": "revolute", "spherical": "revolute"}
+#: kinds that slide in the plane, and those that hold no body by themselves
+GUIDES, COUPLINGS = ("prismatic", "planar"), ("gear", "belt", "rack")
 Z = np.array([0.0, 0.0, 1.0])
 #: by how much the zero of an angle may be off by rounding, rad
 ZERO = 1e-9
@@ -42,8 +44,7 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
     plane = _plane(skeleton)
     kept, within = [], []
     for joint in skeleton.joints:
-        if joint.kind == "planar":
-            _check(joint, plane, along=True)
+        if joint.kind == "planar" and _is_along(joint, plane):
             within.append(joint.name)
         else:
             kept.append(_joint(joint, plane))
@@ -51,7 +52,8 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
         *driven,
         *(name for joint in kept if (led := joint.follows or joint.curve) for name in (joint.name, led[0])),
     }
-    angles = _angles(skeleton.bodies, sorted(kept, key=lambda joint: joint.name not in exact))
+    holding = [joint for joint in kept if joint.kind not in COUPLINGS]
+    angles = _angles(skeleton.bodies, sorted(holding, key=lambda joint: joint.name not in exact))
     joints = tuple(_closed(joint, angles) for joint in kept)
     gravity = plane @ np.array(skeleton.gravity)
     notes = [*skeleton.notes, "Seen along the pins: distances across the plane are left out."]
@@ -115,29 +117,56 @@ def _check(joint: Joint, plane: Matrix, *, along: bool) -> None:
         raise InputError(problem, key=f"planar joint '{joint.name}'")
 
 
+def _is_along(joint: Joint, plane: Matrix) -> bool:
+    """Whether its axis is the normal of the plane; else it has to be in the plane."""
+    assert joint.place.axis is not None
+    if float(np.linalg.norm(plane[:2] @ joint.place.axis)) <= TILT:
+        return True
+    _check(joint, plane, along=False)
+    return False
+
+
 def _flat(plane: Matrix, point: Vector) -> Vector:
     flat = plane @ point
     return np.array([flat[0], flat[1], 0.0])
 
 
 def _joint(joint: Joint, plane: Matrix) -> Joint:
-    if joint.kind not in (*ALONG, "prismatic"):
+    if joint.kind not in (*ALONG, *COUPLINGS, *GUIDES):
         raise InputError(f"is a {joint.kind} joint, which the plane does not have", key=f"planar joint '{joint.name}'")
-    if joint.kind == "prismatic":
+    if joint.kind == "prismatic" and _is_along(joint, plane):
+        # It moves what is not seen.
+        return replace(joint, kind="fixed", place=Attachment(_flat(plane, joint.place.at)), second=None)
+    if joint.kind in GUIDES:
         _check(joint, plane, along=False)
     elif joint.place.axis is not None:
         _check(joint, plane, along=True)
 
     def place(old: Attachment) -> Attachment:
-        if joint.kind != "prismatic":
+        if joint.kind not in GUIDES:
             return Attachment(_flat(plane, old.at), Z)
         assert old.axis is not None
         direction = _flat(plane, old.axis)
+        if joint.kind == "planar":
+            # A plate that is seen from its edge slides along it.
+            direction = np.cross(Z, direction)
         return Attachment(_flat(plane, old.at), direction / np.linalg.norm(direction))
 
-    kind = ALONG.get(joint.kind, joint.kind)
+    kind = ALONG.get(joint.kind, "prismatic" if joint.kind in GUIDES else joint.kind)
     flat = replace(joint, kind=kind, place=place(joint.place), second=joint.second and place(joint.second))
-    if joint.kind == "prismatic" or joint.place.axis is None or plane[2] @ joint.place.axis > 0:
+    if joint.kind in ("cylindrical", "spherical"):
+        # What it counts is not an angle.
+        flat = replace(flat, coordinate=0.0, limits=None)
+    if joint.side is not None:
+        along = _flat(plane, joint.side)
+        assert flat.second is not None
+        return replace(
+            flat,
+            place=replace(flat.place, axis=along / np.linalg.norm(along)),
+            second=replace(flat.second, axis=None),
+            side=None,
+        )
+    if joint.kind not in ALONG or joint.place.axis is None or plane[2] @ joint.place.axis > 0:
         return flat
     # Its angle counts clockwise: counter-clockwise it is that of the first body against the second.
     first, second = flat.bodies

@@ -23,11 +23,12 @@ from .driving import choose, distances, has_loops
 from .looping import with_loops
 from .lost import settled, with_backlash, with_lost_motion
 from .options import Options
+from .pairing import EQUAL
 from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
-from .writing import text
+from .writing import EXAMPLE, sized, text
 
 #: the point that is the output where none is asked for
 OUTPUT = "output"
@@ -66,6 +67,7 @@ def read(
     ground: str | None = None,
     backlash: Mapping[str, object] | None = None,
     keep_joints: bool = False,
+    fit: str | None = None,
 ) -> Mechanism:
     """Read a mechanism from a foreign format.
 
@@ -77,7 +79,8 @@ def read(
     path : path-like
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
-        A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage of pylinkage (`.json`).
+        An assembly of FreeCAD 1.0 or later (`.FCStd`). A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage
+        of pylinkage (`.json`).
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
         is called output, or the body that most joints separate from the ground.
@@ -102,6 +105,9 @@ def read(
     keep_joints : bool, optional
         Whether a second joint on the axis of another one, without a motor and with a small range or a spring, stays a
         joint. If not, it is lost motion or wind-up of the drive of the other one.
+    fit : str, optional
+        Fit of ISO 286, such as ``"H7/g6"``, of all pins of an assembly that are drawn with the diameter of their holes.
+        Pins that are drawn smaller have the clearance of the drawing.
 
     Returns
     -------
@@ -128,7 +134,9 @@ def read(
     (('pin',), [0, 0, 1000])
     """
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
-    options = Options(output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints)
+    options = Options(
+        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit
+    )
     return imported(Path(path), options).mechanism
 
 
@@ -159,7 +167,7 @@ def _imported(path: Path, options: Options) -> Imported:
         raise InputError("has no joint that lets something move")
     drives = _drives(skeleton, options)
     if options.planar:
-        skeleton = projected(skeleton, drives or ())
+        skeleton = merged(projected(skeleton, drives or ()))
     output = _output(skeleton, options.output)
     leaders = {joint.follows[0]: None for joint in skeleton.joints if joint.follows}
 
@@ -174,6 +182,7 @@ def _imported(path: Path, options: Options) -> Imported:
     moved = [joint.name for joint in skeleton.joints if (joint.follows[0] if joint.follows else joint.name) in chosen]
     skeleton, values = settled(with_backlash(skeleton, options.backlash, moved), values)
     clearance, options_of = _clearances(skeleton, options.clearance)
+    skeleton, clearance, options_of = _drawn(skeleton, clearance, options_of, options.fit)
     written = text(skeleton, path.name, values, output, clearance)
     try:
         m = loads(written, path.name)
@@ -260,9 +269,48 @@ def _clearances(skeleton: Skeleton, given: Mapping[str, object]) -> tuple[dict[s
     return found, asked
 
 
+def _drawn(
+    skeleton: Skeleton, clearance: Mapping[str, Mapping[str, Any]], options_of: Mapping[str, str], fit: str | None
+) -> tuple[Skeleton, dict[str, Mapping[str, Any]], dict[str, str]]:
+    """With the clearances that the drawing has, and the fit of those that it has not."""
+    found, asked = dict(clearance), dict(options_of)
+    alike: list[str] = []
+    larger: list[str] = []
+    for joint in skeleton.joints:
+        drawn = sized(skeleton, joint, None)
+        if joint.sizes is None or drawn is None or joint.name in clearance:
+            continue
+        play = joint.sizes.hole - joint.sizes.pin
+        if play > EQUAL:
+            found[joint.name] = drawn
+        elif fit is not None:
+            found[joint.name] = sized(skeleton, joint, fit) or {}
+            asked[joint.name] = "fit"
+        else:
+            (alike if play > -EQUAL else larger).append(joint.name)
+    if fit is not None and not any(key == "fit" for key in asked.values()):
+        raise InputError("no joint here has a pin that is drawn with the diameter of its hole", key="fit")
+    notes = []
+    pins = [
+        joint.name for joint in skeleton.joints if joint.kind == "revolute" and "length" in found.get(joint.name, ())
+    ]
+    if pins := [name for name in pins if name not in clearance]:
+        notes.append(f"Play along these pins is not read; write `axial` where there is some: {listed(pins)}.")
+    if alike:
+        notes.append(
+            f"Pins and holes of these joints are drawn with one diameter; --fit {EXAMPLE} gives them a clearance:"
+            f" {listed(alike)}."
+        )
+    if larger:
+        notes.append(f"Pins of these joints are drawn larger than their holes, and get no clearance: {listed(larger)}.")
+    return noted(skeleton, *notes), found, asked
+
+
 def _as_asked(error: InputError, options_of: Mapping[str, str]) -> InputError:
     """The error of the file that would be written, with the option that brought it there."""
     parts = error.key.split(".")
+    if parts[0] == "joints" and len(parts) > 1 and options_of.get(parts[1]) == "fit":
+        return InputError(error.problem, key=f"fit {parts[1]}")
     if parts[0] == "joints" and len(parts) > 2 and parts[2] == "clearance" and parts[1] in options_of:
         return InputError(error.problem, key=".".join([options_of[parts[1]], *parts[3:]]))
     if parts[0] == "drives":

@@ -134,7 +134,8 @@ def grounded(skeleton: Skeleton, name: str) -> Skeleton:
     back = frame.inverse()
 
     def joint(old: Joint) -> Joint:
-        return replace(old, place=old.place.within(back), second=old.second and old.second.within(back))
+        side = None if old.side is None else np.asarray(back.axes @ old.side)
+        return replace(old, place=old.place.within(back), second=old.second and old.second.within(back), side=side)
 
     gx, gy, gz = back.axes @ np.array(skeleton.gravity)
     return replace(

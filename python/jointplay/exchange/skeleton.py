@@ -105,6 +105,26 @@ class Attachment:
 
 
 @dataclass(frozen=True)
+class PinAndHole:
+    """A hole and the pin in it, or a socket and its ball.
+
+    Attributes
+    ----------
+    hole, pin : float
+        Diameters, m.
+    length : float
+        How far the pin is in the hole, m; 0 of a ball.
+    said : str
+        Where they come from.
+    """
+
+    hole: float
+    pin: float
+    length: float
+    said: str
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint between two bodies.
 
@@ -139,6 +159,12 @@ class Joint:
         Stiffness of its drive, N/m or N m/rad; 0 where it is rigid.
     reduction : float
         Turns of its motor for one of the joint; 0 where the format does not say.
+    side : ndarray or None
+        Of a rack: the direction of its pitch line, in the drawing.
+    keys : mapping
+        Of a coupling: further keys of the mechanism file, in its units.
+    sizes : PinAndHole or None
+        Hole and pin, where the format has them.
     """
 
     name: str
@@ -156,6 +182,9 @@ class Joint:
     play: tuple[float, float] | None = None
     windup: float = 0.0
     reduction: float = 0.0
+    side: Vector | None = None
+    keys: Mapping[str, object] = field(default_factory=dict)
+    sizes: PinAndHole | None = None
 
     def shifted(self, shift: float) -> Joint:
         """With another zero of the coordinate, which is larger everywhere."""

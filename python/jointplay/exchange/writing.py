@@ -29,6 +29,14 @@ EVEN = 1e-9
 #: kinds whose coordinate is an angle, and kinds that have an axis and a side
 ANGULAR = ("revolute", "screw")
 SIDED = ("revolute", "prismatic", "screw")
+#: a fit that lets things move
+EXAMPLE = "H7/g6"
+#: kinds with a pin that tilts in its hole
+TILTING = ("revolute", "cylindrical")
+#: kinds whose clearance is that of something round
+ROUND = (*TILTING, "spherical")
+#: kinds whose axis is the normal of the plane
+TURNING = ("revolute", "gear", "belt")
 #: kinds that have an axis in the plane
 GUIDED = ("prismatic", "pin_in_slot")
 #: configurations of a path that is proposed: an even number leaves out the middle, which often is a singular pose
@@ -132,21 +140,45 @@ def _joint(skeleton: Skeleton, joint: Joint, clearance: Mapping[str, Any] | None
     lines = [f"[joints.{key(joint.name)}]", f'type = "{joint.kind}"']
     if joint.lead:
         lines.append(f"lead = {number(joint.lead / UNITS.length)}")
+    lines += [f"{key(word)} = {value(given)}" for word, given in joint.keys.items()]
     where = list(_places(skeleton, joint))
     drawn = where if where[0].startswith("bodies") else []
-    written = f"clearance = {value(clearance)}" if clearance else f"# clearance = {_example(skeleton, joint.kind)}"
-    lines += [*drawn, written]
+    written = f"clearance = {value(clearance)}" if clearance else f"# clearance = {_example(skeleton, joint)}"
+    lines += [*drawn, *(_comment(joint.sizes.said) if joint.sizes else ()), written]
     if not drawn:
         lines += ["", f"[joints.{key(joint.name)}.on]", *where]
     return "\n".join(lines)
 
 
-def _example(skeleton: Skeleton, kind: str) -> str:
-    """A clearance as this kind has it."""
+def _example(skeleton: Skeleton, joint: Joint) -> str:
+    """A clearance as this joint can have it."""
+    if (drawn := sized(skeleton, joint, EXAMPLE)) is not None:
+        return value(drawn)
+    kind = joint.kind
     kinds = PLANAR if skeleton.space == "planar" else SPATIAL
     annotation = kinds[kind].model_fields["clearance"].annotation
     text = str(get_args(annotation)[0].example)
     return text[: text.index("}") + 1]
+
+
+def sized(skeleton: Skeleton, joint: Joint, fit: str | None) -> dict[str, object] | None:
+    """The clearance of a joint whose hole and pin are known: as they are drawn, or with a fit of the pin's diameter.
+
+    None where they are not known, or say nothing of this kind of joint.
+    """
+    if joint.sizes is None or joint.kind not in (*ROUND, *(("prismatic",) if skeleton.space == "planar" else ())):
+        return None
+    hole, pin, length = (
+        float(number(size / UNITS.length)) for size in (joint.sizes.hole, joint.sizes.pin, joint.sizes.length)
+    )
+    if joint.kind == "prismatic":
+        drawn = {"slot": {"width": hole}, "slider": {"width": pin}}
+        return ({"fit": fit, "nominal": pin} if fit else drawn) | {"length": length}
+    found: dict[str, object] = {"hole": {"diameter": hole}, "pin": {"diameter": pin}}
+    if fit:
+        found = {"fit": fit, "diameter": pin}
+    # In the plane nothing tilts, and a ball never does.
+    return found | ({"length": length} if skeleton.space == "spatial" and joint.kind in TILTING else {})
 
 
 def _places(skeleton: Skeleton, joint: Joint) -> Iterator[str]:
@@ -181,6 +213,8 @@ def _both(joint: Joint) -> tuple[Attachment, Attachment]:
 def _sides(joint: Joint, second: Body) -> tuple[Vector | None, Vector | None]:
     """Directions across the axis that agree where the angle is zero, in the drawing."""
     first, other = _both(joint)
+    if joint.side is not None:
+        return joint.side, None
     if joint.kind not in SIDED or first.axis is None or other.axis is None:
         return None, None
     own = second.frame.axes.T @ other.axis
@@ -191,7 +225,7 @@ def _sides(joint: Joint, second: Body) -> tuple[Vector | None, Vector | None]:
 
 def _placement(skeleton: Skeleton, joint: Joint, place: Attachment, body: Body, side: Vector | None) -> str:
     at = _length(skeleton, place.at)
-    if place.axis is None or (skeleton.space == "planar" and joint.kind == "revolute"):
+    if place.axis is None or (skeleton.space == "planar" and joint.kind in TURNING):
         return at
     more = f", side = {_vector(skeleton, body.frame.axes.T @ side)}" if side is not None else ""
     if skeleton.space == "planar":

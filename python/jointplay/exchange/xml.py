@@ -1,4 +1,4 @@
-"""XML of robots, read in bounded time: no document types, and with them no entities; nesting and size are bounded."""
+"""XML, read in bounded time: no document types, and with them no entities; nesting, size and number are bounded."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from .skeleton import Matrix, Vector
 
 #: elements inside one another; no robot comes near it
 DEEPEST = 200
+#: elements of a file; each takes some hundred bytes
+MOST_ELEMENTS = 500_000
 #: names of the moments of inertia of a link
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -56,11 +58,14 @@ def parsed(text: str, name: str) -> Element:
     builder = TreeBuilder()
     # Text has been decoded; what the file says of its encoding no longer holds.
     parser = expat.ParserCreate("utf-8")
-    depth = 0
+    depth = count = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
+        nonlocal depth, count
         depth += 1
+        count += 1
+        if count > MOST_ELEMENTS:
+            raise InputError(f"has more than {MOST_ELEMENTS} elements", file=name)
         if depth > DEEPEST:
             raise InputError(f"elements are nested more than {DEEPEST} deep", file=name)
         builder.start(tag, attributes)
@@ -71,7 +76,7 @@ def parsed(text: str, name: str) -> Element:
         builder.end(tag)
 
     def refuse(*_: object) -> None:
-        raise InputError("has a document type (<!DOCTYPE>), which files of robots do not need", file=name)
+        raise InputError("has a document type (<!DOCTYPE>), which no file that is read here needs", file=name)
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler = builder.data

@@ -60,10 +60,10 @@ def read(path: str | os.PathLike[str], what: str = "mechanism file") -> tuple[st
         raise InputError(f"cannot be read: {reason}", file=name) from None
     if len(content) > LARGEST_FILE:
         raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a {what}", file=name)
-    return name, _decoded(content, name, what)
+    return name, decoded(content, name, what)
 
 
-def _decoded(content: bytes, name: str, what: str) -> str:
+def decoded(content: bytes, name: str, what: str) -> str:
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError("is UTF-16 text; save it as UTF-8", file=name)
     if b"\0" in content:

@@ -1,0 +1,559 @@
+"""Assemblies of FreeCAD's own workbench, 1.0 and later; the drawing is the saved placements.
+
+A joint names two objects by their paths in the assembly, the moving part first, and has a frame on each: `Placement1`
+and `Placement2`, in the axes of the object that the path ends at, offsets included. Its z axis is that of the joint.
+With the frames F1 and F2 in the drawing, what joints measure is that of the second part in F1,
+
+    travel = z1 . (o2 - o1),    angle = atan2(y1 . x2, x1 . x2)
+
+Constraints that are no joint by themselves become joints in series, with massless bodies between them: a distance of
+two points is a rod between two balls. How they are meant is in `constraints`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from jointplay.basics.files import is_within
+from jointplay.errors import listed, not_known, shown
+
+from .brep import PartShape, ShapeElement, Unreadable
+from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
+from .fcstd import MM, Archive, Budget, DocumentItem, shape_member
+from .options import Options
+from .pairing import balls, bores, pair
+from .settling import measured, settled
+from .shaping import grounded
+from .skeleton import Attachment, Body, Frame, Joint, PinAndHole, Skeleton, fixed, floating, free
+
+#: the fixed body
+WORLD = "world"
+ASSEMBLY, SUBASSEMBLY = "Assembly::AssemblyObject", "Assembly::AssemblyLink"
+LINK, JOINTS = "App::Link", "Assembly::JointGroup"
+#: what contains others and moves nothing, what contains others in axes of its own
+GROUPS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython", "App::LinkGroup")
+CONTAINERS = ("App::Part", ASSEMBLY, SUBASSEMBLY)
+#: links that lead to links, and documents of an assembly
+LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
+#: joints as the mechanism file has them
+KINDS = {
+    "Fixed": "fixed",
+    "Revolute": "revolute",
+    "Cylindrical": "cylindrical",
+    "Slider": "prismatic",
+    "Ball": "spherical",
+}
+#: the same of constraints that hold directions only: rad
+ANGLES = {"Parallel": 0.0, "Perpendicular": math.pi / 2, "Angle": math.nan}
+TYPES = (*KINDS, *ANGLES, "Distance", "RackPinion", "Screw", "Gears", "Belt")
+#: how much less than one the product of two unit vectors may be that are parallel, or across each other
+SKEW = 1e-6
+#: how far a joint may be open in the drawing: m, rad
+OPEN = 1e-6
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a joint.
+
+    Attributes
+    ----------
+    part : str
+        Name of the body.
+    frame : Frame
+        The joint's frame in the drawing.
+    owner : Frame
+        That of the object whose element it names.
+    archive, item
+        Where this object is; what a link leads to.
+    element : str
+        Such as ``Face3``.
+    """
+
+    part: str
+    frame: Frame
+    owner: Frame
+    archive: Archive | None
+    item: DocumentItem | None
+    element: str
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Direction of the joint."""
+        return self.frame.axes[:, 2]
+
+
+def read(path: Path, options: Options) -> Skeleton:
+    """An assembly.
+
+    Raises
+    ------
+    InputError
+        When the document has none, or a joint that is not read.
+    """
+    return _Assembly(path).skeleton(options.ground)
+
+
+class _Assembly:
+    """One assembly on its way to a skeleton."""
+
+    def __init__(self, path: Path) -> None:
+        self.budget = Budget()
+        self.archive = Archive(path, self.budget)
+        self.others: dict[Path, Archive] = {}
+        self.reading = self.archive.reading
+        self.items = self.archive.items
+        self.notes: list[str] = []
+        self.top = self._chosen()
+        self.bodies: dict[str, Body] = {WORLD: Body()}
+        #: names of bodies by those of objects
+        self.parts: dict[str, str] = {}
+        #: bodies between the joints of a chain
+        self.added: set[str] = set()
+        #: frames of joints on both sides
+        self.frames: dict[str, tuple[Frame, Frame]] = {}
+        self.shapes: dict[tuple[str, str], PartShape | None] = {}
+        #: objects whose shape is damaged, too long or of another version
+        self.unread: list[str] = []
+
+    def _chosen(self) -> DocumentItem:
+        """The assembly that is read: no other one has it inside."""
+        every = [item for item in self.items.values() if item.kind == ASSEMBLY]
+        if not every:
+            kinds = "an assembly, which FreeCAD's own workbench makes since version 1.0"
+            raise self.reading.refuse(f"has no object that is {kinds}")
+        links = (item.linked() for item in self.items.values() if item.kind in (LINK, SUBASSEMBLY))
+        inside = {name for file, name in (link for link in links if link) if not file}
+        inside |= {name for item in every for name in item.links("Group")}
+        outer = [item for item in every if item.name not in inside] or every
+        found = max(outer, key=lambda item: len(list(self._joint_items(item))))
+        if len(outer) > 1:
+            others = [item.label for item in outer if item is not found]
+            self.notes.append(f"The assembly '{found.label}' is read, and others are left out: {listed(others)}.")
+        return found
+
+    # --- objects ----------------------------------------------------------------------------------------------------
+
+    def _members(self, item: DocumentItem) -> Iterator[DocumentItem]:
+        """What an assembly has in it, with what groups and flexible assemblies in it have."""
+        waiting, seen = [item.name], {item.name}
+        for name in waiting:
+            for inner in self.items[name].links("Group"):
+                if inner in self.items and inner not in seen:
+                    seen.add(inner)
+                    found = self.items[inner]
+                    yield found
+                    if found.kind in (*GROUPS, JOINTS) or _is_flexible(found):
+                        waiting.append(inner)
+
+    def _joint_items(self, item: DocumentItem) -> Iterator[DocumentItem]:
+        for found in self._members(item):
+            if "JointType" in found.properties or "ObjectToGround" in found.properties:
+                yield found
+
+    def _part(self, item: DocumentItem, frame: Frame) -> str:
+        """Name of the body of an object."""
+        if item.name not in self.parts:
+            name = free(item.label, self.bodies)
+            self.parts[item.name] = name
+            self.bodies[name] = Body(frame)
+        return self.parts[item.name]
+
+    def _other(self, archive: Archive, file: str) -> Archive | None:
+        """A document that another one names, in the folder or below it; None where it is not there."""
+        parts = PurePosixPath(file.replace("\\", "/"))
+        inside = not parts.is_absolute() and ".." not in parts.parts and ":" not in file and "\0" not in file
+        place = archive.path.parent / parts
+        if not inside or not is_within(place, self.archive.path.parent) or not place.is_file():
+            return None
+        if place not in self.others:
+            if len(self.others) >= MOST_DOCUMENTS:
+                raise self.reading.refuse(f"names more than {MOST_DOCUMENTS} other documents")
+            self.others[place] = Archive(place, self.budget)
+        return self.others[place]
+
+    def _shown(self, archive: Archive, item: DocumentItem) -> tuple[Archive | None, DocumentItem | None]:
+        """What a link leads to, links of links followed; None where its document is not there."""
+        here: Archive | None = archive
+        found: DocumentItem | None = item
+        for _ in range(LONGEST_CHAIN):
+            if here is None or found is None or found.kind != LINK:
+                return here, found
+            to = found.linked()
+            if to is None:
+                return here, None
+            here = self._other(here, to[0]) if to[0] else here
+            found = None if here is None else here.items.get(to[1])
+        raise self.reading.refuse(
+            f"links lead to one another in a circle, or more than {LONGEST_CHAIN} deep", item.place
+        )
+
+    def _frame(self, archive: Archive, item: DocumentItem) -> Frame:
+        """Where an object is in what contains it."""
+        own = item.frame("Placement")
+        if item.kind == LINK and item.holds("LinkTransform"):
+            _, shown_item = self._shown(archive, item)
+            own = own if shown_item is None else own @ shown_item.frame("Placement")
+        return own
+
+    def _end(self, joint: DocumentItem, number: int) -> Side | None:
+        """One side of a joint; None where it names nothing that is in the assembly."""
+        key = f"Reference{number}"
+        reference = joint.reference(key)
+        if reference is None:
+            return None
+        archive: Archive | None = self.archive
+        names = (reference.root, *reference.path)
+        # Since version 1.1 the path begins at the part that moves, before that at the assembly or outside of it.
+        passed = self.top.name not in names
+        frame = self._frame(self.archive, self.top) if passed else Frame()
+        part, found, file = None, None, ""
+        for name in names:
+            item = None if archive is None else archive.items.get(name)
+            if item is None or archive is None:
+                if found is not None and archive is not None:
+                    # Features of a body, and names of faces that begin with a sign.
+                    break
+                where = "not in the document"
+                if archive is None:
+                    where = f"in {shown(file)}, which is no file in this folder or below it, named without '..'"
+                raise self.reading.refuse(f"names {shown(name)}, which is {where}", joint.place, key)
+            if item is self.top:
+                frame, passed = self._frame(archive, item), True
+                continue
+            if not passed or item.kind in GROUPS[:2]:
+                continue
+            frame = frame @ self._frame(archive, item)
+            if part is None and not _is_flexible(item) and item.kind not in GROUPS:
+                part = self._part(item, frame)
+            file = (item.linked() or ("",))[0]
+            archive, found = self._shown(archive, item)
+            if found is not None and found.kind not in (*CONTAINERS, *GROUPS):
+                break
+        if part is None:
+            return None
+        return Side(part, frame @ joint.frame(f"Placement{number}"), frame, archive, found, reference.element)
+
+    # --- all of it --------------------------------------------------------------------------------------------------
+
+    def skeleton(self, ground: str | None) -> Skeleton:
+        """All of it."""
+        held = [] if ground is not None else list(dict.fromkeys(self._grounded()))
+        # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
+        joints = [fixed(WORLD, name) for name in held] if len(held) > 1 else []
+        joints += self._joints()
+        for item in self._members(self.top):
+            self._unjoined(item)
+        if not joints or len(held) < 2:
+            del self.bodies[WORLD]
+        base = WORLD if len(held) > 1 else self._fixed(ground, held)
+        loose = [name for group in floating(self.bodies, joints, base) for name in group]
+        if loose:
+            self.notes.append(f"Nothing holds these parts to what is fixed, and they are left out: {listed(loose)}.")
+        found = Skeleton(
+            title=self.top.label if self.top.label != "Assembly" else self.archive.path.stem,
+            bodies={name: body for name, body in self.bodies.items() if name not in loose},
+            # A crank is driven rather than what it drives.
+            joints=tuple(
+                sorted((one for one in joints if one.bodies[0] not in loose), key=lambda one: one.kind != "revolute")
+            ),
+            ground=base,
+            notes=tuple(self.notes),
+        )
+        found = grounded(settled(found, self.frames), base)
+        # What is between the joints of a chain has the axes of the ground, in which it starts where it is drawn.
+        own = {name: body if name not in self.added else Body() for name, body in found.bodies.items()}
+        return replace(found, bodies=own)
+
+    def _unjoined(self, item: DocumentItem) -> None:
+        """Take over a part without a joint, so that it can be said that it is left out."""
+        is_part = item.kind.startswith(("Part::", "PartDesign::Body")) or item.kind in ("App::Part", LINK, SUBASSEMBLY)
+        if is_part and item.name not in self.parts and not _is_flexible(item):
+            self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
+
+    def _fixed(self, ground: str | None, held: Sequence[str]) -> str:
+        """The part that is fixed."""
+        if not self.bodies:
+            raise self.reading.refuse("has no parts", self.top.place)
+        if held or ground is not None:
+            return held[0] if held else next(iter(self.bodies))
+        found = next(iter(self.bodies))
+        self.notes.append(f"Nothing is grounded: '{found}' is fixed, and --ground names another part.")
+        return found
+
+    def _grounded(self) -> Iterator[str]:
+        """Parts that are fixed."""
+        for joint in self._joint_items(self.top):
+            for name in joint.links("ObjectToGround"):
+                item = self.items.get(name)
+                if item is not None and not _is_flexible(item) and not _is_suppressed(joint):
+                    yield self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
+
+    def _joints(self) -> list[Joint]:
+        suppressed: list[str] = []
+        incomplete: list[str] = []
+        made: list[Joint] = []
+        taken: set[str] = set()
+        for item in self._joint_items(self.top):
+            kind = item.choice("JointType")
+            if not kind:
+                continue
+            name = free(item.label, taken)
+            taken.add(name)
+            if _is_suppressed(item):
+                suppressed.append(name)
+                continue
+            one, other = self._end(item, 1), self._end(item, 2)
+            if one is None or other is None or one.part == other.part:
+                incomplete.append(name)
+                continue
+            first, *further = self._made(name, kind, item, one, other)
+            made.append(first)
+            for joint in further:
+                made.append(replace(joint, name=free(joint.name, taken)))
+                taken.add(made[-1].name)
+        if suppressed:
+            self.notes.append(f"Suppressed joints are left out: {listed(suppressed)}.")
+        if self.unread:
+            self.notes.append(f"Shapes that cannot be read, so that no pins and holes are: {listed(self.unread)}.")
+        if incomplete:
+            self.notes.append(f"Joints that do not name two parts are left out: {listed(incomplete)}.")
+        if not made:
+            raise self.reading.refuse("has no joints between its parts", self.top.place)
+        return list(self._threaded(made))
+
+    def _threaded(self, joints: Sequence[Joint]) -> Iterator[Joint]:
+        """The joints, where a screw has the sleeve beside it in it."""
+        screws = {frozenset(joint.bodies): joint.name for joint in joints if joint.kind == "screw"}
+        held = [joint for joint in joints if joint.kind == "cylindrical" and frozenset(joint.bodies) in screws]
+        yield from (joint for joint in joints if joint not in held)
+        if held:
+            self.notes.append(f"The screws beside these joints hold what they do: {listed(one.name for one in held)}.")
+
+    def _made(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Sequence[Joint]:
+        sides = (one.frame.at, one.axis), (other.frame.at, other.axis)
+        chain = Chain(name, one.part, other.part, self._added)
+        if kind in KINDS:
+            return [self._plain(name, KINDS[kind], item, one, other)]
+        if kind in ANGLES:
+            return at_an_angle(chain, *sides, _angle(item) if kind == "Angle" else ANGLES[kind])
+        if kind == "Distance":
+            return self._distance(chain, item, one, other)
+        if kind in ("Gears", "Belt"):
+            return [self._wheels(name, kind, item, one, other)]
+        if kind == "RackPinion":
+            return [self._rack(name, item, one, other)]
+        if kind == "Screw":
+            lead = item.number("Distance")
+            if not lead:
+                raise self.reading.refuse("its pitch is zero", item.place, "Distance")
+            joint = self._plain(name, "screw", item, one, other)
+            # Travel and angle are zero together, wherever along the thread that is.
+            travel = lead * MM * measured("screw", one.frame, other.frame) / (2.0 * math.pi)
+            start = replace(joint.second or joint.place, at=one.frame.at + travel * one.axis)
+            return [replace(joint, lead=lead * MM, second=start, limits=None)]
+        raise self.reading.refuse(not_known(kind, "a joint that is read", TYPES), item.place)
+
+    def _added(self, name: str) -> str:
+        """A body between two joints of a chain."""
+        called = free(name, self.bodies)
+        self.bodies[called] = Body()
+        self.added.add(called)
+        return called
+
+    def _distance(self, chain: Chain, item: DocumentItem, one: Side, other: Side) -> list[Joint]:
+        kinds, radii = zip(*(self._side(item, end) for end in (one, other)), strict=True)
+        form, is_swapped = form_of(*kinds)
+        distance = item.number("Distance") * MM
+        # A point on a circle is one in its plane, and what is not known is a plane.
+        if (form != "planes" and "circle" not in kinds) or form == "lines":
+            distance += sum(radii)
+        if is_swapped:
+            one, other = other, one
+            chain = Chain(chain.name, one.part, other.part, self._added)
+        return at_a_distance(chain, form, (one.frame.at, one.axis), (other.frame.at, other.axis), abs(distance))
+
+    def _side(self, item: DocumentItem, end: Side) -> tuple[str, float]:
+        """What a side of a distance is, and its radius."""
+        if end.element.startswith("Vertex"):
+            return "point", 0.0
+        if not end.element:
+            return "plane", 0.0
+        found = self._element(end)
+        if found is None:
+            what = f"what {end.element} of '{end.part}' is, which decides what a distance means, cannot be read"
+            raise self.reading.refuse(what, item.place)
+        kind = "curve" if end.element.startswith("Edge") and found.kind == "other" else found.kind
+        return kind, found.radius
+
+    def _shape(self, end: Side) -> PartShape | None:
+        """The shape of the object that a side names; None where it cannot be read."""
+        if end.archive is None or end.item is None or not shape_member(end.item):
+            return None
+        key = (end.archive.file, end.item.name)
+        if key not in self.shapes:
+            text = end.archive.shape(end.item)
+            self.shapes[key] = None
+            with suppress(Unreadable):
+                self.shapes[key] = None if text is None else PartShape(text)
+            if self.shapes[key] is None:
+                self.unread.append(end.item.label)
+        return self.shapes[key]
+
+    def _element(self, end: Side) -> ShapeElement | None:
+        shape = self._shape(end)
+        try:
+            return None if shape is None else shape.element(end.element)
+        except Unreadable:
+            return None
+
+    def _sizes(self, kind: str, one: Side, other: Side) -> PinAndHole | None:
+        """Hole and pin of a joint, in the shapes of its parts."""
+        along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
+        # Where the second side would be without a travel.
+        start = other.frame.at - along * (one.axis @ (other.frame.at - one.frame.at))
+        found = []
+        shapes = self._shape(one), self._shape(other)
+        for shape, end, point, axis in zip(shapes, (one, other), (one.frame.at, start), (one.axis, along), strict=True):
+            if shape is None:
+                return None
+            named = self._element(end)
+            try:
+                if kind == "spherical":
+                    found.append([*balls(shape.round_faces("sphere"), end.owner, end.frame.at)])
+                else:
+                    radius = 0.0 if named is None else named.radius
+                    found.append(bores(shape.round_faces("cylinder"), end.owner, (point, axis), radius))
+            except Unreadable:
+                self.unread.append(end.part)
+                return None
+        return pair(found[0], found[1], (one.part, other.part))
+
+    # --- couplings --------------------------------------------------------------------------------------------------
+
+    def _wheels(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
+        """Gears or a belt: the ratio of the radii is kept, and gears touch."""
+        first, second = (self._radius(item, key) for key in ("Distance", "Distance2"))
+        along = self._parallel(item, one, other)
+        away = other.frame.at - one.frame.at
+        away = away - one.axis * (one.axis @ away)
+        apart = float(np.linalg.norm(away))
+        # Each wheel turns about its own axis: where they are opposite, what turns against each other turns alike.
+        meshes = (kind == "Gears") == (along > 0)
+        counts = teeth(first, second)
+        scale = 1.0
+        if meshes:
+            if apart < OPEN:
+                raise self.reading.refuse("its gears have one axis, and cannot mesh", item.place)
+            scale = apart / (first + second)
+            if abs(scale - 1.0) > 1e-6:
+                words = f"Gears mesh at the distance of their axes, {apart / MM:.6g} mm, with the ratio of their radii"
+                self.notes.append(f"{words}: {name}.")
+        own = first * scale
+        radii = [own / MM, own * counts[1] / counts[0] / MM]
+        level = Attachment(other.frame.at - one.axis * (one.axis @ (other.frame.at - one.frame.at)), one.axis)
+        return Joint(
+            name,
+            "gear" if meshes else "belt",
+            (one.part, other.part),
+            Attachment(one.frame.at, one.axis),
+            replace(level, axis=along * other.axis),
+            keys={"teeth": list(counts), "radii": radii},
+        )
+
+    def _rack(self, name: str, item: DocumentItem, one: Side, other: Side) -> Joint:
+        """A rack, which slides along the axis of its side, and a pinion."""
+        sliding = [self._slides(end) for end in (one, other)]
+        if sliding[0] == sliding[1]:
+            raise self.reading.refuse("one of its parts, the rack, has to be on a slider along the rack", item.place)
+        rack, pinion = (one, other) if sliding[0] else (other, one)
+        along = rack.axis - pinion.axis * (pinion.axis @ rack.axis)
+        if np.linalg.norm(along) < 1.0 - SKEW:
+            raise self.reading.refuse("its rack is not at right angles to the axis of the pinion", item.place)
+        along = along / np.linalg.norm(along)
+        radius = self._radius(item, "Distance")
+        at = rolling(pinion.frame.at, pinion.axis, along, radius)
+        return Joint(
+            name,
+            "rack",
+            (rack.part, pinion.part),
+            Attachment(at, pinion.axis),
+            Attachment(pinion.frame.at, pinion.axis),
+            side=along,
+            keys={"radius": radius / MM},
+        )
+
+    def _slides(self, end: Side) -> bool:
+        """Whether a part is on a slider along the axis of a side."""
+        for item in self._joint_items(self.top):
+            if item.choice("JointType") == "Slider" and not _is_suppressed(item):
+                for found in (self._end(item, 1), self._end(item, 2)):
+                    if found is not None and found.part == end.part and abs(found.axis @ end.axis) > 1.0 - SKEW:
+                        return True
+        return False
+
+    def _radius(self, item: DocumentItem, key: str) -> float:
+        radius = item.number(key) * MM
+        if not radius > 0.0:
+            raise self.reading.refuse(f"a radius is positive, not {item.number(key):g}", item.place, key)
+        return radius
+
+    def _parallel(self, item: DocumentItem, one: Side, other: Side) -> float:
+        """1 where the axes point the same way, -1 where against each other."""
+        along = float(one.axis @ other.axis)
+        if abs(along) < 1.0 - SKEW:
+            raise self.reading.refuse("its axes are not parallel; such wheels are not read", item.place)
+        return math.copysign(1.0, along)
+
+    def _plain(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
+        """A joint that the mechanism file has."""
+        bodies = (one.part, other.part)
+        self.frames[name] = one.frame, other.frame
+        if kind == "fixed":
+            return Joint(name, kind, bodies, Attachment(one.frame.at))
+        # A ball has no axis; others are along that of the first side, whichever way the second one points.
+        has_axis = kind != "spherical"
+        along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
+        limits = None
+        if has_axis:
+            limits = _limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM)
+        return Joint(
+            name,
+            kind,
+            bodies,
+            Attachment(one.frame.at, one.axis if has_axis else None),
+            Attachment(other.frame.at, along if has_axis else None),
+            limits=limits,
+            sizes=None if kind == "screw" else self._sizes(kind, one, other),
+        )
+
+
+def _is_flexible(item: DocumentItem) -> bool:
+    """Whether it is an assembly whose parts move by themselves."""
+    return item.kind == SUBASSEMBLY and not item.holds("Rigid", default=True)
+
+
+def _is_suppressed(item: DocumentItem) -> bool:
+    return item.holds("Suppressed") or not item.holds("Activated", default=True)
+
+
+def _angle(item: DocumentItem) -> float:
+    """The angle of a joint, which has a property of its own in later versions, in rad."""
+    return math.radians(abs(item.number("Angle" if "Angle" in item.properties else "Distance")))
+
+
+def _limits(item: DocumentItem, what: str, unit: float) -> tuple[float, float] | None:
+    """The range of a coordinate; an end that is not there is infinite."""
+    low, high = (
+        item.number(f"{what}{end}") * unit if item.holds(f"Enable{what}{end}") else sign * math.inf
+        for end, sign in (("Min", -1.0), ("Max", 1.0))
+    )
+    if math.isinf(low) and math.isinf(high):
+        return None
+    return min(low, high), max(low, high)

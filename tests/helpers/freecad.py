@@ -1,0 +1,269 @@
+"""Assemblies as FreeCAD saves them: `Document.xml` and shapes in an archive, written from what is needed of them."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Floats = NDArray[np.float64]
+#: joints as an enumeration of FreeCAD 1.0 lists them
+TYPES = (
+    *("Fixed", "Revolute", "Cylindrical", "Slider", "Ball", "Distance", "Parallel", "Perpendicular", "Angle"),
+    *("RackPinion", "Screw", "Gears", "Belt"),
+)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A placement, in mm."""
+
+    at: Floats = field(default_factory=lambda: np.zeros(3))
+    turn: Rotation = field(default_factory=Rotation.identity)
+
+    def __matmul__(self, inner: Pose) -> Pose:
+        return Pose(self.at + self.turn.apply(inner.at), self.turn * inner.turn)
+
+    def inverse(self) -> Pose:
+        return Pose(-self.turn.inv().apply(self.at), self.turn.inv())
+
+    @property
+    def z(self) -> Floats:
+        return np.asarray(self.turn.apply([0.0, 0.0, 1.0]))
+
+    @property
+    def x(self) -> Floats:
+        return np.asarray(self.turn.apply([1.0, 0.0, 0.0]))
+
+
+def pose(*at: float, about: Sequence[float] = (0.0, 0.0, 0.0)) -> Pose:
+    """A placement by its position in mm and its rotation vector in degrees."""
+    return Pose(np.array(at or (0.0, 0.0, 0.0), dtype=float), Rotation.from_rotvec(about, degrees=True))
+
+
+def random_pose(generator: np.random.Generator) -> Pose:
+    return Pose(generator.uniform(-30, 30, 3), Rotation.random(rng=generator))
+
+
+def _property(name: str, kind: str, inside: str) -> str:
+    return f'<Property name="{name}" type="App::{kind}">{inside}</Property>'
+
+
+def _placement(name: str, placed: Pose) -> str:
+    q = placed.turn.as_quat()
+    numbers = [f'P{axis}="{x:.17g}"' for axis, x in zip("xyz", placed.at, strict=True)]
+    numbers += [f'Q{k}="{x:.17g}"' for k, x in enumerate(q)]
+    return _property(name, "PropertyPlacement", f"<PropertyPlacement {' '.join(numbers)}/>")
+
+
+def links(name: str, targets: Sequence[str]) -> str:
+    inside = "".join(f"<Link value={quoteattr(target)}/>" for target in targets)
+    return _property(name, "PropertyLinkList", f'<LinkList count="{len(targets)}">{inside}</LinkList>')
+
+
+class Document:
+    """A document with one assembly, called Assembly; `parts` are in it, unless they are written by `body`."""
+
+    def __init__(self, placement: Pose | None = None) -> None:
+        self.objects: list[tuple[str, str, str]] = []
+        self.shapes: dict[str, str] = {}
+        self.group: list[str] = []
+        self.joints: list[str] = []
+        self.assembly = True
+        #: whether references begin at the part, as in FreeCAD 1.1
+        self.later = False
+        self.placement = placement or Pose()
+
+    def add(self, name: str, kind: str, *properties: str, label: str = "") -> str:
+        """An object with its properties as they are."""
+        called = _property("Label", "PropertyString", f"<String value={quoteattr(label or name)}/>")
+        self.objects.append((name, kind, called + "".join(properties)))
+        return name
+
+    def body(self, name: str, placed: Pose | None = None, shape: str = "", kind: str = "Part::Feature") -> str:
+        """A part that is not in the assembly by itself."""
+        has = []
+        if shape:
+            self.shapes[f"{name}.Shape.brp"] = shape
+            has = [_property("Shape", "PropertyPartShape", f'<Part file="{name}.Shape.brp"/>')]
+        return self.add(name, kind, _placement("Placement", placed or Pose()), *has)
+
+    def part(self, name: str, placed: Pose | None = None, shape: str = "", kind: str = "Part::Feature") -> str:
+        self.group.append(name)
+        return self.body(name, placed, shape, kind)
+
+    def link(
+        self, name: str, to: str, placed: Pose | None = None, file: str = "", kind: str = "App::Link", more: str = ""
+    ) -> str:
+        """A part that shows another object."""
+        shown = f'<XLink file={quoteattr(file)} stamp="" name={quoteattr(to)}/>'
+        self.group.append(name)
+        return self.add(
+            name,
+            kind,
+            _placement("Placement", placed or Pose()),
+            _property("LinkedObject", "PropertyXLink", shown),
+            more,
+        )
+
+    def ground(self, *names: str) -> None:
+        for name in names:
+            self.joints.append(f"Grounded{name}")
+            grounded = _property("ObjectToGround", "PropertyLink", f"<Link value={quoteattr(name)}/>")
+            self.add(f"Grounded{name}", "App::FeaturePython", grounded)
+
+    def joint(
+        self, name: str, kind: str, one: tuple[str, Pose], other: tuple[str, Pose], **values: float | bool
+    ) -> None:
+        """A joint of two sides: path with the element, and placement in the axes of the object."""
+        words = "".join(f'<Enum value="{word}"/>' for word in TYPES)
+        place = TYPES.index(kind)
+        chosen = f'<Integer value="{place}" CustomEnum="true"/><CustomEnumList count="13">{words}</CustomEnumList>'
+        properties = [_property("JointType", "PropertyEnumeration", chosen)]
+        for number, (path, placed) in enumerate((one, other), 1):
+            root, _, rest = path.partition(".") if self.later else ("Assembly", "", path)
+            sub = f"<Sub value={quoteattr(rest)}/>"
+            reference = f'<XLink file="" stamp="" name="{root}" count="2">{sub}{sub}</XLink>'
+            properties.append(_property(f"Reference{number}", "PropertyXLinkSubHidden", reference))
+            properties.append(_placement(f"Placement{number}", placed))
+        for key, value in values.items():
+            tag, text = ("Bool", str(value).lower()) if isinstance(value, bool) else ("Float", f"{value:.17g}")
+            properties.append(_property(key, f"Property{tag}", f'<{tag} value="{text}"/>'))
+        self.joints.append(name)
+        self.add(name, "App::FeaturePython", *properties)
+
+    def xml(self) -> str:
+        objects = list(self.objects)
+        if self.assembly:
+            objects += [
+                ("Joints", "Assembly::JointGroup", links("Group", self.joints)),
+                (
+                    "Assembly",
+                    "Assembly::AssemblyObject",
+                    links("Group", ["Joints", *self.group]) + _placement("Placement", self.placement),
+                ),
+            ]
+        kinds = "".join(f"<Object type={quoteattr(kind)} name={quoteattr(name)}/>" for name, kind, _ in objects)
+        data = "".join(
+            f"<Object name={quoteattr(name)}><Properties>{inside}</Properties></Object>" for name, _, inside in objects
+        )
+        return (
+            '<?xml version="1.0" encoding="utf-8"?>\n<Document SchemaVersion="4" ProgramVersion="1.0" FileVersion="1">'
+            f'<Objects Count="{len(objects)}">{kinds}</Objects>'
+            f'<ObjectData Count="{len(objects)}">{data}</ObjectData></Document>'
+        )
+
+    def write(self, path: Path | str, more: Mapping[str, str | bytes] | None = None) -> Path:
+        """The archive."""
+        members: dict[str, str | bytes] = {"Document.xml": self.xml(), **self.shapes, **(more or {})}
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in members.items():
+                archive.writestr(name, content)
+        return Path(path)
+
+
+#: radius, from where to where, whether it is a hole, and the placement of its axis
+Round = tuple[float, float, float, bool, Pose]
+
+# --- shapes ----------------------------------------------------------------------------------------------------------
+
+
+def cylinder(
+    radius: float, low: float, high: float, is_hole: bool = False, at: Pose | None = None
+) -> tuple[object, ...]:
+    """A round face along the z axis of a placement, from low to high, with circles at its ends."""
+    return radius, low, high, is_hole, at or Pose()
+
+
+def shape(*elements: Round | str) -> str:
+    """A compound in the text format of Open CASCADE: cylinders, and by their name a plane, a sphere, a line, a circle
+    and a point. Edges and vertices that bound a face come with it."""
+    curves: list[str] = []
+    surfaces: list[str] = []
+    shapes: list[str] = []
+    inside: list[int] = []
+
+    def frame(placed: Pose) -> str:
+        y = placed.turn.apply([0.0, 1.0, 0.0])
+        return " ".join(f"{number:.17g}" for number in (*placed.at, *placed.z, *placed.x, *y))
+
+    def add(text: str, flags: str, made_of: Sequence[str] = ()) -> int:
+        shapes.append(f"{text}\n\n{flags}\n{' '.join(made_of)} *")
+        return len(shapes) - 1
+
+    def vertex(at: Floats) -> int:
+        return add(f"Ve\n1e-07\n{' '.join(f'{x:.17g}' for x in at)}\n0 0", "0101101")
+
+    def edge(curve: str, ends: Sequence[int]) -> int:
+        curves.append(curve)
+        return add(f"Ed\n 1e-07 1 1 0\n1  {len(curves)} 0 0 1\n0", "0101000", [f"+@{end} 0" for end in ends])
+
+    def face(surface: str, edges: Sequence[int] = ()) -> int:
+        surfaces.append(surface)
+        wire = [f"+@{add('Wi', '0101100', [f'+@{one} 0' for one in edges])} 0"] if edges else []
+        return add(f"Fa\n0  1e-07 {len(surfaces)} 0", "0111000", wire)
+
+    unit = frame(Pose())
+    signs = []
+    for element in elements:
+        if isinstance(element, tuple):
+            radius, low, high, is_hole, at = element
+            ends = []
+            for height in (low, high):
+                end = at @ pose(0, 0, height)
+                corner = vertex((end @ pose(radius, 0, 0)).at)
+                ends.append(edge(f"2 {frame(end)} {radius}", [corner]))
+            inside.append(face(f"2 {frame(at)} {radius}", ends))
+            signs.append("-" if is_hole else "+")
+            continue
+        made = {
+            "plane": lambda: face(f"1 {unit}"),
+            "sphere": lambda: face(f"4 {unit} 2"),
+            "line": lambda: edge("1 0 0 0 0 0 1", []),
+            "circle": lambda: edge(f"2 {unit} 2.5", []),
+            "point": lambda: vertex(np.zeros(3)),
+        }[element]
+        inside.append(made())
+        signs.append("+")
+    whole = add("Co", "1100000", [f"{sign}@{one} 0" for sign, one in zip(signs, inside, strict=True)])
+    text = "\n".join(shapes) + f"\n+@{whole} 0"
+    count = len(shapes)
+    for number in reversed(range(count)):
+        text = text.replace(f"@{number} ", f"{count - number} ")
+    lists = [("Locations", []), ("Curve2ds", []), ("Curves", curves), ("Polygon3D", [])]
+    lists += [("PolygonOnTriangulations", []), ("Surfaces", surfaces), ("Triangulations", [])]
+    head = "".join(f"{name} {len(entries)}\n" + "".join(f"{one}\n" for one in entries) for name, entries in lists)
+    return f"\nCASCADE Topology V1, (c) Matra-Datavision\n{head}\nTShapes {count}\n{text}\n"
+
+
+# --- the example of the documentation --------------------------------------------------------------------------------
+
+
+def pump() -> Document:
+    """`docs/cad/pump.FCStd`: a crank of 15 mm and a rod of 50 mm, at 28 degrees."""
+    angle, reach = np.radians(28.0), 50.0
+    wrist = 15 * np.cos(angle) + np.sqrt(reach**2 - (15 * np.sin(angle)) ** 2)
+    pin = 15 * np.array([np.cos(angle), np.sin(angle), 0.0])
+    rod = np.degrees(np.arctan2(-pin[1], wrist - pin[0]))
+    along = Pose(np.zeros(3), Rotation.from_rotvec([0, 90, 0], degrees=True))
+    guide = pose(40, 0, 20) @ along
+    document = Document()
+    document.part("Base", pose(), shape(cylinder(4, 0, 15), cylinder(6.015, 0, 30, True, guide)))
+    crank = shape(cylinder(4, 0, 10, True), cylinder(4, 10, 20, at=pose(15, 0, 0)))
+    document.part("Crank", pose(0, 0, 5, about=(0, 0, 28.0)), crank)
+    holes = cylinder(4.01, 0, 8, True), cylinder(4, 0, 8, True, pose(reach, 0, 0))
+    document.part("Rod", Pose(pin + np.array([0.0, 0.0, 16.0]), pose(about=(0, 0, rod)).turn), shape(*holes))
+    slider = shape(cylinder(4, -12, 0), cylinder(6, -20, 60, at=pose(0, 0, -8) @ along))
+    document.part("Slider", pose(wrist, 0, 28), slider)
+    document.ground("Base")
+    document.joint("Main", "Revolute", ("Base.Edge1", pose(0, 0, 15)), ("Crank.Edge2", pose(0, 0, 10)))
+    document.joint("Pin", "Revolute", ("Crank.Edge3", pose(15, 0, 11)), ("Rod.Edge1", pose()))
+    document.joint("Wrist", "Revolute", ("Rod.Edge4", pose(reach, 0, 8)), ("Slider.Edge1", pose(0, 0, -4)))
+    document.joint("Guide", "Slider", ("Base.Edge3", guide), ("Slider.Face2", pose(0, 0, -8) @ along))
+    return document
