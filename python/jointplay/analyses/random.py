@@ -299,7 +299,7 @@ def _of_contact(
     # One configuration a call, so that the bar moves.
     answers = workers.each(_Draws.scatter, (draws,), ((k, at.at(k)) for k in range(len(at))))
 
-    def run(_: slice) -> Drawn:
+    def run(_: slice) -> DrawnAndKept:
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
@@ -343,7 +343,7 @@ def _of_contact(
     return finished(builder, done, count, unfinished)
 
 
-class Drawn(Random):
+class DrawnAndKept(Random):
     """The core's answer, with the numbers of the specimens that are kept."""
 
     kept_number: NotRequired[Ints]
@@ -365,7 +365,7 @@ class _Draws:
     keep: int = 0
     keep_outside: bool = False
 
-    def scatter(self, place: tuple[int, Nominal]) -> Drawn:
+    def scatter(self, place: tuple[int, Nominal]) -> DrawnAndKept:
         """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
         k, at = place
         own = self.m.running_under(k, at.drives, at.poses) if self.is_loaded else self.m
@@ -383,9 +383,9 @@ class _Draws:
             sampling=self.sampling,
             keep=self.keep > 0,
         )
-        return self._only_kept(found) if self.keep else cast("Drawn", found)
+        return self._only_kept(found) if self.keep else cast("DrawnAndKept", found)
 
-    def _only_kept(self, found: Random) -> Drawn:
+    def _only_kept(self, found: Random) -> DrawnAndKept:
         """The same with the specimens that are kept, along a dimension behind the configuration."""
         errors, status = found["kept_errors"], found["kept_status"]
         chosen = np.arange(len(errors))
@@ -416,7 +416,7 @@ def _kept(m: Mechanism, samples: int, keep: int, keep_outside: bool) -> tuple[in
     return int(keep), keep_outside
 
 
-def _add_specimens(builder: ResultBuilder, found: Drawn) -> None:
+def _add_specimens(builder: ResultBuilder, found: DrawnAndKept) -> None:
     """Add the specimens that were kept."""
     count = found["kept_errors"].shape[1]
     builder.labels("specimen", np.arange(count), "number among the specimens that are kept")

@@ -64,6 +64,13 @@ def read(path: str | os.PathLike[str], what: str = "mechanism file") -> tuple[st
 
 
 def decoded(content: bytes, name: str, what: str) -> str:
+    """The text of a file in UTF-8.
+
+    Raises
+    ------
+    InputError
+        When it is no such text; `what` says what the file ought to be.
+    """
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError("is UTF-16 text; save it as UTF-8", file=name)
     if b"\0" in content:
