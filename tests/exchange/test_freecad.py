@@ -14,7 +14,7 @@ import jointplay as jp
 from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, pump, random_pose, shape
 from jointplay.basics import poses
 from jointplay.cli import run
-from jointplay.exchange.brep import PartShape
+from jointplay.exchange.brep import PartShape, Unreadable
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
 from jointplay.model.mechanism import loads
@@ -724,3 +724,63 @@ def test_joints_of_one_label_have_names_of_their_own() -> None:
     document.objects = [(name, kind, text.replace('"K"', '"J"')) for name, kind, text in document.objects]
     m, _ = notes(document.write("a.FCStd"))
     assert len(set(m.joints)) == 8
+
+
+@pytest.mark.parametrize("order", [("A", "C"), ("C", "A")])
+def test_a_distance_of_a_drawing_that_is_not_solved_is_that_of_the_joint(order: tuple[str, str]) -> None:
+    """It was the drawn one, 31.62 mm, where the part on its far side was placed first."""
+    d = Document()
+    d.part("Base")
+    d.part("Crank", pose(), shape("point"))
+    d.part("Rocker", pose(30, 0, 0), shape("point"))
+    d.ground("Base")
+    pins = {"A": ("Crank.", pose()), "C": ("Rocker.", pose(30, 0, 0))}
+    for name in order:
+        d.joint(name, "Revolute", ("Base.", pins[name][1]), (pins[name][0], pose()))
+    d.joint("D", "Distance", ("Crank.Vertex1", pose(0, 10, 0)), ("Rocker.Vertex1", pose(0, 20, 0)), Distance=28.0)
+    m, _ = notes(d.write("a.FCStd"))
+    (rod,) = [name for name in m.bodies if name not in ("Crank", "Rocker")]
+    ends = {m.points[k].at for pair in m.joint_points for k in pair if m.points[k].body == m.bodies.index(rod)}
+    assert np.linalg.norm(np.subtract(*ends)) == pytest.approx(0.028, abs=1e-12)
+    # The output is a part, not what holds two parts apart.
+    assert m.raw["output"]["body"] in ("Crank", "Rocker")
+
+
+def test_joints_on_a_datum_of_a_body_are_where_it_is() -> None:
+    for path, inner in (("Local_CS.", "PartDesign::CoordinateSystem"), ("Sketch.Edge1", "Sketcher::SketchObject")):
+        d = Document()
+        d.part("Base")
+        d.part("Body", kind="PartDesign::Body")
+        d.body(path.partition(".")[0], pose(10, 20, 7), kind=inner)
+        d.ground("Base")
+        d.joint("J", "Revolute", ("Base.", pose(0, 0, 7)), (f"Body.{path}", pose()))
+        m, _ = notes(d.write("a.FCStd"))
+        assert m.raw["joints"]["J"]["on"]["Body"]["at"] == [10, 20, 7]
+
+
+def test_what_is_grounded_stays_so_whichever_part_gives_the_axes() -> None:
+    d = Document()
+    for name in ("Base", "Bracket", "Arm"):
+        d.part(name)
+    d.ground("Base", "Bracket")
+    d.joint("A", "Revolute", ("Base.", pose()), ("Arm.", pose()))
+    d.joint("B", "Revolute", ("Bracket.", pose()), ("Arm.", pose()))
+    for ground in (None, "Base", "Bracket"):
+        m, _ = notes(d.write("a.FCStd"), ground=ground)
+        assert m.bodies == ("Arm",)
+
+
+def test_a_pin_that_is_larger_than_its_hole_gets_no_fit() -> None:
+    with pytest.raises(jp.InputError, match="fit: no joint here"):
+        fitted(7.9, 8.0, fit="H7/g6")
+    with pytest.raises(jp.InputError, match="fit"):
+        fitted(8.0, 8.0, fit="")
+
+
+@pytest.mark.parametrize("radius", ["nan", "inf", "1e308"])
+def test_shapes_with_numbers_that_are_none_are_named(radius: str) -> None:
+    text = shape(cylinder(4.0, 0.0, 10.0))
+    broken = text.replace(" 4.0\n", f" {radius}\n", 1)
+    assert broken != text
+    with pytest.raises(Unreadable):
+        PartShape(broken)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -33,13 +33,16 @@ DEEPEST, LONGEST_CHAIN = 20, 200
 #: numbers of curves and surfaces of fixed length by their type
 CURVES = {1: 6, 2: 13, 3: 14, 4: 13, 5: 14}
 SURFACES = {1: 12, 2: 13, 3: 14, 4: 13, 5: 14}
-LINE, CIRCLE = 1, 2
+#: larger than any number of a file: kernels write 2e100 for lines without an end
+ENDLESS = 1e101
 NAMES = {"Edge": {1: "line", 2: "circle"}, "Face": {1: "plane", 2: "cylinder", 3: "cone", 4: "sphere", 5: "torus"}}
 #: a location: elementary ones with their powers, so that two that are equal are seen to be
 _Chain = tuple[tuple[int, int], ...]
 #: shapes that are looked for, and those that lie inside of them
 KINDS = {"Face": "Fa", "Edge": "Ed", "Vertex": "Ve"}
 ORDER = ("Co", "CS", "So", "Sh", "Fa", "Wi", "Ed", "Ve")
+#: how far rounding may keep the axes of a location from being across one another
+RIGID = 1e-6
 FLAGS = re.compile(r"[01]{7}")
 SUBSHAPE = re.compile(r"[-+ie][0-9]{1,9}")
 
@@ -110,7 +113,10 @@ class _Tokens:
         return self.words[self.at - 1]
 
     def number(self) -> float:
-        return float(self.word())
+        found = float(self.word())
+        if not abs(found) <= ENDLESS:
+            raise Unreadable("a number is too large, or none")
+        return found
 
     def whole(self) -> int:
         return int(self.word())
@@ -170,8 +176,8 @@ class PartShape:
                     chain = _composed(_powered(chains[part], tokens.whole()), chain)
             else:
                 raise Unreadable(f"{kind} is no kind of location")
-            if not np.isfinite(matrix).all():
-                raise Unreadable("a location is no number")
+            if not np.abs(matrix[:3, :3] @ matrix[:3, :3].T - np.eye(3)).max() <= RIGID:
+                raise Unreadable("a location turns nothing that is rigid")
             matrices.append(matrix)
             chains.append(chain)
         return matrices, chains
@@ -242,6 +248,7 @@ class PartShape:
         every = self._met.get(kind, [])
         return self._element(kind, every[place]) if 0 <= place < len(every) else None
 
+    @cache  # noqa: B019 - as long as the import
     def round_faces(self, kind: str) -> list[ShapeElement]:
         """All faces that are part of a ``cylinder`` or of a ``sphere``."""
         return [self._element("Face", met) for met in self._met["Face"] if self._kind("Face", met) == kind]
@@ -328,7 +335,7 @@ def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...]]:
     point: tuple[float, ...] = ()
     if kind == "Ve":
         point = tokens.several(4)[1:]
-        while tokens.number() is not None and (way := tokens.whole()) != 0:
+        while tokens.several(1) and (way := tokens.whole()) != 0:
             # On a curve, on a curve of a surface, on a surface; with a location each.
             tokens.several({1: 1, 2: 2, 3: 2}[way] + 1)
     elif kind == "Ed":

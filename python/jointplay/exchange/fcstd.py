@@ -38,7 +38,7 @@ METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 DOCUMENT = "Document.xml"
 #: properties that are kept of an object
 KEPT = re.compile(
-    r"Label|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|Rigid|ObjectToGround|JointType|Reference[12]"
+    r"Label|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|ElementCount|Rigid|ObjectToGround|JointType|Reference[12]"
     r"|Suppressed|Activated|Distance2?|Angle|(Enable)?(Length|Angle)(Min|Max)"
 )
 #: metres per unit of the format
@@ -272,7 +272,7 @@ class Archive:
             When it is damaged, or becomes longer than it says.
         """
         member = shape_member(item)
-        if self.members.get(member, 0) > min(LARGEST_MEMBER, self.budget.left):
+        if member.endswith(".bin") or self.members.get(member, 0) > min(LARGEST_MEMBER, self.budget.left):
             return None
         return self.text(member) if member in self.members else ""
 
@@ -281,4 +281,4 @@ def shape_member(item: DocumentItem) -> str:
     """Name of the member that has the shape of an object; nothing where it has none."""
     part = item.properties["Shape"].find("Part") if "Shape" in item.properties else None
     found = "" if part is None else part.get("file") or ""
-    return found if found.endswith(".brp") else ""
+    return found if found.endswith((".brp", ".bin")) else ""

@@ -16,6 +16,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -36,11 +37,22 @@ from .skeleton import Attachment, Body, Frame, Joint, PinAndHole, Skeleton, fixe
 WORLD = "world"
 ASSEMBLY, SUBASSEMBLY = "Assembly::AssemblyObject", "Assembly::AssemblyLink"
 LINK, JOINTS = "App::Link", "Assembly::JointGroup"
+#: links, and those that an array has in it
+LINKS = (LINK, "App::LinkElement")
 #: what contains others and moves nothing, what contains others in axes of its own
 GROUPS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython", "App::LinkGroup")
 CONTAINERS = ("App::Part", ASSEMBLY, SUBASSEMBLY)
+BODY = "PartDesign::Body"
+#: what a joint of a body can be on besides its faces: it has a placement in the body, and may be inside of another one
+DATUMS = (
+    "Sketcher::SketchObject",
+    *(f"App::{kind}" for kind in ("LocalCoordinateSystem", "Origin", "Point", "Line", "Plane")),
+    *(f"PartDesign::{kind}" for kind in ("CoordinateSystem", "Point", "Line", "Plane")),
+)
 #: links that lead to links, and documents of an assembly
 LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
+#: objects that a reference names, one inside of the other
+LONGEST_PATH = 200
 #: joints as the mechanism file has them
 KINDS = {
     "Fixed": "fixed",
@@ -119,6 +131,10 @@ class _Assembly:
         #: frames of joints on both sides
         self.frames: dict[str, tuple[Frame, Frame]] = {}
         self.shapes: dict[tuple[str, str], PartShape | None] = {}
+        #: sleeves with limits of their angle
+        self.turning: list[str] = []
+        #: documents that are named and not there
+        self.gone: dict[str, None] = {}
         #: objects whose shape is damaged, too long or of another version
         self.unread: list[str] = []
 
@@ -171,6 +187,7 @@ class _Assembly:
         inside = not parts.is_absolute() and ".." not in parts.parts and ":" not in file and "\0" not in file
         place = archive.path.parent / parts
         if not inside or not is_within(place, self.archive.path.parent) or not place.is_file():
+            self.gone[shown(file)] = None
             return None
         if place not in self.others:
             if len(self.others) >= MOST_DOCUMENTS:
@@ -183,7 +200,7 @@ class _Assembly:
         here: Archive | None = archive
         found: DocumentItem | None = item
         for _ in range(LONGEST_CHAIN):
-            if here is None or found is None or found.kind != LINK:
+            if here is None or found is None or found.kind not in LINKS or _is_array(found):
                 return here, found
             to = found.linked()
             if to is None:
@@ -197,7 +214,7 @@ class _Assembly:
     def _frame(self, archive: Archive, item: DocumentItem) -> Frame:
         """Where an object is in what contains it."""
         own = item.frame("Placement")
-        if item.kind == LINK and item.holds("LinkTransform"):
+        if item.kind in LINKS and item.holds("LinkTransform"):
             _, shown_item = self._shown(archive, item)
             own = own if shown_item is None else own @ shown_item.frame("Placement")
         return own
@@ -210,6 +227,8 @@ class _Assembly:
             return None
         archive: Archive | None = self.archive
         names = (reference.root, *reference.path)
+        if len(names) > LONGEST_PATH:
+            raise self.reading.refuse(f"names more than {LONGEST_PATH} objects inside one another", joint.place, key)
         # Since version 1.1 the path begins at the part that moves, before that at the assembly or outside of it.
         passed = self.top.name not in names
         frame = self._frame(self.archive, self.top) if passed else Frame()
@@ -224,17 +243,20 @@ class _Assembly:
                 if archive is None:
                     where = f"in {shown(file)}, which is no file in this folder or below it, named without '..'"
                 raise self.reading.refuse(f"names {shown(name)}, which is {where}", joint.place, key)
+            if found is not None and found.kind in (BODY, *DATUMS) and item.kind not in DATUMS:
+                # Features of a body have its axes.
+                break
             if item is self.top:
                 frame, passed = self._frame(archive, item), True
                 continue
             if not passed or item.kind in GROUPS[:2]:
                 continue
             frame = frame @ self._frame(archive, item)
-            if part is None and not _is_flexible(item) and item.kind not in GROUPS:
+            if part is None and not _is_flexible(item) and not _is_array(item) and item.kind not in GROUPS:
                 part = self._part(item, frame)
             file = (item.linked() or ("",))[0]
             archive, found = self._shown(archive, item)
-            if found is not None and found.kind not in (*CONTAINERS, *GROUPS):
+            if found is not None and found.kind not in (*CONTAINERS, *GROUPS, BODY, *DATUMS) and not _is_array(found):
                 break
         if part is None:
             return None
@@ -244,15 +266,16 @@ class _Assembly:
 
     def skeleton(self, ground: str | None) -> Skeleton:
         """All of it."""
-        held = [] if ground is not None else list(dict.fromkeys(self._grounded()))
+        held = list(dict.fromkeys(self._grounded()))
         # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
-        joints = [fixed(WORLD, name) for name in held] if len(held) > 1 else []
+        is_world = len(held) > 1 and ground is None
+        joints = [fixed(WORLD, name) for name in held] if is_world else [fixed(held[0], name) for name in held[1:]]
         joints += self._joints()
         for item in self._members(self.top):
             self._unjoined(item)
-        if not joints or len(held) < 2:
+        if not is_world:
             del self.bodies[WORLD]
-        base = WORLD if len(held) > 1 else self._fixed(ground, held)
+        base = WORLD if is_world else self._fixed(ground, held)
         loose = [name for group in floating(self.bodies, joints, base) for name in group]
         if loose:
             self.notes.append(f"Nothing holds these parts to what is fixed, and they are left out: {listed(loose)}.")
@@ -268,19 +291,21 @@ class _Assembly:
         )
         found = grounded(settled(found, self.frames), base)
         # What is between the joints of a chain has the axes of the ground, in which it starts where it is drawn.
-        own = {name: body if name not in self.added else Body() for name, body in found.bodies.items()}
+        own = {name: body if name not in self.added else Body(is_between=True) for name, body in found.bodies.items()}
         return replace(found, bodies=own)
 
     def _unjoined(self, item: DocumentItem) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
         is_part = item.kind.startswith(("Part::", "PartDesign::Body")) or item.kind in ("App::Part", LINK, SUBASSEMBLY)
-        if is_part and item.name not in self.parts and not _is_flexible(item):
+        if is_part and item.name not in self.parts and not _is_flexible(item) and not _is_array(item):
             self._part(item, self._frame(self.archive, self.top) @ self._frame(self.archive, item))
 
     def _fixed(self, ground: str | None, held: Sequence[str]) -> str:
         """The part that is fixed."""
         if not self.bodies:
             raise self.reading.refuse("has no parts", self.top.place)
+        if ground in self.bodies:
+            return ground
         if held or ground is not None:
             return held[0] if held else next(iter(self.bodies))
         found = next(iter(self.bodies))
@@ -322,6 +347,13 @@ class _Assembly:
             self.notes.append(f"Suppressed joints are left out: {listed(suppressed)}.")
         if self.unread:
             self.notes.append(f"Shapes that cannot be read, so that no pins and holes are: {listed(self.unread)}.")
+        if self.gone:
+            words = "Documents are not in this folder or below it, so that pins and holes in them are not known"
+            self.notes.append(f"{words}: {listed(self.gone)}.")
+        if self.turning:
+            self.notes.append(
+                f"Limits of angles of these joints, which slide as well, are left out: {listed(self.turning)}."
+            )
         if incomplete:
             self.notes.append(f"Joints that do not name two parts are left out: {listed(incomplete)}.")
         if not made:
@@ -384,7 +416,8 @@ class _Assembly:
         if end.element.startswith("Vertex"):
             return "point", 0.0
         if not end.element:
-            return "plane", 0.0
+            # FreeCAD takes both sides for planes, whatever the other one is.
+            return "whole", 0.0
         found = self._element(end)
         if found is None:
             what = f"what {end.element} of '{end.part}' is, which decides what a distance means, cannot be read"
@@ -491,12 +524,18 @@ class _Assembly:
 
     def _slides(self, end: Side) -> bool:
         """Whether a part is on a slider along the axis of a side."""
+        return any(abs(axis @ end.axis) > 1.0 - SKEW for axis in self._guides.get(end.part, ()))
+
+    @cached_property
+    def _guides(self) -> dict[str, list[np.ndarray]]:
+        """Directions of the sliders that parts are on."""
+        found: dict[str, list[np.ndarray]] = {}
         for item in self._joint_items(self.top):
             if item.choice("JointType") == "Slider" and not _is_suppressed(item):
-                for found in (self._end(item, 1), self._end(item, 2)):
-                    if found is not None and found.part == end.part and abs(found.axis @ end.axis) > 1.0 - SKEW:
-                        return True
-        return False
+                for end in (self._end(item, 1), self._end(item, 2)):
+                    if end is not None:
+                        found.setdefault(end.part, []).append(end.axis)
+        return found
 
     def _radius(self, item: DocumentItem, key: str) -> float:
         radius = item.number(key) * MM
@@ -523,6 +562,8 @@ class _Assembly:
         limits = None
         if has_axis:
             limits = _limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM)
+            if kind == "cylindrical" and _limits(item, "Angle", math.pi / 180):
+                self.turning.append(name)
         return Joint(
             name,
             kind,
@@ -537,6 +578,11 @@ class _Assembly:
 def _is_flexible(item: DocumentItem) -> bool:
     """Whether it is an assembly whose parts move by themselves."""
     return item.kind == SUBASSEMBLY and not item.holds("Rigid", default=True)
+
+
+def _is_array(item: DocumentItem) -> bool:
+    """Whether it is a link with elements, which move by themselves."""
+    return item.kind == LINK and item.value("ElementCount", "Integer") not in (None, "0")
 
 
 def _is_suppressed(item: DocumentItem) -> bool:

@@ -89,7 +89,8 @@ def _every_frame(skeleton: Skeleton) -> Iterator[tuple[str, tuple[str, Frame]]]:
 
 def _plane(skeleton: Skeleton) -> Matrix:
     """Rows e1, e2 and n: coordinate axes where the pins are along one, else e2 as upright as can be."""
-    pins = [joint for joint in skeleton.joints if joint.kind == "revolute" and joint.place.axis is not None]
+    pins = [joint for joint in skeleton.joints if joint.kind in ALONG and joint.place.axis is not None]
+    pins.sort(key=lambda joint: joint.kind != "revolute")
     if not pins:
         raise InputError("needs a joint that turns, whose axis is the normal of the plane", key="planar")
     normal = pins[0].place.axis
@@ -204,4 +205,4 @@ def _body(body: Body, plane: Matrix, angle: float) -> Body:
     c, s = np.cos(angle), np.sin(angle)
     axes = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     about = np.diag([0.0, 0.0, plane[2] @ body.inertia @ plane[2]])
-    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre), about)
+    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre), about, body.is_between)

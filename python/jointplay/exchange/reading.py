@@ -227,7 +227,7 @@ def _drives(skeleton: Skeleton, options: Options) -> dict[str, list[float] | Non
 
 def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
     """Body and point of the output, in the drawing."""
-    origins = skeleton.bodies if skeleton.has_origins else {}
+    origins = {name: body for name, body in skeleton.bodies.items() if skeleton.has_origins and not body.is_between}
     frames = {name: (name, body.frame) for name, body in origins.items() if name != GROUND} | dict(skeleton.frames)
     if wanted is None and OUTPUT in skeleton.frames:
         wanted = OUTPUT
@@ -283,11 +283,13 @@ def _drawn(
         play = joint.sizes.hole - joint.sizes.pin
         if play > EQUAL:
             found[joint.name] = drawn
+        elif play < -EQUAL:
+            larger.append(joint.name)
         elif fit is not None:
             found[joint.name] = sized(skeleton, joint, fit) or {}
             asked[joint.name] = "fit"
         else:
-            (alike if play > -EQUAL else larger).append(joint.name)
+            alike.append(joint.name)
     if fit is not None and not any(key == "fit" for key in asked.values()):
         raise InputError("no joint here has a pin that is drawn with the diameter of its hole", key="fit")
     notes = []

@@ -19,6 +19,8 @@ from .skeleton import Attachment, Frame, Joint, Skeleton, Vector
 
 #: joints that hold no body by themselves
 LOOSE = ("gear", "belt", "rack")
+#: how far apart places are that are one, m
+SAME = 1e-12
 #: what joints let slide: along their axis, across it
 ALONG, ACROSS = ("prismatic", "cylindrical", "screw"), ("planar",)
 
@@ -50,8 +52,14 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
     def moved(old: Joint) -> Joint:
         first, second = (moves[name] for name in old.bodies)
         side = None if old.side is None else np.asarray(first.axes @ old.side)
-        place, other = old.place.within(first), old.second and old.second.within(second)
+        place, there = old.place.within(first), (old.second or old.place).within(second)
+        other: Attachment | None = there
         coordinate = old.coordinate
+        if old.second is None:
+            # One place of both bodies, which may be apart now.
+            if old.kind in ALONG and place.axis is not None:
+                coordinate += float(place.axis @ (there.at - place.at))
+            other = None if _are_one(place, there) else there
         if old.name in frames:
             one, two = frames[old.name]
             coordinate = measured(old.kind, first @ one, second @ two)
@@ -66,6 +74,12 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
         },
         joints=tuple(moved(old) for old in skeleton.joints),
     )
+
+
+def _are_one(one: Attachment, other: Attachment) -> bool:
+    """Whether two places are the same but for rounding."""
+    axes = (one.axis, other.axis) if one.axis is not None and other.axis is not None else (np.zeros(3), np.zeros(3))
+    return bool(np.abs([one.at - other.at, axes[0] - axes[1]]).max() < SAME)
 
 
 def measured(kind: str, one: Frame, other: Frame) -> float:

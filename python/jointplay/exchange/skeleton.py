@@ -66,12 +66,15 @@ class Body:
         Centre of mass in the drawing.
     inertia : ndarray
         Matrix of its moments of inertia about the centre of mass, kg m^2, axes of the drawing.
+    is_between : bool
+        Whether it is no part of the drawing, but stands between joints that together hold what one holds there.
     """
 
     frame: Frame = field(default_factory=Frame)
     mass: float = 0.0
     centre: Vector = field(default_factory=lambda: np.zeros(3))
     inertia: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
+    is_between: bool = False
 
     def with_masses_of(self, bodies: Sequence[Body]) -> Body:
         """The same body with the masses of some bodies in place of its own."""

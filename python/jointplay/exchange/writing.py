@@ -173,9 +173,9 @@ def sized(skeleton: Skeleton, joint: Joint, fit: str | None) -> dict[str, object
     )
     if joint.kind == "prismatic":
         drawn = {"slot": {"width": hole}, "slider": {"width": pin}}
-        return ({"fit": fit, "nominal": pin} if fit else drawn) | {"length": length}
+        return ({"fit": fit, "nominal": pin} if fit is not None else drawn) | {"length": length}
     found: dict[str, object] = {"hole": {"diameter": hole}, "pin": {"diameter": pin}}
-    if fit:
+    if fit is not None:
         found = {"fit": fit, "diameter": pin}
     # In the plane nothing tilts, and a ball never does.
     return found | ({"length": length} if skeleton.space == "spatial" and joint.kind in TILTING else {})
@@ -340,7 +340,7 @@ def _proposal(skeleton: Skeleton, joint: Joint, count: int) -> list[str]:
 
 def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
     at = skeleton.bodies[body].frame.inverse().point(point)
-    origins = skeleton.bodies if skeleton.has_origins else ()
+    origins = [name for name, one in skeleton.bodies.items() if skeleton.has_origins and not one.is_between]
     on = {name: name for name in origins} | {name: on for name, (on, _) in skeleton.frames.items()}
     others = [name for name, where in on.items() if name != body and where != GROUND]
     known = _comment(f"Other points for --output-point: {', '.join(others)}") if others else ()
