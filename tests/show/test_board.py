@@ -559,3 +559,35 @@ class TestAPerson:
             "(({ bottom }) => [bottom, innerHeight])(document.getElementById('line').getBoundingClientRect())"
         )
         assert box[0] == box[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("serial-2r", {"drive": "q1"}),
+        ("four-bar", {"joint": "J1"}),
+        ("rssr", {"joint": "crank"}),
+        ("press", {"body": "rod"}),
+    ],
+)
+def test_what_is_deleted_leaves_no_reference_behind(name: str, what: dict[str, Any]) -> None:
+    """Ranges, springs and loads of what went were left; in space no joint could be deleted."""
+    text = jp.examples.text(name, {"limits.drives": "{ q1 = [-400, 400] }"} if name == "serial-2r" else {})
+    poses = drafts.read(text, name).board({})["poses"]
+    edits, _ = gestures.edits(toml.parse(text), poses, {"gesture": "delete", "what": what})
+    for steps, value in edits:
+        text = document.edited(text, steps, value)
+    (gone,) = what.values()
+    assert f'"{gone}"' not in "\n".join(line.partition("#")[0] for line in text.splitlines())
+    problem = drafts.read(text, name).problem
+    assert problem is None or gone not in problem["text"]
+
+
+@pytest.mark.parametrize("text", ["[joints.A]\nbodies = 3", "joints.A = 3", "drives = 3", "[board.free]\nbar1 = 3"])
+def test_half_typed_text_has_a_problem_and_no_crash(text: str) -> None:
+    assert drafts.read(f"format = 1\n{text}\n", "a.toml").problem is not None
+
+
+def test_a_new_table_has_the_line_ends_of_the_file() -> None:
+    text = document.edited("format = 1\r\n", ("joints", "A"), {"type": "revolute", "at": [0, 0]})
+    assert "\n" not in text.replace("\r\n", "")

@@ -124,7 +124,10 @@ def edited(text: str, steps: Steps, value: Any) -> str:
     except (KeyError, IndexError, TypeError):
         key = ".".join(map(str, steps))
         raise InputError(f"the file has no such place for {shown(value)}", key=key) from None
-    return next(found for found in _edits(text, steps, value, before, wanted) if _says(found, wanted))
+    found = next((one for one in _edits(text, steps, value, before, wanted) if _says(one, wanted)), None)
+    if found is None:
+        raise InputError("cannot be written", key=".".join(map(str, steps)))
+    return found
 
 
 def _at(data: Any, steps: Steps) -> Any:
@@ -218,13 +221,14 @@ def _with_table(text: str, steps: Steps, value: Mapping[str, Any]) -> str:
     document = tomlkit.document()
     section, name = str(steps[0]), steps[1]
     document[section] = _item([value] if isinstance(name, int) else {name: value}, HEADED)
-    own = document.as_string().splitlines(keepends=True)
+    end = "\r\n" if "\r\n" in text else "\n"
+    own = LONE.sub(end, document.as_string()).splitlines(keepends=True)
     alike = [(start, heads[k + 1][0]) for k, (start, steps) in enumerate(heads[:-1]) if steps[:1] == (section,)]
     place = _end(lines, *alike[-1]) if alike else len(lines)
     before = lines[:place]
     if before and not before[-1].endswith("\n"):
-        before[-1] += "\n"
-    gap = ["\n"] if before and before[-1].strip() else []
+        before[-1] += end
+    gap = [end] if before and before[-1].strip() else []
     return "".join([*before, *gap, *own, *lines[place:]])
 
 

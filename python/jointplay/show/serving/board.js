@@ -219,7 +219,7 @@ export class Board {
     const at = from.map((v, k) => rounded(v + by[k]));
     const ref = this.hit(this.viewer.project(at));
     // What stands exactly there is joined.
-    this.finish(ref && apart(this.placeOf(ref), at) * this.viewer.scale < 0.5 ? ref : { at });
+    this.finish(ref && apart(this.placeOf(ref), at) <= 1e-6 * Math.hypot(...at, 1e-9) ? ref : { at });
     return true;
   }
 

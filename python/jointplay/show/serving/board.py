@@ -12,6 +12,7 @@ from typing import Any
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses as core_poses
+from jointplay.file.schema.values import is_number
 from jointplay.model.mechanism import Mechanism
 from jointplay.show.viewer import scene
 
@@ -51,11 +52,6 @@ def poses_of(m: Mechanism, at: Nominal) -> dict[str, BodyPose]:
         if math.isfinite(x):
             found.setdefault(name, (x / m.units.length, y / m.units.length, angle))
     return found
-
-
-def is_number(value: object) -> bool:
-    """Whether a value of a file is a number and no expression."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def place_on(table: Mapping[str, Any], body: str) -> Any:

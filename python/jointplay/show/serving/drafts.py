@@ -90,6 +90,9 @@ def read(text: str, name: str, path: str | os.PathLike[str] = "") -> Draft:
     raw: Mapping[str, Any] = {}
     try:
         raw = toml.parse(text, file=name)
+        if "include" in raw:
+            whole = toml.joined(raw, os.fspath(path), name).tables
+            raw = {**{key: whole[key] for key in toml.SHARED if key in whole}, **raw}
         return _read(text, raw, name, os.fspath(path))
     except InputError as error:
         return Draft(text, raw, problem=_problem(text, error))
@@ -103,10 +106,13 @@ def _problem(text: str, error: InputError) -> Json:
 
 def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
     if not raw.get("joints") and "patterns" not in raw and "include" not in raw:
+        at = [0, 0, 0] if raw.get("space") == "spatial" else [0, 0]
+        _checked({**raw, "joints": {"J": {**STUB, "at": at}}}, name)
         first = "join a bar to the ground or to another bar" if free_of(raw) else "draw a bar, or begin with a template"
         return Draft(text, raw, missing=(_says(f"There is no joint yet: {first}."),))
     has_output = bool("output" in raw or raw.get("outputs") or "include" in raw)
-    whole = raw if has_output else {**raw, "output": {"body": _some_body(raw)}}
+    own = raw if "include" in raw else _checked(raw, name)
+    whole = raw if has_output else {**raw, "output": {"body": _some_body(own)}}
     try:
         loose = _loose(raw)
         if loose:
@@ -127,6 +133,18 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
     if missing:
         return Draft(text, raw, m, missing=tuple(missing))
     return Draft(text, raw, m, Session(m), tuple(_advice(m)))
+
+
+#: what stands for the joints of a text that has none
+STUB = {"type": "fixed", "bodies": [GROUND, "body"]}
+
+
+def _checked(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """The tables with their patterns written out, when each is what it should be."""
+    stands = {} if "output" in raw or "outputs" in raw else {"output": {"body": GROUND}}
+    found: Mapping[str, Any] = written_out({**raw, **stands}, name).data
+    validate(dict(found), name)
+    return found
 
 
 def _joints_of(raw: Mapping[str, Any], body: str) -> list[str]:

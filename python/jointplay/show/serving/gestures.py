@@ -11,11 +11,12 @@ import copy
 import math
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from jointplay.errors import InputError, not_known, shown
 from jointplay.file.schema.keys import Steps, assign
-from jointplay.file.schema.values import NAME
+from jointplay.file.schema.values import NAME, is_number
 
 from .board import (
     DRAWN,
@@ -25,7 +26,6 @@ from .board import (
     Json,
     bodies_of,
     free_of,
-    is_number,
     numbers,
     place_on,
     placed_at,
@@ -158,8 +158,9 @@ class Hand:
         if "on" in table:
             own = self.local(body, self.place_of(name))
             on = {body: own, **table["on"]} if first else {**table["on"], body: own}
-            # Taken away first, so that the order is that of the pin.
-            self.put(("joints", name, "on"), None)
+            if first:
+                # Taken away first, so that the order is that of the pin.
+                self.put(("joints", name, "on"), None)
             self.put(("joints", name, "on"), on)
         else:
             self.require_drawn(name)
@@ -309,7 +310,9 @@ def output(hand: Hand, told: Json) -> None:
     """The point whose error is asked."""
     if hand.raw.get("outputs"):
         raise InputError("the file has several outputs; add one in the text")
-    hand.put(("output",), _point_on_body(hand, dict(told["at"])))
+    before = hand.raw.get("output", {})
+    point = _point_on_body(hand, dict(told["at"]))
+    hand.put(("output",), {**{key: one for key, one in before.items() if key not in ("body", "at")}, **point})
 
 
 def load(hand: Hand, told: Json) -> None:
@@ -382,7 +385,7 @@ def delete(hand: Hand, told: Json) -> None:
     elif "body" in what:
         _without_body(hand, str(what["body"]))
     elif "drive" in what:
-        _drop(hand, "drives", str(what["drive"]))
+        _without_drive(hand, str(what["drive"]))
     elif "load" in what:
         _without_load(hand, int(what["load"]))
     elif "output" in what:
@@ -393,15 +396,22 @@ def delete(hand: Hand, told: Json) -> None:
 
 def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
     """Take a joint away; bodies keep their end there if they have another point."""
-    place, table = hand.place_of(name), hand.joint(name)
+    table, place = hand.joint(name), None
+    with suppress(InputError):
+        place = hand.place_of(name)
     bodies = [body for body in bodies_of(table) if body != GROUND and body in kept]
     hand.put(("joints", name), None)
+    # In space, and where its place is an expression, no free end is left.
     for body in bodies:
         others = any(body in bodies_of(table) for table in hand.joints.values()) or body in free_of(hand.raw)
-        if others:
+        if others and place is not None:
             own = numbers(place_on(table, body)) or seen_from(hand.pose(body), place)
             hand.free(body, [*free_of(hand.raw).get(body, []), own])
-    _drop_where(hand, "drives", lambda own: own.get("joint") == name or name in own.get("joints", ()))
+    for drive, own in [*hand.raw.get("drives", {}).items()]:
+        if own.get("joint") == name or name in own.get("joints", ()):
+            _without_drive(hand, drive)
+            hand.notes.append(f"drives.{drive} went with it.")
+    _drop_where(hand, "springs", lambda own: own.get("joint") == name or name in own.get("on", {}).values())
     _drop_where(hand, "followers", lambda own: name in (own.get("joint"), own.get("follows")))
     _drop_where(hand, "dimensions", lambda own: name in own.get("between", ()))
     ranges = hand.raw.get("limits", {}).get("joints", {})
@@ -410,15 +420,32 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
     _at_places(hand, name, place)
 
 
-def _at_places(hand: Hand, name: str, place: XY) -> None:
+def _without_drive(hand: Hand, name: str) -> None:
+    _drop(hand, "drives", name)
+    if name in hand.raw.get("limits", {}).get("drives", {}):
+        hand.put(("limits", "drives", name), None)
+
+
+def _at_places(hand: Hand, name: str, place: XY | None) -> None:
     """What was at a joint that goes stands at its place."""
     entries: list[tuple[Steps, Any]] = [(("output",), hand.raw.get("output"))]
     entries += [(("outputs", key), own) for key, own in hand.raw.get("outputs", {}).items()]
     entries += [(("loads", k), own) for k, own in enumerate(hand.raw.get("loads", ()))]
+    entries += [(("load_cases", case, k), own) for case, loads in _cases(hand).items() for k, own in enumerate(loads)]
     for steps, own in entries:
         if isinstance(own, Mapping) and own.get("at") == name:
+            if place is None:
+                problem = (
+                    f"{'.'.join(map(str, steps))} is at {name}, whose place is not known here; change it in the text"
+                )
+                raise InputError(problem)
             body = own.get("body", hand.raw.get("output", {}).get("body", GROUND))
             hand.put((*steps, "at"), hand.local(str(body), place))
+
+
+def _cases(hand: Hand) -> dict[str, list[Mapping[str, Any]]]:
+    """The loads of every load case that is written as a list of them."""
+    return {name: own for name, own in hand.raw.get("load_cases", {}).items() if isinstance(own, list)}
 
 
 def _without_body(hand: Hand, body: str) -> None:
@@ -439,6 +466,11 @@ def _without_body(hand: Hand, body: str) -> None:
             hand.put((section, body), None)
     _drop_where(hand, "dimensions", lambda own: own.get("body") == body)
     _drop_where(hand, "outputs", lambda own: own.get("body") == body)
+    _drop_where(hand, "springs", lambda own: body in own.get("on", {}))
+    for case, loads in _cases(hand).items():
+        for k in reversed(range(len(loads))):
+            if loads[k].get("body") == body:
+                hand.put(("load_cases", case, k), None)
     if isinstance(own := hand.raw.get("output"), Mapping) and own.get("body") == body:
         hand.put(("output",), None)
         hand.notes.append("The output was on it, too.")
@@ -544,6 +576,7 @@ def _joint_value(path: Steps) -> bool:
         _words(path)[-1] in ("joint", "joints", "follows", "at", "between")
         or "between" in path
         or path[-2:-1] == ("joints",)
+        or (path[:1] == ("springs",) and "on" in path[:-1])
     )
 
 

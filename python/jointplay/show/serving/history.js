@@ -35,11 +35,11 @@ export class History {
   }
 
   /** What is shown now stands in the file. */
-  save(name) {
+  save(name, state) {
     forget(this.name);
     this.name = name;
-    this.saved = this.now;
-    this.changed();
+    this.saved = state;
+    this.keep();
   }
 
   keep() {

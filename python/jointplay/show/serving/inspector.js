@@ -32,6 +32,12 @@ export class Inspector {
   /** Shows what is chosen on a board: nothing, a joint, a body, the end of a bar, or all joints. */
   show(board, selected) {
     Object.assign(this, { board, selected });
+    const field = this.place.contains(document.activeElement) ? document.activeElement : null;
+    // What is half typed is no edit yet; it is shown again when its field is left.
+    if (field?.dataset.was !== undefined && field.value !== field.dataset.was) return;
+    const fields = () => [...this.place.querySelectorAll("input, select, button")];
+    const count = fields().indexOf(field);
+    const key = field?.dataset.key || field?.id;
     this.place.replaceChildren();
     this.parts();
     const joint = this.board.joints.find(({ name }) => name === selected?.joint);
@@ -39,6 +45,7 @@ export class Inspector {
     else if (joint) this.joint(joint);
     else if (selected?.body !== undefined) this.body(selected);
     this.mechanism();
+    if (field) (fields().find((one) => key && (one.dataset.key || one.id) === key) ?? fields()[count])?.focus({ preventScroll: true });
   }
 
   /** All that can be chosen, for those who use no pointer. */

@@ -144,12 +144,14 @@ class Studio:
         notes: list[str] = []
         if "rename" in told:
             kind, old, new = _three(told["rename"])
-            wanted = gestures.renamed(draft.raw, kind, old, new)
+            wanted = gestures.renamed(toml.parse(text), kind, old, new)
             text = document.renamed(text, wanted, old, new)
             before = {new if body == old else body: pose for body, pose in before.items()}
         edits = _edits(told)
         if "gesture" in told:
-            edits, notes = gestures.edits(toml.parse(text), before, told)
+            # Units may be those of a part that is included.
+            shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
+            edits, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
         for steps, value in edits:
             text = document.edited(text, steps, value)
         shown = self._shown(self._read(text, found), found, before)
@@ -349,7 +351,7 @@ class Handler(BaseHTTPRequestHandler):
         if name not in self.server.studio.answers:
             return self._send(404, JSON, json.dumps({"error": "there is nothing here"}))
         code, told = self._answer(self.server.studio.answers[name], content)
-        return self._send(code, JSON, json.dumps(told, allow_nan=False))
+        return self._send(code, JSON, told)
 
     def _content(self, length: int) -> bytes:
         """What follows the head."""
@@ -363,17 +365,17 @@ class Handler(BaseHTTPRequestHandler):
         del read[:length]
         return content
 
-    def _answer(self, answer: Callable[[Json], Json], content: bytes) -> tuple[int, Json]:
+    def _answer(self, answer: Callable[[Json], Json], content: bytes) -> tuple[int, str]:
         try:
             told = json.loads(content)
             if not isinstance(told, dict):
                 raise InputError("this is not what the page asks")
-            return 200, answer(told)
+            return 200, json.dumps(answer(told), allow_nan=False)
         except Cancelled:
-            return 200, {"cancelled": True}
+            return 200, json.dumps({"cancelled": True})
         except (JointplayError, ValueError, ArithmeticError, RecursionError, MemoryError) as problem:
             message = str(problem) if isinstance(problem, JointplayError) else "this cannot be answered"
-            return 400, {"error": message}
+            return 400, json.dumps({"error": message})
 
     def _name(self) -> str | None:
         """What is asked for; None if the request is not one of our pages'."""

@@ -11,7 +11,8 @@ export function element(name, properties = {}, parent = null) {
 /** A number with a decimal point or a decimal comma; null of what is none. */
 export function parsed(text) {
   const plain = String(text).trim().replace(",", ".");
-  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : null;
+  const number = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+  return Number.isFinite(number) ? number : null;
 }
 
 /** A number as it is shown. */
@@ -23,10 +24,13 @@ export function field(parent, { words, value = "", unit = "", key = "" }, told) 
   const label = element("label", {}, row);
   element("span", { textContent: words }, label);
   const input = element("input", { inputMode: "decimal", value: value ?? "", autocomplete: "off" }, label);
-  input.dataset.key = key;
+  Object.assign(input.dataset, { key, was: input.value });
   element("span", { className: "unit", textContent: unit }, row);
   // The next key is for the board again.
-  input.addEventListener("keydown", ({ key }) => key === "Enter" && input.blur());
+  input.addEventListener("keydown", ({ key }) => {
+    if (key === "Escape") input.value = input.dataset.was;
+    if (key === "Enter") input.blur();
+  });
   input.addEventListener("change", () => {
     const number = parsed(input.value);
     const isEmpty = input.value.trim() === "";

@@ -72,16 +72,17 @@ const hasAnswers = () => Boolean(open?.questions) && !open.problem;
 async function ask() {
   if (isAsking || !hasAnswers()) return;
   isAsking = true;
-  const { page, serial } = asked;
+  const mine = asked;
+  const { page, serial } = mine;
   let problem = null;
-  const found = await post("now", asked).catch((error) => ((problem = error), null));
+  const found = await post("now", mine).catch((error) => ((problem = error), null));
   isAsking = false;
   if (page !== asked.page) return ask();
   if (problem) {
     await trying(() => Promise.reject(touched && !(problem instanceof TypeError) ? new Error(`${touched}: ${problem.message}`) : problem));
     stale(true);
   }
-  if (found && !found.cancelled) show(found);
+  if (found && !found.cancelled) show(found, mine);
   if (serial !== asked.serial) ask();
   else if (found) settle();
 }
@@ -94,7 +95,7 @@ async function settle() {
     const found = await trying(() => post("settled", { ...asked, samples }, mine.signal));
     if (mine.signal.aborted) return;
     if (!found || found.cancelled) return;
-    show(found);
+    show(found, asked);
     next = found.next;
   }
   settling = null;
@@ -104,7 +105,7 @@ async function settle() {
 // ---- showing ----------------------------------------------------------------------------------------------------------------------
 
 /** What the errors along the path depend on. */
-const pathKey = () => JSON.stringify([asked.page, asked.values, asked.output, asked.load_case]);
+const pathKey = ({ page, values, output, load_case }) => JSON.stringify([page, values, output, load_case]);
 
 const isPossible = (question) => open.loads || !open.questions[question].needs_loads;
 
@@ -113,13 +114,13 @@ function mark(state = "rough") {
   document.body.dataset.serial = asked.serial;
 }
 
-function show(found) {
+function show(found, mine) {
   if (!found.exact) {
     shown.here = {};
     said(found.problem ?? "", Boolean(found.problem));
   }
   for (const [question, answer] of Object.entries(found.here ?? {})) shown.here[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough };
-  if (shown.path.key !== pathKey()) shown.path = { key: pathKey() };
+  if (shown.path.key !== pathKey(mine)) shown.path = { key: pathKey(mine) };
   for (const [question, answer] of Object.entries(found.path ?? {})) {
     // Where only the drives have moved, what is exact along the path stays so.
     if (!found.exact && shown.path[question]?.exact) continue;
@@ -127,8 +128,8 @@ function show(found) {
   }
   stale(false);
   document.body.classList.toggle("unplaced", Boolean(found.problem));
-  poses = found.poses ?? poses;
   if (found.scene) {
+    poses = found.poses ?? poses;
     viewer.update(found.scene);
     board.mark();
   }
@@ -411,7 +412,7 @@ function missing() {
 function inTurn(run) {
   const mine = openings;
   document.body.dataset.busy = true;
-  editing = editing.then(() => (mine === openings ? run(mine) : null));
+  editing = editing.then(() => (mine === openings ? trying(() => run(mine)) : null));
   const own = editing;
   return own.then(() => {
     if (own === editing) delete document.body.dataset.busy;
@@ -422,13 +423,16 @@ function inTurn(run) {
 function edit(what) {
   return inTurn(async (mine) => {
     touched = "";
-    const found = await trying(() => post("edit", { page: asked.page, values: asked.values, poses, ...what }));
-    if (!found || mine !== openings) return;
+    const sent = asked.values;
+    const found = await trying(() => post("edit", { page: asked.page, values: sent, poses, ...what }));
+    if (!found || found.cancelled || mine !== openings) return;
     said((found.notes ?? []).join(" "));
     // Another name is chosen as the old one was.
     if (what.rename && board.selected) for (const [key, name] of Object.entries(board.selected)) if (name === what.rename[1]) board.selected[key] = what.rename[2];
-    enter(found, { values: {}, offsets: asked.offsets });
-    history.push({ text: found.text, values: {}, offsets: asked.offsets });
+    // What sliders have changed meanwhile is not in the text yet.
+    const values = Object.fromEntries(Object.entries(asked.values).filter(([key, value]) => sent[key] !== value));
+    enter(found, { values, offsets: asked.offsets });
+    history.push({ text: found.text, values, offsets: asked.offsets });
   });
 }
 
@@ -456,8 +460,9 @@ function enter(found, { values, offsets }) {
   at("wrong").textContent = found.problem?.text ?? "";
   textShown(found);
   document.body.classList.toggle("draft", !found.questions && !found.problem);
+  for (const id of ["knobs", "moves"]) at(id).inert = Boolean(found.problem);
   if (found.problem) {
-    asked = { ...asked, page: found.page, serial: asked.serial + 1 };
+    asked = { ...asked, page: found.page, values: {}, serial: asked.serial + 1 };
     settling?.abort();
     settling = null;
     stale(true);
@@ -666,13 +671,18 @@ const stem = () => (at("name").value.replace(/\.toml$/i, "") || "mechanism");
 
 /** Writes the file; whether it is there then. */
 async function save() {
+  // What is typed and not left yet counts, too.
+  const field = document.activeElement;
+  field?.blur?.();
+  field?.focus?.({ preventScroll: true });
   await editing;
+  const state = history.now;
   const found = await trying(() => post("save", { ...asked, name: at("name").value }));
   if (!found) return false;
   open.file = open.name = found.file;
   await offer();
   at("name").value = found.file;
-  history.save(`${folder}/${found.file}`);
+  history.save(`${folder}/${found.file}`, state);
   said(`saved ${found.file}`);
   return true;
 }
@@ -728,7 +738,9 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (isTyping || event.target.matches?.("select, button") && event.key === " ") return;
+  if (event.target.matches?.("input[type=range]") && ["Home", "Delete", "Backspace"].includes(event.key)) return;
   if (event.key === "Delete" || event.key === "Backspace") {
+    if (event.target.closest?.("#inspector, #said, #along, #knobs")) return;
     const { selected } = board;
     if (selected && !selected.all) edit({ gesture: "delete", what: selected }), board.choose(null);
     return;
