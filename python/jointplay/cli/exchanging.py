@@ -84,7 +84,7 @@ def import_(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
-    """Write a robot, an assembly, a drawing or a linkage as a mechanism file.
+    """Make a mechanism file of a robot, assembly or drawing.
 
     Comments of the file name what is left out, and show where clearances are written.
     """
