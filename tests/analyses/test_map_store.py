@@ -159,28 +159,12 @@ class Killed(BaseException):
     """Ends a run at a chosen place, as a signal could."""
 
 
-#: where a run ends, and whether a file of netCDF, which is made of a finished group, is not yet begun then
-ENDS = {
-    "begin": True,
-    "put": True,
-    "record": True,
-    "replace": True,
-    "advance": True,
-    "finish": False,
-    "clean": False,
-}
+#: where a run ends; a file of netCDF is made of a finished group, so that only the last ends are its own
+ENDS = ("put", "replace", "advance", "clean", "begin", "record", "finish")
+PLACES = [("clean", "map.nc"), *((where, "map.zarr") for where in ENDS), *((where, "map.nc") for where in ENDS)]
 
 
-@pytest.mark.parametrize(
-    ("where", "name"),
-    [
-        pytest.param(
-            where, name, marks=[pytest.mark.long] if (before or where == "finish") and name.endswith(".nc") else []
-        )
-        for where, before in ENDS.items()
-        for name in FORMATS
-    ],
-)
+@pytest.mark.parametrize(("where", "name"), some(list(dict.fromkeys(PLACES)), 5))
 def test_wherever_a_run_ends_it_can_be_taken_up(where: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from jointplay.analyses.map.store import ChunkStore
 
