@@ -59,7 +59,8 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
     notes = [*skeleton.notes, "Seen along the pins: distances across the plane are left out."]
     if within:
         notes.append(f"Joints that hold bodies in the plane are left out: {listed(within)}.")
-    if abs(gravity[2]) > TILT * max(1.0, float(np.linalg.norm(gravity))):
+    pulls = any(body.mass > 0.0 for body in skeleton.bodies.values())
+    if pulls and abs(gravity[2]) > TILT * max(1.0, float(np.linalg.norm(gravity))):
         notes.append("Gravity across the plane is left out.")
     moved = [old.name for old, new in zip(kept, joints, strict=True) if abs(new.coordinate - old.coordinate) > ZERO]
     if moved:
