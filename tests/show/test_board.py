@@ -467,8 +467,11 @@ class TestAPerson:
         # A page that was closed without an answer.
         address = page.run("location.href")
         other = browser.page(address, width=1280, height=800)
-        other.wait("document.querySelector('#note button')")
-        other.click("#note button")
+        other.wait("document.querySelector('#left button')")
+        # Another answer does not take the offer away.
+        put(other, "joints.J2.clearance", "0.7")
+        other.wait(EXACT)
+        other.click("#left button")
         other.wait("document.getElementById('text').value.includes('3.5')")
         assert other.run("document.getElementById('text').value") == changed
         choose(page, {"example": "five-bar"})

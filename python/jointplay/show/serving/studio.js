@@ -598,17 +598,18 @@ async function begin(what) {
     if (mine !== openings) return;
     if (found?.scene) viewer.magnify(found.scene.factor);
   }
-  const left = unsaved(history.name);
-  if (left && left.text !== undefined) offerLeft(left);
+  offerLeft(unsaved(history.name));
 }
 
-/** What was not saved when a page of this file was closed. */
+/** What was not saved when a page of this file was closed; it stands there until it is taken or thrown away. */
 function offerLeft(left) {
-  const words = `Changes of ${new Date(left.when).toLocaleString()} were not saved. `;
-  at("note").replaceChildren(words);
-  const add = (text, run) => element("button", { type: "button", textContent: text }, at("note")).addEventListener("click", () => (said(""), run()));
+  document.getElementById("left")?.remove();
+  if (left?.text === undefined) return;
+  const place = element("p", { id: "left", textContent: `Changes of ${new Date(left.when).toLocaleString()} were not saved. ` });
+  at("note").after(place);
+  const add = (text, run) => element("button", { type: "button", textContent: text }, place).addEventListener("click", () => (place.remove(), run()));
   add("take them", () => go({ text: left.text, values: left.values ?? {}, offsets: left.offsets ?? {} }, true));
-  add("throw them away", () => forget(history.name));
+  add("throw them away", () => history.isSaved && forget(history.name));
 }
 
 let coloured = 0;
