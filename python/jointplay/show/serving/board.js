@@ -30,6 +30,8 @@ export class Board {
 
   /** Another drawing of the viewer; `board` is what the server said of it. */
   on(viewer, board, path) {
+    // A bar that was begun meanwhile goes on from where it was begun.
+    const from = this.pending && this.placeOf(this.pending);
     Object.assign(this, { viewer, board, path, pending: null });
     const { svg } = viewer;
     this.layer = svg.appendChild(document.createElementNS(SVG, "g"));
@@ -40,11 +42,14 @@ export class Board {
     handle("pointerup", this.up);
     handle("pointercancel", this.let);
     this.use(this.tool);
+    if (from && this.tool === "bar") this.pending = this.hit(this.viewer.project(from)) ?? { at: from };
   }
 
   use(tool) {
-    this.tool = tool;
+    const { pending } = this;
     this.let();
+    if (tool === this.tool) this.pending = pending;
+    this.tool = tool;
     this.viewer.plain = !["select", "move"].includes(tool);
     this.viewer.draw();
     this.mark();
