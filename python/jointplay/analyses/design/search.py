@@ -150,7 +150,8 @@ class DesignSearch:
 
         variables = self.attempts.variables
         free = [k for k, one in enumerate(variables) if not one.choices and one.high > one.low]
-        if not free or not start.aims:
+        # Least costs are found by a search of their own, whose end is no smooth function of the dimensions.
+        if not free or not start.aims or "cost" in start.aims:
             return
         count = len(free)
         layout = _Rows(start, weights if start.holds else {}, bounds or {})
