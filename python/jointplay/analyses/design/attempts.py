@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses import allocate
-from jointplay.analyses.allocate import MOST_DIGITS
 from jointplay.analyses.allocate.items import items_of
 from jointplay.analyses.allocate.looks import limits_of
 from jointplay.analyses.allocate.report import FOUND
@@ -177,7 +176,7 @@ class Attempts:
             raise InputError(problem, file=m.file, key="design.question")
         if "cost" in self.aims:
             # Refuses what has no limits or no costs, and what sizes cannot be chosen for.
-            items_of(m.without_load_cases(), MOST_DIGITS)
+            items_of(m.without_load_cases(), allocate.MOST_DIGITS)
             limits_of(m)
         if "drive_force" in self.aims and len({m.coordinate_kind(k) for k in m.drive_joints}) > 1:
             problem = "drive_force: some drives have forces and some moments, of which none is the larger"
@@ -217,7 +216,7 @@ class Attempts:
         limited = any(part.limits.errors for part in m.every_part) and "cost" not in self.aims
         if "cost" in self.aims:
             with within_another():
-                chosen = allocate.compute(m, digits=MOST_DIGITS)
+                chosen = allocate.compute(m, digits=allocate.MOST_DIGITS)
             most = float(chosen.get("used").max())
             aims["cost"] = [chosen.get("total_cost")]
             used["limits"] = [np.array(CHOSEN if chosen.get("status") in FOUND else max(most, 1.0 / CHOSEN))]

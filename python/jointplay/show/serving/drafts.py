@@ -23,6 +23,8 @@ from .session import Session
 
 #: where the file of a line is said
 LINE = re.compile(r"line (\d+)")
+#: what stands for the joints of a text that has none
+STUB = {"type": "fixed", "bodies": [GROUND, "body"]}
 #: what an empty drawing begins with
 EMPTY = """\
 # Drawn on the board of jointplay studio.
@@ -116,7 +118,6 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
     try:
         loose = _loose(raw)
         if loose:
-            validate(written_out(dict(whole), name).data, name)
             return Draft(text, raw, missing=loose)
         m = read_at(text, path, name) if has_output else Mechanism(whole, name)
     except InputError:
@@ -133,10 +134,6 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
     if missing:
         return Draft(text, raw, m, missing=tuple(missing))
     return Draft(text, raw, m, Session(m), tuple(_advice(m)))
-
-
-#: what stands for the joints of a text that has none
-STUB = {"type": "fixed", "bodies": [GROUND, "body"]}
 
 
 def _checked(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:

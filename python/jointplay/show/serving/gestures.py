@@ -385,7 +385,7 @@ def delete(hand: Hand, told: Json) -> None:
     elif "body" in what:
         _without_body(hand, str(what["body"]))
     elif "drive" in what:
-        _without_drive(hand, str(what["drive"]))
+        _drop(hand, "drives", str(what["drive"]))
     elif "load" in what:
         _without_load(hand, int(what["load"]))
     elif "output" in what:
@@ -407,23 +407,18 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
         if others and place is not None:
             own = numbers(place_on(table, body)) or seen_from(hand.pose(body), place)
             hand.free(body, [*free_of(hand.raw).get(body, []), own])
-    for drive, own in [*hand.raw.get("drives", {}).items()]:
-        if own.get("joint") == name or name in own.get("joints", ()):
-            _without_drive(hand, drive)
-            hand.notes.append(f"drives.{drive} went with it.")
+    _drop_where(hand, "drives", lambda own: own.get("joint") == name or name in own.get("joints", ()))
     _drop_where(hand, "springs", lambda own: own.get("joint") == name or name in own.get("on", {}).values())
     _drop_where(hand, "followers", lambda own: name in (own.get("joint"), own.get("follows")))
     _drop_where(hand, "dimensions", lambda own: name in own.get("between", ()))
-    ranges = hand.raw.get("limits", {}).get("joints", {})
-    if name in ranges:
-        hand.put(("limits", "joints", name), None)
+    _without_range(hand, "joints", name)
     _at_places(hand, name, place)
 
 
-def _without_drive(hand: Hand, name: str) -> None:
-    _drop(hand, "drives", name)
-    if name in hand.raw.get("limits", {}).get("drives", {}):
-        hand.put(("limits", "drives", name), None)
+def _without_range(hand: Hand, section: str, name: str) -> None:
+    """The range of a joint or a drive goes with it."""
+    if name in hand.raw.get("limits", {}).get(section, {}):
+        hand.put(("limits", section, name), None)
 
 
 def _at_places(hand: Hand, name: str, place: XY | None) -> None:
@@ -488,6 +483,7 @@ def _without_load(hand: Hand, index: int) -> None:
 def _drop(hand: Hand, section: str, name: str) -> None:
     if name in hand.raw.get(section, {}):
         hand.put((section, name) if len(hand.raw[section]) > 1 else (section,), None)
+    _without_range(hand, section, name)
 
 
 def _drop_where(hand: Hand, section: str, is_of: Callable[[Mapping[str, Any]], bool]) -> None:
