@@ -10,7 +10,6 @@ import pytest
 import jointplay as jp
 from helpers.answers import example
 from helpers.assemblies import assembly
-from helpers.longer import some
 
 GROUND_BAR = """
 format = 1
@@ -79,7 +78,7 @@ def test_the_antenna_support_keeps_the_tolerance_of_its_cabin_through_all_steps(
     assert found.status.values.tolist() == ["ok"] * 5
 
 
-@pytest.mark.parametrize("seed", some(range(12), 4))
+@pytest.mark.parametrize("seed", range(12))
 def test_no_unit_is_farther_off_than_the_worst(seed: int) -> None:
     m = jp.loads(assembly(seed))
     worst = jp.assemble(m, "worst")

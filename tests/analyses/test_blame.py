@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.longer import some
 from helpers.oracles.loops import LOCKED
 from helpers.oracles.truss import Truss
 from helpers.platforms import mechanism, platform
@@ -123,7 +122,7 @@ def elastic_stack(seed: int) -> Spec:
 
 @pytest.mark.parametrize("elastic", [False, True], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("sliders", [0, 2, 4])
-@pytest.mark.parametrize("seed", some([0, 1, 2, 3], 2))
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_parts_of_a_loaded_platform_are_what_its_error_gains_by_growth(seed: int, sliders: int, elastic: bool) -> None:
     text, stiffness = platform(seed, elastic=elastic, sliders=sliders)
     case = Case.of(mechanism(text, stiffness))

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,6 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from helpers.longer import in_turn, some
 from jointplay import _core
 from jointplay.analyses import cluster
 from jointplay.analyses.map import Stopped, compute, open_map, store
@@ -80,7 +80,7 @@ def m() -> jp.Mechanism:
 
 
 @pytest.mark.parametrize(
-    ("question", "name"), some(in_turn(["loaded", "worst", "random", "given", "solve"], [None, "map.zarr"]), 5)
+    ("question", "name"), [*product(["loaded", "worst", "random", "given", "solve"], [None, "map.zarr"])]
 )
 def test_a_map_is_that_of_one_process(
     question: str, name: str | None, client: Any, m: jp.Mechanism, tmp_path: Path
@@ -156,7 +156,7 @@ def test_a_mechanism_is_the_same_in_another_process() -> None:
 # --- workers that fail -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", some(["map.zarr", None], 1))
+@pytest.mark.parametrize("name", ["map.zarr", None])
 def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     name: str | None, m: jp.Mechanism, tmp_path: Path
 ) -> None:

@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 import jointplay as jp
 from helpers.graphs import graph
-from helpers.longer import some
 from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
 from helpers.rubbing import RSSP, SLIDER_CRANK, contacts, with_friction
 from jointplay import examples
@@ -109,7 +108,7 @@ def test_wedge(mu, raises, lowers):
     assert_allclose([-up, -down], [raises, lowers], rtol=1e-8)
 
 
-@pytest.mark.parametrize(("seed", "sign"), some([(seed, sign) for seed in range(60) for sign in (1.0, -1.0)], 16))
+@pytest.mark.parametrize(("seed", "sign"), [(seed, sign) for seed in range(60) for sign in (1.0, -1.0)])
 def test_forces_at_points_of_contact_balance_every_body(seed, sign):
     m = with_friction(jp.loads(graph(seed)), seed)
     status = str(jp.loaded(m, approach="forward" if sign > 0.0 else "backward").status[0])
@@ -123,7 +122,7 @@ def test_forces_at_points_of_contact_balance_every_body(seed, sign):
         assert_allclose(found.pulling, 0.0, atol=1e-7)
 
 
-@pytest.mark.parametrize("seed", some([*range(40)], 6))
+@pytest.mark.parametrize("seed", [*range(40)])
 def test_little_friction_changes_in_proportion(seed):
     m = with_friction(jp.loads(graph(seed, 1e-3)), seed)
     names = [f"joints.{name}.friction.coefficient" for name in m.raw["joints"]]

@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 import jointplay as jp
 from helpers.graphs import graph
-from helpers.longer import some
 from helpers.rubbing import RSSP, SLIDER_CRANK, with_friction
 from jointplay.analyses import friction
 from jointplay.analyses.friction.balance import EquilibriumAt, equilibrium
@@ -74,9 +73,7 @@ def test_a_pin_can_lie_anywhere_up_to_the_angle_of_friction():
 MISSED = {138: 0.13, 244: 0.07}
 
 
-@pytest.mark.parametrize(
-    "seed", some([0, 1, 3, 5, 7, None, *(seed for seed in range(300) if seed not in (0, 1, 3, 5, 7))], 5)
-)
+@pytest.mark.parametrize("seed", [0, 1, 3, 5, 7, None, *(seed for seed in range(300) if seed not in (0, 1, 3, 5, 7))])
 def test_no_state_with_any_part_of_friction_is_outside(seed):
     """Each is in equilibrium with friction that its joints can bear; at the ends the range is attained.
 

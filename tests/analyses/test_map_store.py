@@ -18,7 +18,6 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from helpers.longer import some
 from helpers.processes import working
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.analyses.map.store.checks import sealed
@@ -135,7 +134,7 @@ def done(group: Path) -> int:
     return count if number == 1 else 10**6
 
 
-@pytest.mark.parametrize("name", some(FORMATS, 1))
+@pytest.mark.parametrize("name", FORMATS)
 def test_a_run_that_is_killed_is_taken_up_and_ends_as_one_that_was_not(name: str) -> None:
     m = jp.load("3-rrr.toml")
     with mapping(name) as killed:
@@ -164,7 +163,7 @@ ENDS = ("put", "replace", "advance", "clean", "begin", "record", "finish")
 PLACES = [("clean", "map.nc"), *((where, "map.zarr") for where in ENDS), *((where, "map.nc") for where in ENDS)]
 
 
-@pytest.mark.parametrize(("where", "name"), some(list(dict.fromkeys(PLACES)), 5))
+@pytest.mark.parametrize(("where", "name"), list(dict.fromkeys(PLACES)))
 def test_wherever_a_run_ends_it_can_be_taken_up(where: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from jointplay.analyses.map.store import ChunkStore
 
@@ -254,7 +253,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 
 
-@pytest.mark.parametrize("name", some(FORMATS, 1))
+@pytest.mark.parametrize("name", FORMATS)
 def test_memory_is_that_of_a_chunk_however_many_there_are(name: str) -> None:
     def peak(count: int) -> int:
         arguments = [sys.executable, "-c", PEAK, str(count), f"{count}.{name}"]

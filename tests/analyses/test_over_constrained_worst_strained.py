@@ -19,7 +19,6 @@ from scipy.optimize import minimize
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.longer import some
 from helpers.oracles.truss import Truss, square
 from helpers.trusses import random_truss, tower
 from jointplay.analyses.nominal import nominal
@@ -67,9 +66,7 @@ def strained(truss: Truss, off: dict[str, float]) -> bool:
 SCALE = 0.02
 
 
-@pytest.mark.parametrize(
-    ("shape", "seed"), some([("square", 0), ("tower", 0), ("square", 1), ("square", 2), ("tower", 1)], 2)
-)
+@pytest.mark.parametrize(("shape", "seed"), [("square", 0), ("tower", 0), ("square", 1), ("square", 2), ("tower", 1)])
 def test_no_unit_of_a_dense_search_is_farther_off_and_some_are_as_far(shape: str, seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     names = square().names if shape == "square" else tower().names

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from helpers.longer import some
 from jointplay import examples
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.offsets import admissible
@@ -51,7 +50,7 @@ def inside(m: jp.Mechanism, specimens: np.ndarray) -> np.ndarray:
     return specimens[admissible(m, specimens).all(axis=1)]
 
 
-@pytest.mark.parametrize("name", some(["four-bar", "3-upu", "six-bar", "excavator", "serial-2r"], 2))
+@pytest.mark.parametrize("name", ["four-bar", "3-upu", "six-bar", "excavator", "serial-2r"])
 def test_no_specimen_is_outside_and_the_farthest_is_the_worst(name: str) -> None:
     m = jp.loads(examples.text(name)).first
     result, worst = jp.region(m), jp.worst(m)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from helpers.longer import in_turn, some
 from helpers.oracles.device import OFFSETS, RADIUS, Device
 
 Raw = dict[str, Any]
@@ -272,7 +272,7 @@ def test_given_offsets_move_every_output_as_an_independent_closure_says(seed: in
                 np.testing.assert_allclose(own.error.values[k], error(device, name, q, nominal, u), atol=1e-9)
 
 
-@pytest.mark.parametrize(("seed", "elastic"), some(in_turn(range(8), [False, True]), 8))
+@pytest.mark.parametrize(("seed", "elastic"), [*product(range(8), [False, True])])
 def test_loads_of_every_case_press_all_offsets_as_independent_statics_say(seed: int, elastic: bool) -> None:
     raw, m = drawn(seed, elastic=elastic)
     device, result = Device(raw), jp.loaded(m)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
 import jointplay as jp
 from helpers.layouts import KINDS
-from helpers.longer import in_turn, some
 from helpers.oracles import brute
 from helpers.oracles.reading import read
 from helpers.strategies import given_offsets, mechanism, turn
@@ -18,7 +17,7 @@ SEEDS = range(2)
 RADIAN = np.array([1.0, 1.0, np.rad2deg(1.0)])
 
 
-@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
+@pytest.mark.parametrize(("kind", "seed"), [*product(KINDS, SEEDS)])
 def test_output_by_every_source(kind: str, seed: int) -> None:
     """One source at a time: first order is linear, the central difference of error, and the oracle's."""
     text = mechanism(kind, seed, configurations=1)
@@ -41,7 +40,7 @@ def _angular(link, label: str) -> bool:
     return link.scale(label) != 1.0
 
 
-@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
+@pytest.mark.parametrize(("kind", "seed"), [*product(KINDS, SEEDS)])
 def test_output_by_every_drive(kind: str, seed: int) -> None:
     """Central differences of the nominal pose over each drive against the oracle's column."""
     text = mechanism(kind, seed, configurations=1, tolerances=False)
@@ -62,7 +61,7 @@ def test_output_by_every_drive(kind: str, seed: int) -> None:
         np.testing.assert_allclose(slope, expected[:, k], rtol=0, atol=2e-6 * size, err_msg=name)
 
 
-@pytest.mark.parametrize(("kind", "seed"), some(in_turn(KINDS, SEEDS), len(KINDS)))
+@pytest.mark.parametrize(("kind", "seed"), [*product(KINDS, SEEDS)])
 def test_remainder_of_given_falls_fourfold_when_offsets_halve(kind: str, seed: int) -> None:
     """All sources moved at once: error minus its first order goes as the square of the offsets."""
     text = mechanism(kind, seed, configurations=1)

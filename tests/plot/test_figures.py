@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from matplotlib.figure import Figure
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.longer import in_turn, some
 from jointplay.cli import run
 from jointplay.plot import Drawn, Style, style
 from jointplay.plot.put import put
@@ -114,7 +114,7 @@ def outside(figure: Figure) -> list[str]:
 
 
 class TestSheets:
-    @pytest.mark.parametrize(("kind", "width"), some(in_turn(KINDS, [None, COLUMN]), len(KINDS)))
+    @pytest.mark.parametrize(("kind", "width"), [*product(KINDS, [None, COLUMN])])
     def test_nothing_overlaps_or_is_cut_off(self, drawn: Any, kind: str, width: float | None) -> None:
         name, found = drawn[kind]
         figure = sheet(example(name), found, Drawn(style=Style("print", width=width)))

@@ -144,6 +144,7 @@ def run_python(block: Block, page: Path, names: dict[str, Any]) -> None:
     assert not result.failed, "".join(report)
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_what_a_page_says_can_be_done(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -340,6 +340,7 @@ def test_summaries_of_the_commands_are_whole(folder: Path, capsys: pytest.Captur
     assert max(map(len, listed.splitlines())) <= 80
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("command", LINES)
 def test_examples_in_the_help_of_a_command_work(
     command: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -15,7 +15,6 @@ from matplotlib.colors import to_rgb
 
 import jointplay as jp
 from helpers.browser import needs_browser
-from helpers.longer import some
 from jointplay import cli, examples
 from jointplay.errors import InputError
 from jointplay.plot.animation import motion_of
@@ -93,9 +92,7 @@ def test_a_map_is_where_the_file_has_a_grid(tmp_path: Path) -> None:
     assert "Map" not in headings(of_example("four-bar"))
 
 
-@pytest.mark.parametrize(
-    ("name", "axis"), some([("3-rrr", {"angle": [0, 5, 10]}), ("3-upu", {"z": [400, 420, 440]})], 1)
-)
+@pytest.mark.parametrize(("name", "axis"), [("3-rrr", {"angle": [0, 5, 10]}), ("3-upu", {"z": [400, 420, 440]})])
 def test_a_map_with_three_axes_has_slices(name: str, axis: dict[str, list[float]], tmp_path: Path) -> None:
     m = jp.loads(examples.text(name))
     text = page(m.with_({"grid": {"x": [-40, 0, 40], "y": [-40, 0, 40]} | axis}), tmp_path)
