@@ -163,6 +163,13 @@ class TestStyle:
             ({"dpi": 5}, "dpi: 5 is not a number of dots per inch; 30 to 2400 are possible"),
             ({"width": 1900, "dpi": 2400}, "1900 mm at 2400 dots per inch are more than 30000 dots"),
             ({"colours": ("blau",)}, '"blau" is not a colour'),
+            ({"font": "Blau"}, 'font: "Blau" is not a font of this machine'),
+            ({"colour_map": "veridis"}, "colour_map: 'veridis' is not a colour map; did you mean 'viridis'"),
+            ({"scale": (1.0, 1.0)}, "scale: goes from a number to a larger one"),
+            ({"scale": (0.0, 1.0), "log": True}, "scale: is logarithmic and begins above zero, not at 0"),
+            ({"levels": 0}, "levels: 0 is not a number of levels; 1 to 100 are possible"),
+            ({"levels": (0.2, 0.1)}, "levels: are 1 to 100 numbers that rise"),
+            ({"levels": (0.0, 0.1), "log": True}, "levels: of a logarithmic scale are above zero, not 0"),
         ],
     )
     def test_what_is_not_valid_is_refused(self, options: dict[str, Any], said: str) -> None:
@@ -206,6 +213,104 @@ class TestStyle:
     def test_a_notebook_shows_a_figure_by_itself(self) -> None:
         figure: Any = jp.plot.error(jp.worst(example("four-bar")))
         assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+class TestAgainst:
+    """What configurations are drawn against."""
+
+    def test_the_length_of_a_straight_path(self) -> None:
+        figure = jp.plot.error(jp.worst(example("five-bar")), style=Style(against="length"))
+        assert figure.axes[0].get_xlabel() == "length of the path [mm]"
+        assert figure.axes[0].lines[0].get_xdata() == pytest.approx(15.0 * np.arange(9))
+
+    def test_the_time_of_a_machine_that_runs(self) -> None:
+        found = jp.loaded(example("press-running"))
+        figure = jp.plot.error(found, style=Style(against="time"))
+        assert figure.axes[0].lines[0].get_xdata() == pytest.approx(found["time"].values)
+
+    @pytest.mark.parametrize("drive", ["left", "right"])
+    def test_one_of_several_drives(self, drive: str) -> None:
+        found = jp.worst(example("five-bar"))
+        figure = jp.plot.error(found, style=Style(against=drive))
+        assert figure.axes[0].lines[0].get_xdata() == pytest.approx(found[drive].values)
+
+    def test_what_there_is_not_is_refused(self) -> None:
+        said = "against: 'time' is not what configurations are drawn against; known: left, right, configuration, length"
+        with pytest.raises(jp.InputError, match=re.escape(said)):
+            jp.plot.error(jp.worst(example("five-bar")), style=Style(against="time"))
+
+
+class TestCloud:
+    @pytest.fixture(scope="class")
+    @classmethod
+    def found(cls) -> Any:
+        m = example("five-bar").with_({"limits.position": 0.06, "limits.x": 0.04})
+        return jp.random(m, samples=512, keep=200)
+
+    def test_marks_are_the_specimens_inside_and_outside(self, found: Any) -> None:
+        axes = jp.plot.cloud(found, 3).axes[0]
+        x, y, _ = found.specimen_error.isel(configuration=3).values.T
+        outside = (np.hypot(x, y) > 0.06) | (np.abs(x) > 0.04)
+        drawn = [np.asarray(marks.get_offsets()) for marks in axes.collections]
+        for marks, mask in zip(drawn, (~outside, outside), strict=True):
+            assert mask.any()
+            assert marks == pytest.approx(np.stack([x, y], axis=1)[mask])
+
+    def test_specimens_are_within_the_region(self, found: Any) -> None:
+        from matplotlib.path import Path as Outline
+
+        axes = jp.plot.cloud(found, region=jp.region(example("five-bar"))).axes[0]
+        outline = next(line for line in axes.lines if line.get_label() == "all that is possible")
+        marks = np.vstack([marks.get_offsets() for marks in axes.collections])
+        assert Outline(outline.get_xydata()).contains_points(marks).all()
+
+    def test_what_has_no_specimens_is_refused(self) -> None:
+        with pytest.raises(jp.InputError, match=re.escape("has no specimens; jointplay.random(keep=N) keeps them")):
+            jp.plot.cloud(jp.random(example("five-bar"), samples=64))
+
+    def test_a_component_that_there_is_not(self, found: Any) -> None:
+        with pytest.raises(jp.InputError, match="components: 'z' is not a component; known: x, y, angle"):
+            jp.plot.cloud(found, components=("x", "z"))
+
+
+class TestShades:
+    """The colours of a map, on a plane whose values are x + y."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def plane(cls) -> Any:
+        grid = {"x": np.linspace(-50, 50, 6), "y": np.linspace(120, 180, 4)}
+        found = jp.map(example("five-bar"), "worst", grid=grid)
+        found["worst_position"].values[:] = 1.0 + np.add.outer(np.arange(6.0), np.arange(4.0))
+        return found
+
+    def mesh(self, plane: Any, **options: Any) -> Any:
+        figure = jp.plot.map(plane, "position", style=Style(**options))
+        return figure.axes[0].collections[0]
+
+    def test_colours_end_where_values_do(self, plane: Any) -> None:
+        assert self.mesh(plane).get_clim() == (1.0, 9.0)
+
+    def test_colours_end_where_they_are_said_to(self, plane: Any) -> None:
+        mesh = self.mesh(plane, scale=(2.0, 5.0), colour_map="viridis")
+        assert (mesh.get_clim(), mesh.cmap.name, mesh.colorbar.extend) == ((2.0, 5.0), "viridis", "both")
+
+    def test_logarithmic(self, plane: Any) -> None:
+        norm = self.mesh(plane, log=True).norm
+        assert norm(3.0) == pytest.approx(0.5)
+
+    def test_lines_are_where_they_are_said_to_be(self, plane: Any) -> None:
+        figure = jp.plot.map(plane, "position", style=Style(levels=(2.5, 6.0), title=False, legend=False))
+        axes = figure.axes[0]
+        lines = [one for one in axes.collections if getattr(one, "labelTexts", None)]
+        assert {text.get_text() for one in lines for text in one.labelTexts} == {"2.5", "6.0"}
+        assert figure.axes[1].get_yticks().tolist() == [1.0, 2.5, 6.0, 9.0]
+        assert axes.get_title("left") == ""
+        assert axes.get_legend() is None
+
+    def test_a_page_has_no_levels(self, plane: Any, tmp_path: Path) -> None:
+        with pytest.raises(jp.InputError, match="levels: is for"):
+            jp.plot.draw_map(plane, tmp_path / "a.html", style=Style(levels=3))
 
 
 class TestErrors:
@@ -350,6 +455,8 @@ class TestCommand:
             ),
             (["--quantity", "z"], "error: --quantity: 'z' is not a quantity; known: position, rotation, x, y, angle"),
             (["-c", "11"], "error: --configuration: there is no configuration 11; they go from 0 to 10"),
+            (["--against", "theta2"], "error: --against: 'theta2' is not what configurations are drawn against"),
+            (["--font", "Blau"], 'error: --font: "Blau" is not a font of this machine'),
             (["--dpi", "1"], "error: --dpi: 1 is not a number of dots per inch; 30 to 2400 are possible"),
         ],
     )
@@ -361,6 +468,22 @@ class TestCommand:
         printed = capsys.readouterr()
         assert printed.err.startswith(said)
         assert printed.out == ""
+        assert not Path("a.svg").exists()
+
+    @pytest.mark.parametrize(
+        ("options", "said"),
+        [
+            (["--scale", "1"], 'error: --scale: "1" is not two numbers such as 0:0.5'),
+            (["--levels", "a"], 'error: --levels: "a" is not a number of levels, or values such as 0.1,0.2,0.5'),
+            (["--levels", "2,1"], "error: --levels: are 1 to 100 numbers that rise"),
+            (["--colours", "veridis"], "error: --colours: 'veridis' is not a colour map; did you mean 'viridis'"),
+        ],
+    )
+    def test_wrong_colours_of_a_map(
+        self, file: str, options: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run(["map", file, "-g", "theta1=20:70:5", "--plot", "a.svg", *options]) == 2
+        assert capsys.readouterr().err.startswith(said)
         assert not Path("a.svg").exists()
 
     def test_options_without_a_figure_are_refused(self, file: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,7 +25,7 @@ ALL = "all"
 
 
 @prints()
-@with_figure("panel", "configuration", "quantity")
+@with_figure("panel", "configuration", "quantity", "against")
 @asks(
     "error",
     "Which question; if left out: loaded, worst, random, and structural where there is a target.",
@@ -105,7 +105,7 @@ def error(
 
 
 @prints()
-@with_figure("panel", "quantity")
+@with_figure("panel", "quantity", "against")
 @asks("compensate", "Which error is corrected. [default: given with --offset]", None)
 def compensate(
     file: File,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @prints()
-@with_figure("panel", "quantity")
+@with_figure("panel", "quantity", "against")
 @asks(
     "compare",
     "What both are asked.",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown
 
 from .options import Command, exchanged
 
@@ -34,6 +34,26 @@ Quantity = Annotated[
     str | None,
     typer.Option("--quantity", metavar="NAME", help="Figure: only position, rotation or a component such as x."),
 ]
+Font = Annotated[
+    str | None, typer.Option("--font", metavar="NAME", help="Figure: its letters, such as 'DejaVu Serif'.")
+]
+NoTitle = Annotated[bool | None, typer.Option("--no-title", help="Figure: leave titles out.")]
+NoLegend = Annotated[bool | None, typer.Option("--no-legend", help="Figure: leave legends out.")]
+Against = Annotated[
+    str | None,
+    typer.Option(
+        "--against",
+        metavar="NAME",
+        help="Figure: against a drive, length (of the path), time or configuration. [default: the only drive]",
+    ),
+]
+ColourMap = Annotated[str | None, typer.Option("--colours", metavar="NAME", help="Figure: a colour map of matplotlib.")]
+Scale = Annotated[str | None, typer.Option("--scale", metavar="LOW:HIGH", help="Figure: where colours begin and end.")]
+Log = Annotated[bool | None, typer.Option("--log", help="Figure: colours on a logarithmic scale.")]
+Levels = Annotated[
+    str | None,
+    typer.Option("--levels", metavar="N|A,B,...", help="Figure: colours in steps, lines between; how many, or where."),
+]
 #: every option by the name of its parameter
 OPTIONS: dict[str, Any] = {
     "size": FigureSize,
@@ -42,9 +62,21 @@ OPTIONS: dict[str, Any] = {
     "panel": PanelName,
     "configuration": ConfigurationNumber,
     "quantity": Quantity,
+    "font": Font,
+    "no_title": NoTitle,
+    "no_legend": NoLegend,
+    "against": Against,
+    "colours": ColourMap,
+    "scale": Scale,
+    "log": Log,
+    "levels": Levels,
 }
 #: options that mean something for every figure
-LOOK = ("size", "dpi", "style")
+LOOK = ("size", "dpi", "style", "font", "no_title", "no_legend")
+#: those of what has a scale of colours
+COLOURED = ("colours", "scale", "log", "levels")
+#: keys of a style by the option that gives them, where the names differ
+OPTION_OF = {"width": "size", "height": "size", "colour_map": "colours"}
 
 
 @dataclass(frozen=True)
@@ -89,7 +121,8 @@ class FigureFile:
 
     def _require_path(self) -> None:
         for name in self.given if self.path is None else ():
-            raise InputError("says how a figure looks; --plot says where it goes", key=f"--{name}")
+            problem = "says how a figure looks; --plot says where it goes"
+            raise InputError(problem, key=f"--{name.replace('_', '-')}")
 
     def style(self) -> Style:
         """The style.
@@ -105,10 +138,20 @@ class FigureFile:
         given = self.given
         try:
             width, height = size_of(given["size"]) if "size" in given else (None, None)
-            return Style(given.get("style", "light"), width, height, given.get("dpi", 160))
+            names = {"theme": "style", "colour_map": "colours"} | {
+                key: key for key in ("dpi", "font", "against", "log")
+            }
+            found: dict[str, Any] = {key: given[name] for key, name in names.items() if name in given}
+            found |= {"title": "no_title" not in given, "legend": "no_legend" not in given}
+            if "scale" in given:
+                found["scale"] = _numbers(given["scale"], ":", "scale", "two numbers such as 0:0.5", 2)
+            if "levels" in given:
+                levels = _numbers(given["levels"], ",", "levels", "a number of levels, or values such as 0.1,0.2,0.5")
+                is_count = len(levels) == 1 and levels[0].is_integer() and levels[0] >= 1.0
+                found["levels"] = int(levels[0]) if is_count else levels
+            return Style(width=width, height=height, **found)
         except InputError as problem:
-            key = {"width": "size", "height": "size"}.get(problem.key, problem.key)
-            raise InputError(problem.problem, key=f"--{key}") from None
+            raise InputError(problem.problem, key=f"--{OPTION_OF.get(problem.key, problem.key)}") from None
 
     def choice(self) -> Drawn:
         """What of the result is drawn, and how."""
@@ -123,6 +166,17 @@ class FigureFile:
             from jointplay.plot import draw
 
             draw(m, results, self.path, self.choice())
+
+
+def _numbers(text: str, by: str, key: str, such: str, count: int | None = None) -> tuple[float, ...]:
+    """Numbers of an option."""
+    try:
+        found = tuple(float(part) for part in text.split(by))
+    except ValueError:
+        found = ()
+    if not found or count not in (None, len(found)):
+        raise InputError(f"{shown(text)} is not {such}", key=key)
+    return found
 
 
 #: what commands are given that are called without the option

@@ -14,7 +14,7 @@ from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
-from .drawing import NO_FIGURE, FigureFile, with_figure
+from .drawing import COLOURED, NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, PointName, Scheduler, Settings
 from .printing import prints
 from .progress import bar
@@ -53,7 +53,7 @@ class Kept:
 
 
 @prints(csv=False)
-@with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
+@with_figure(*COLOURED, draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
 @asks(
     "map",
     "What is asked at every node.",

@@ -35,7 +35,7 @@ def solve(
 
 
 @prints()
-@with_figure("panel", "configuration")
+@with_figure("panel", "configuration", "against")
 def singularities(
     file: File,
     length: Annotated[

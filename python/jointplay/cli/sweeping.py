@@ -10,7 +10,7 @@ from jointplay.errors import InputError
 
 from . import answer, arguments, completing
 from .belonging import NO_OPTIONS, GivenOptions, asks
-from .drawing import NO_FIGURE, FigureFile, with_figure
+from .drawing import COLOURED, NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, PointName, Scheduler
 from .printing import prints
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @prints()
-@with_figure("panel", "quantity")
+@with_figure("panel", "quantity", "against", *COLOURED)
 @asks(
     "sweep",
     "What is asked at every value.",

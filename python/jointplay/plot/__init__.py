@@ -16,6 +16,7 @@ from .allocate import allocate, cost_curve
 from .allow import allow
 from .assembly import assembly
 from .calibrate import calibrate
+from .cloud import cloud
 from .corrections import correction
 from .design import front, held
 from .figures import blame, error, histogram
@@ -42,6 +43,7 @@ __all__ = [
     "blame",
     "calibrate",
     "check_path",
+    "cloud",
     "correction",
     "cost_curve",
     "displaced_path",

@@ -44,8 +44,8 @@ def correction(
         raise InputError("is not the result of compensate", key="result")
     drives = [str(name) for name in part.labels("drive")]
     own, unit = of_unit([part.unit("correction", drive=name) for name in drives], unit, "drive")
-    x, words = along(part)
     with canvas(axes, style) as (figure, axes):
+        x, words = along(part)
         axes.axhline(0.0, color=theme().ink, linewidth=0.6)
         held = False
         wanted = [name for name, is_own in zip(drives, own, strict=True) if is_own]

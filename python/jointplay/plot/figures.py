@@ -66,9 +66,9 @@ def error(
         for name, part in mechanisms(result)
     ]
     found = [(name, part, curve) for name, part in every for curve in curves(part, quantity)]
-    words = {along(part)[1] for _, part, _ in found}
-    axis = words.pop() if len(words) == 1 else "configuration"
     with canvas(axes, style) as (figure, axes):
+        words = {along(part)[1] for _, part, _ in found}
+        axis = words.pop() if len(words) == 1 else "configuration"
         for k, (name, part, curve) in enumerate(found):
             x = np.arange(len(curve.values)) if axis == "configuration" else along(part)[0]
             text = " ".join(dict.fromkeys(word for word in f"{name} {curve.name}".split(" ") if word))

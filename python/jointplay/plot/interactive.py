@@ -22,13 +22,13 @@ from jointplay.errors import JointplayError, one_line
 from .cells import boundaries, cell_edges, crossings
 from .isosurface import isosurface
 from .layers import Layers
+from .shades import stops
 from .style import mixed, theme
 from .words import is_plan
 
 if TYPE_CHECKING:
     import xarray as xr
 
-COLOUR_SCALE = "Cividis"
 #: nodes without a trusted number: how much of the grey their colour has, the rest is paper
 UNTRUSTED = {
     "not_assembled": 0.35,
@@ -260,7 +260,7 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
     traces: list[Any] = [
         go.Heatmap(
             x=across.values, y=up.values, z=value.values.T, customdata=shown.words.T, zmin=low, zmax=high,
-            colorscale=COLOUR_SCALE, colorbar={"title": {"text": label, "side": "right"}, "x": bar},
+            colorscale=stops(), colorbar={"title": {"text": label, "side": "right"}, "x": bar},
             hovertemplate=_hover(value, names), hoverongaps=False, name=str(value.attrs["long_name"]),
         )
     ]  # fmt: skip
@@ -372,7 +372,7 @@ def _surfaces(shown: Shown) -> Any:
             intensity=np.full(len(points), level),
             cmin=low,
             cmax=high,
-            colorscale=COLOUR_SCALE,
+            colorscale=stops(),
             showscale=False,
             opacity=0.5,
             name=name,

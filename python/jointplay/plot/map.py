@@ -26,14 +26,13 @@ from .layers import Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
-from .style import Style, limit_line, series, singular_line, theme, using
+from .shades import Shades, level_lines, shades, span
+from .style import Style, as_style, current, limit_line, series, singular_line, theme, using
 from .words import beside, headline, is_plan, labelled, legend, title
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: even steps of lightness: it survives colour blindness and a black-and-white printer
-COLOUR_MAP = "cividis"
 #: how nodes are hatched that have no trusted number
 HATCHED = {
     "not_assembled": "",
@@ -48,8 +47,6 @@ CROSSING = "singular_crossing"
 SLICES = 4
 #: height and largest width of a plan, width of a slice, height of a line of letters, inches
 PLAN, MOST_WIDE, SLICE, LINE = 3.7, 8.0, 3.2, 0.25
-#: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
-CUT, FAR = 0.98, 2.0
 
 
 @typed
@@ -142,15 +139,6 @@ def _coordinate(result: Result | xr.Dataset, dim: str) -> tuple[str, Any, dict[s
     return (dim, result[dim].values, {"units": str(result[dim].attrs.get("units", "")), "long_name": dim})
 
 
-def limits(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
-    """The range of the colours."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return 0.0, 1.0
-    low, cut, high = float(known.min()), float(np.quantile(known, CUT)), float(known.max())
-    return low, cut if high > FAR * cut else high
-
-
 def _fitting(shown: Layers) -> tuple[float, float]:
     """Size of a figure without empty margins, inches: of a plan as wide as it has to be."""
     if not is_plan(shown.value):
@@ -167,21 +155,19 @@ def _words(value: xr.DataArray) -> str:
     return labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))
 
 
-def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | None = None) -> list[Any]:
+def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None) -> list[Any]:
     value = shown.value
     across, up = value.dims
-    low, high = span or limits(value.values)
-    over = bool((value.values > high).any())
-    options: dict[str, Any] = {"extend": "max" if over else "neither"}
-    if bar:
-        figure = axes.get_figure()
-        assert isinstance(figure, Figure)
-        options["cbar_kwargs"] = {"label": beside(figure.get_figheight(), _words(value))}
-    value.plot.pcolormesh(
-        x=across, y=up, ax=axes, cmap=COLOUR_MAP, vmin=low, vmax=high, add_colorbar=bar, rasterized=True, **options
-    )
-    axes.grid(False)
+    colours = colours or shades(value.values)
     x, y = value[across].values, value[up].values
+    mesh = axes.pcolormesh(cell_edges(x), cell_edges(y), value.values.T, rasterized=True, **colours.look)
+    words = [labelled(str(dim), str(value[dim].attrs["units"])) for dim in value.dims]
+    axes.set(xlabel=words[0], ylabel=words[1])
+    if bar:
+        _bar(axes.get_figure(), mesh, axes, value, colours)
+    axes.grid(False)
+    if current().levels is not None:
+        level_lines(axes, x, y, value.values, colours, max(5.0, current().font_size_used - 2.0))
     handles: list[Any] = []
     for status, hatch in HATCHED.items():
         there = shown.status == status
@@ -211,6 +197,12 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     return handles
 
 
+def _bar(figure: Any, mesh: Any, axes: Any, value: xr.DataArray, colours: Shades) -> None:
+    """What the colours mean, beside axes."""
+    assert isinstance(figure, Figure)
+    figure.colorbar(mesh, ax=axes, label=beside(figure.get_figheight(), _words(value)), extend=colours.extend)
+
+
 def _limits(shown: Layers, axes: Axes) -> list[Line2D]:
     """Draw where the quantity is at a limit; the entry of a legend for it."""
     x, y = (shown.value[dim].values for dim in shown.value.dims)
@@ -237,6 +229,13 @@ def _line(shown: Layers, axes: Axes) -> None:
     assert isinstance(figure, Figure)
     x = value[along].values
     edges = cell_edges(x)
+    if current().log:
+        axes.set_yscale("log")
+    scale, levels = current().scale, current().levels
+    if scale is not None:
+        axes.set_ylim(*scale)
+    for level in levels if isinstance(levels, tuple) else ():
+        axes.axhline(level, color=theme().grey, linewidth=0.8)
     axes.set(xlim=(edges.min(), edges.max()), ylabel=beside(figure.get_figheight(), _words(value)))
     for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
         axes.axvspan(
@@ -274,20 +273,18 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
     value = shown.value
     third = value.dims[2]
     picks = np.unique(np.linspace(0, value.shape[2] - 1, SLICES).round().astype(int))
-    low, high = limits(value.values)
+    colours = shades(value.values)
     handles: dict[Any, Any] = {}
     rows = -(-len(picks) // columns)
     every = [figure.add_subplot(rows, columns, k + 1) for k in range(len(picks))]
     for axes, k in zip(every, picks.tolist(), strict=True):
         between = (shown.contact_change[:, :, k], shown.singular[:, :, k])
         cut = Layers(value[:, :, k], shown.status[:, :, k], *between, "", shown.bounds)
-        handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
+        handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, colours=colours)}
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
-    words = beside(figure.get_figheight(), _words(value))
-    extend = "max" if bool((value.values > high).any()) else "neither"
-    figure.colorbar(every[-1].collections[0], ax=every, label=words, extend=extend)
-    if handles:
+    _bar(figure, every[-1].collections[0], every, value, colours)
+    if handles and current().legend:
         figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=columns)
     headline(figure, shown.title)
 
@@ -323,10 +320,13 @@ def draw(
     """
     check_path(path)
     if path.suffix.lower() == ".html":
+        look = as_style(style or current())
+        for name in (name for name in ("levels", "log") if getattr(look, name)):
+            raise InputError("is for .png, .svg and .pdf; a page has neither levels nor a logarithmic scale", key=name)
         shown = layers(result, variable)
         shown = replace(shown, title=" | ".join(filter(None, (shown.title, origin_label(result)))))
         with using(style):
-            text = page(shown, limits(shown.value.values))
+            text = page(shown, span(shown.value.values))
         files.put(text.encode(), path)
         return
     with using(style):

@@ -24,6 +24,7 @@ from .allocate import allocate, cost_curve
 from .allow import allow
 from .bars import AROUND, BAR
 from .calibrate import REMAINING, RESIDUALS, calibrate
+from .cloud import cloud
 from .corrections import correction
 from .design import front, held
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
@@ -292,6 +293,14 @@ def _histogram(sheet: Sheet, _: str) -> Panel:
     return Panel(_into(histogram, sheet.results["random"], sheet.quantity, sheet.choice.configuration))
 
 
+def _kept(sheet: Sheet, _: str) -> Panel | None:
+    """Specimens that were kept."""
+    found = sheet.results.get("random")
+    if found is None or "specimen_error" not in found.data:
+        return None
+    return Panel(_into(cloud, found, sheet.choice.configuration), 4.2)
+
+
 def _compared(sheet: Sheet) -> Iterable[str]:
     return ("structural",) if "structural" in sheet.asked else ()
 
@@ -315,6 +324,7 @@ SHEETS: Mapping[str, Kind] = {
             _ERRORS,
             PanelEntry(SOURCES, _sources),
             PanelEntry(_scattered, _histogram),
+            PanelEntry(lambda sheet: ("cloud",) if "random" in sheet.asked else (), _kept),
             PanelEntry(_compared, _structural),
             PanelEntry(("path",), _path),
         )

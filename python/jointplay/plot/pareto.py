@@ -90,10 +90,10 @@ def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None, style: S
         raise InputError("has no reactions; `loaded` gives them with its details", key="result")
     forces = [name for name in part.labels("wrench") if name.startswith("f")]
     size = np.linalg.norm([part.get("reaction", wrench=name) for name in forces], axis=0)
-    x, words = along(part)
     joints = part.labels("joint")
     order = np.argsort(-np.nan_to_num(size).max(axis=0, initial=0.0), kind="stable")[:MOST_JOINTS]
     with canvas(axes, style) as (figure, axes):
+        x, words = along(part)
         for number, k in enumerate(order.tolist()):
             axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
         axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))

@@ -18,7 +18,7 @@ from .figures import SIZES
 from .layout import lay_out
 from .panels import Sheet, kind_of
 from .put import check_path, put
-from .style import USUAL_STYLE, Style, using
+from .style import AGAINST, USUAL_STYLE, Style, using
 from .words import headline
 
 
@@ -55,6 +55,11 @@ class Drawn:
         known = (*SIZES, *(m.components if kind.has_components else ()))
         if self.quantity is not None and self.quantity not in known:
             raise InputError(not_known(self.quantity, "a quantity", known), key="quantity")
+        against = (*m.drives, *AGAINST)
+        if self.style.against and self.style.against not in against:
+            raise InputError(
+                not_known(self.style.against, "what configurations are drawn against", against), key="against"
+            )
         names = panel_names(m, asked)
         if self.panel is not None and names and self.panel not in names:
             raise InputError(not_known(self.panel, "a panel", names), key="panel")

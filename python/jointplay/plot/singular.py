@@ -36,10 +36,10 @@ def nearness(result: Result | xr.Dataset, *, axes: Axes | None = None, style: St
     style : Style or {"light", "dark", "print"}, optional
     """
     part = _singular(result)
-    x, words = along(part)
     limit = float(part.attrs["limit"])
     least = BELOW * limit
     with canvas(axes, style) as (figure, axes):
+        x, words = along(part)
         # Only a logarithmic axis shows how near the nearest one is.
         axes.set_yscale("log")
         for k, kind in enumerate(KINDS):
@@ -67,9 +67,9 @@ def distance(result: Result | xr.Dataset, *, axes: Axes | None = None, style: St
     part = _singular(result)
     if "singularity_distance" not in part.data:
         raise InputError("the path between the configurations was not searched", key="result")
-    x, words = along(part)
     values = part.get("singularity_distance")
     with canvas(axes, style) as (figure, axes):
+        x, words = along(part)
         if np.isfinite(values).any():
             axes.plot(x, np.where(np.isfinite(values), values, np.nan), **series(0))
             axes.set_ylim(bottom=0.0)

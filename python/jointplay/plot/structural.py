@@ -33,8 +33,8 @@ def structural(result: Result | xr.Dataset, *, axes: Axes | None = None, style: 
     part = single(result)
     if "structural_error" not in part.data:
         raise InputError("is not the result of structural", key="result")
-    x, words = along(part)
     with canvas(axes, style) as (figure, axes):
+        x, words = along(part)
         axes.plot(x, part.get("structural_error"), label="without play", **series(0))
         tolerance = float(part.get("tolerance"))
         if np.isfinite(tolerance):

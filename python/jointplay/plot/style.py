@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from collections.abc import Callable, Iterator
@@ -9,12 +10,14 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like, to_hex, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont
 from matplotlib.text import Text
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
@@ -37,6 +40,12 @@ SIDES, DPI, LETTERS = (20.0, 2000.0), (30, 2400), (3.0, 72.0)
 NARROW = 120.0
 #: size of letters (points) in figures narrower than so many mm, and in others
 SMALLER, USUAL = ((NARROW, 7.0), (200.0, 8.0)), 9.0
+#: even steps of lightness: it survives colour blindness and a black-and-white printer
+COLOUR_MAP = "cividis"
+#: levels of a scale of colours, at most
+MOST_LEVELS = 100
+#: what configurations can be drawn against besides a drive
+AGAINST = ("configuration", "length", "time")
 #: dots of a figure along a side beyond which it would not fit into memory
 MOST_DOTS = 30_000
 
@@ -80,6 +89,21 @@ class Style:
         Points; 9 if left out, 8 in figures that are narrower than 200 mm, 7 in those narrower than 120 mm.
     colours : tuple of str
         Of bodies and series, in turn; if left out, those of Okabe and Ito, which colour-blind readers can distinguish.
+    font : str, optional
+        Name of the letters, such as ``"Times New Roman"``.
+    title, legend : bool
+        Whether a figure has them.
+    against : str, optional
+        What configurations are drawn against: a drive, ``"configuration"`` (their number), ``"length"`` (of the
+        output's nominal path) or ``"time"`` (of a machine that runs). The only drive, or else the number if left out.
+    colour_map : str
+        Of maps and surfaces; a name of matplotlib.
+    scale : tuple of float, optional
+        Where the colours of maps begin and end, in the unit of what is drawn.
+    log : bool
+        Whether the colours of maps have a logarithmic scale.
+    levels : int or tuple of float, optional
+        Maps have colours in steps with labelled lines between: how many about, or at which values.
 
     Raises
     ------
@@ -98,6 +122,14 @@ class Style:
     dpi: int = 160
     font_size: float | None = None
     colours: tuple[str, ...] = ()
+    font: str = ""
+    title: bool = True
+    legend: bool = True
+    against: str = ""
+    colour_map: str = COLOUR_MAP
+    scale: tuple[float, float] | None = None
+    log: bool = False
+    levels: int | tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.theme not in THEMES:
@@ -116,6 +148,32 @@ class Style:
         for colour in self.colours:
             if not is_color_like(colour):
                 raise InputError(f"{shown(colour)} is not a colour such as '#0072B2'", key="colours")
+        self._check_font()
+        self._check_map()
+
+    def _check_font(self) -> None:
+        if self.font:
+            try:
+                findfont(FontProperties(family=self.font), fallback_to_default=False)
+            except ValueError:
+                raise InputError(f"{shown(self.font)} is not a font of this machine", key="font") from None
+
+    def _check_map(self) -> None:
+        if self.colour_map not in mpl.colormaps:
+            raise InputError(not_known(self.colour_map, "a colour map", mpl.colormaps), key="colour_map")
+        if self.scale is not None and not (all(map(math.isfinite, self.scale)) and self.scale[0] < self.scale[1]):
+            raise InputError(f"goes from a number to a larger one, not {shown(list(self.scale))}", key="scale")
+        if self.scale is not None and self.log and self.scale[0] <= 0.0:
+            raise InputError(f"is logarithmic and begins above zero, not at {self.scale[0]:g}", key="scale")
+        if isinstance(self.levels, int):
+            in_range(self.levels, "levels", "a number of levels", 1, MOST_LEVELS)
+        elif self.levels is not None:
+            rise = all(low < high for low, high in pairwise(self.levels))
+            if not (1 <= len(self.levels) <= MOST_LEVELS and all(map(math.isfinite, self.levels)) and rise):
+                problem = f"are 1 to {MOST_LEVELS} numbers that rise, not {shown(list(self.levels))}"
+                raise InputError(problem, key="levels")
+            if self.log and self.levels[0] <= 0.0:
+                raise InputError(f"of a logarithmic scale are above zero, not {self.levels[0]:g}", key="levels")
 
     @property
     def of(self) -> Theme:
@@ -147,6 +205,7 @@ class Style:
         theme, size = self.of, self.font_size_used
         return {
             "font.size": size,
+            **({"font.family": self.font} if self.font else {}),
             "axes.titlesize": size + 1.0,
             "axes.titlelocation": "left",
             "axes.labelsize": size,

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
@@ -17,7 +16,8 @@ from jointplay.result import Result, typical
 from jointplay.result.conclusions import tops
 
 from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
-from .style import Style, canvas, limit_line, series, theme
+from .shades import level_lines, shades
+from .style import Style, canvas, current, limit_line, series, theme
 from .words import along, labelled, legend, single, title, whole_numbers
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 #: curves of a sweep beyond which a surface says more
 MOST_CURVES = 6
-#: of lightness that grows evenly: it survives colour blindness and a black-and-white printer
-COLOUR_MAP = "cividis"
+#: lines of equal error on a surface, about
+LEVELS = 6
 
 
 @typed
@@ -133,23 +133,20 @@ def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: A
         return
     small = max(5.0, float(mpl.rcParams["legend.fontsize"]) - 1.0)
     # Between texts, such as fits, there are no values.
+    colours = shades(values, LEVELS)
     if x is None or y is None or min(values.shape) < 2:
         at, up = (np.arange(n) if one is None else one for one, n in zip((x, y), values.shape, strict=True))
-        mesh: Any = axes.pcolormesh(at, up, values.T, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
+        mesh: Any = axes.pcolormesh(at, up, values.T, shading="nearest", rasterized=True, **colours.look)
     else:
-        mesh = axes.pcolormesh(x, y, values.T, cmap=COLOUR_MAP, shading="gouraud", rasterized=True)
-        # White with a dark edge is seen on every colour.
-        edge: Any = [withStroke(linewidth=1.8, foreground="#00000090")]
-        lines = axes.contour(x, y, values.T, 6, colors="white", linewidths=0.8)
-        lines.set_path_effects(edge)
-        for text in axes.clabel(lines, fontsize=small):
-            text.set_path_effects([withStroke(linewidth=1.2, foreground="#000000a0")])
+        mesh = axes.pcolormesh(x, y, values.T, shading="gouraud", rasterized=True, **colours.look)
+        level_lines(axes, x, y, values, colours, small)
         bounds = [b for b in limits_of([part], quantity) if np.nanmin(values) < b < np.nanmax(values)]
         if bounds:
             axes.contour(x, y, values.T, bounds, colors=theme().alarm, linewidths=1.6, linestyles=[(0, (6, 2))])
             handle = Line2D([], [], **{**limit_line(), "color": theme().alarm})
             legend(axes, ([handle], ["limit"]))
     axes.grid(visible=False)
-    bar = figure.colorbar(mesh, ax=axes, label=words)
-    bar.locator = mpl.ticker.MaxNLocator(6)
-    bar.update_ticks()
+    bar = figure.colorbar(mesh, ax=axes, label=words, extend=colours.extend)
+    if current().levels is None and not current().log:
+        bar.locator = mpl.ticker.MaxNLocator(LEVELS)
+        bar.update_ticks()

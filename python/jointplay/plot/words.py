@@ -18,9 +18,9 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.result import SEVERAL, Result, commanded, from_dataset
+from jointplay.result import SEVERAL, Result, commanded, from_dataset, split, unit_of
 
-from .style import as_far_as_it_goes
+from .style import AGAINST, as_far_as_it_goes, current
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,12 +68,16 @@ def wrapped(text: str, wide: float, size: float) -> str:
 
 
 def title(axes: Axes, text: str) -> None:
-    """Title of axes, in as many lines as it needs."""
+    """Title of axes, in as many lines as it needs, where the style has titles."""
+    if not current().title:
+        return
     axes.set_title(wrapped(text, room(axes), float(mpl.rcParams["axes.titlesize"])))
 
 
 def headline(figure: Figure, text: str) -> None:
-    """Title of a figure."""
+    """Title of a figure, where the style has titles."""
+    if not current().title:
+        return
     size = float(mpl.rcParams["axes.titlesize"])
     figure.suptitle(wrapped(text, 72.0 * figure.get_figwidth(), size), fontsize=size)
 
@@ -87,7 +91,7 @@ def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = Non
     """A legend above the axes, where it hides nothing, in as many columns as there is room for; each label once."""
     handles, labels = axes.get_legend_handles_labels() if entries is None else entries
     unique = dict(zip(labels, handles, strict=True))
-    if not unique:
+    if not unique or not current().legend:
         return
     size = float(mpl.rcParams["legend.fontsize"])
     columns = _columns([size * KEY + width_of(label, size) for label in unique], room(axes))
@@ -145,12 +149,30 @@ def check_exaggeration(factor: float | None) -> None:
 
 
 def along(result: Result) -> tuple[Any, str]:
-    """What configurations are drawn against: the value of the only drive, else their number."""
-    drives = result.drives
-    if len(drives) == 1:
-        name, drive = next(iter(drives.items()))
-        if drive.dims == ("configuration",):
-            return drive.values, labelled(name, drive.units)
+    """What configurations are drawn against: as the style says, else the value of the only drive, else their number.
+
+    Raises
+    ------
+    InputError
+        When the style names a drive that there is not, or the time of a machine that does not run.
+    """
+    drives = {name: drive for name, drive in result.drives.items() if drive.dims == ("configuration",)}
+    chosen = current().against
+    if not chosen and len(result.drives) == len(drives) == 1:
+        (chosen,) = drives
+    if chosen in drives:
+        return drives[chosen].values, labelled(chosen, drives[chosen].units)
+    if chosen == "length" and "nominal" in result.data:
+        lengths = split(result.labels("component"))[0]
+        steps = np.diff(np.stack([result.get("nominal", component=name) for name in lengths], axis=1), axis=0)
+        values = np.concatenate([[0.0], np.nan_to_num(np.linalg.norm(steps, axis=1)).cumsum()])
+        return values, labelled("length of the path", unit_of(result, "position"))
+    if chosen == "time" and "time" in result.data:
+        return result.get("time"), labelled("time", result.unit("time"))
+    if chosen and chosen != "configuration":
+        has = {"configuration": True, "length": "nominal" in result.data, "time": "time" in result.data}
+        known = [*drives, *(name for name in AGAINST if has[name])]
+        raise InputError(not_known(chosen, "what configurations are drawn against", known), key="against")
     return result.coords["configuration"].values, "configuration"
 
 
@@ -177,9 +199,10 @@ def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[
 def which(result: Result, configuration: int) -> str:
     """A configuration in words: its number, and the value of the only drive."""
     said = f"configuration {configuration}"
-    if along(result)[1] == "configuration":
+    drives = [*result.drives.items()]
+    if len(drives) != 1 or drives[0][1].dims != ("configuration",):
         return said
-    ((name, drive),) = result.drives.items()
+    ((name, drive),) = drives
     return f"{said}, {name} = {commanded(drive, configuration):.6g} {drive.units}".rstrip()
 
 
