@@ -178,7 +178,9 @@ def test_whatever_the_order_every_step_has_an_outcome(seed: int) -> None:
     steps = [rest[a:b] for a, b in zip([0, *cuts], [*cuts, len(rest)], strict=True)]
     result = jp.assemble(m.with_({"assembly": {"base": base, "steps": steps}}))
     fine = {"ok", "undetermined", "underconstrained", "strained"}
-    assert set(result.status.values.tolist()) <= fine
+    # Part of a machine may be singular where the whole is not.
+    assert set(result.status.values.tolist()[:-1]) <= {*fine, "singular"}
+    assert result.status.values[-1] in fine
     # Held is what is free, and in the end nothing is.
     assert ((result.held != "") == (result.mobility > 0)).all()
     assert result.mobility[-1] == 0
