@@ -17,7 +17,8 @@ from helpers import mapped
 from helpers.answers import example
 from helpers.mapped import span
 from jointplay.plot.interactive import figure_of
-from jointplay.plot.map import layers, limits
+from jointplay.plot.map import layers
+from jointplay.plot.shades import colour_range
 from jointplay.result import counted, from_dataset
 from jointplay.result.conclusions import conclude
 
@@ -155,7 +156,7 @@ def test_both_are_drawn_with_words() -> None:
     texts = {text.get_text() for text in plot.map(result).axes[0].get_legend().get_texts()}
     assert {"other branch", "outside limits", "singular pose"} <= texts
     shown = layers(result)
-    names = {trace.name for trace in figure_of(shown, limits(shown.value.values)).data}
+    names = {trace.name for trace in figure_of(shown, colour_range(shown.value.values)).data}
     assert {"other branch", "outside limits", "singular pose"} <= names
     line = plot.map(jp.map(m, "worst", {"x": -100, "y": span(60, 360, 11)}))
     texts = {text.get_text() for text in line.axes[0].get_legend().get_texts()}

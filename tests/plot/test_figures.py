@@ -27,7 +27,7 @@ COLUMN = 85.0
 
 
 def results(m: jp.Mechanism, *asked: str) -> dict[str, Result]:
-    options: dict[str, Any] = {"random": {"samples": 1024}}
+    options: dict[str, Any] = {"random": {"samples": 1024, "keep": 100}}
     return {name: from_dataset(getattr(jp, name)(m, **options.get(name, {}))) for name in asked}
 
 

@@ -198,10 +198,11 @@ class TestPages:
         assert not re.search(r"<(script|link|img)[^>]+(src|href)=", text)
         assert 3e6 < len(text) < 9e6
         from jointplay.plot.interactive import figure_of
-        from jointplay.plot.map import layers, limits
+        from jointplay.plot.map import layers
+        from jointplay.plot.shades import colour_range
 
         shown = layers(result)
-        figure = figure_of(shown, limits(shown.value.values))
+        figure = figure_of(shown, colour_range(shown.value.values))
         np.testing.assert_array_equal(figure.data[0].z, shown.value.values.T)
         assert base64.b64encode(np.ascontiguousarray(figure.data[0].z).tobytes()).decode() in text.replace(
             "\\u002f", "/"
@@ -210,11 +211,12 @@ class TestPages:
 
     def test_of_three_axes_have_a_slider_and_surfaces_inside_the_workspace(self) -> None:
         from jointplay.plot.interactive import figure_of
-        from jointplay.plot.map import layers, limits
+        from jointplay.plot.map import layers
+        from jointplay.plot.shades import colour_range
 
         grid = {"x": np.linspace(-80, 80, 9), "y": np.linspace(-80, 80, 8), "angle": np.linspace(-10, 20, 7)}
         shown = layers(jp.map(example("3-rrr"), grid=grid))
-        figure = figure_of(shown, limits(shown.value.values))
+        figure = figure_of(shown, colour_range(shown.value.values))
         heat, mesh = ([t for t in figure.data if t.type == kind] for kind in ("heatmap", "mesh3d"))
         (slider,) = figure.layout.sliders
         assert [step.label for step in slider.steps] == [f"{v:g}" for v in np.linspace(-10, 20, 7)]
@@ -233,12 +235,13 @@ class TestPages:
 
     def test_limits_are_lines_and_a_surface(self) -> None:
         from jointplay.plot.interactive import figure_of
-        from jointplay.plot.map import layers, limits
+        from jointplay.plot.map import layers
+        from jointplay.plot.shades import colour_range
 
         def figure(grid: dict[str, object]) -> Any:
             shown = layers(jp.map(example("3-rrr").with_({"limits.position": 0.05}), grid=grid))
             assert shown.bounds == (0.05,)
-            return figure_of(shown, limits(shown.value.values))
+            return figure_of(shown, colour_range(shown.value.values))
 
         (contour,) = (trace for trace in figure(AREA).data if trace.type == "contour")
         assert (contour.contours.start, contour.contours.end, contour.name) == (0.05, 0.05, "limit 0.05 mm")
@@ -256,11 +259,12 @@ class TestPages:
     def test_outside_of_the_grid_is_not_out_of_reach(self) -> None:
         """The page had the colour of nodes that cannot be assembled, as if all around the grid were out of reach."""
         from jointplay.plot.interactive import figure_of
-        from jointplay.plot.map import layers, limits
+        from jointplay.plot.map import layers
+        from jointplay.plot.shades import colour_range
 
         result = jp.map(example("3-rrr"), grid=AREA)
         shown = layers(result)
-        figure = figure_of(shown, limits(shown.value.values))
+        figure = figure_of(shown, colour_range(shown.value.values))
         _, unreached, lines, key = figure.data
         np.testing.assert_array_equal(np.isfinite(unreached.z), (result.status == "not_assembled").values.T)
         assert unreached.colorscale[0][1] != figure.layout.plot_bgcolor == "#ffffff"
@@ -302,17 +306,18 @@ class TestIsosurface:
 def test_a_page_says_where_its_colours_end() -> None:
     """Near a singularity errors grow without bound, and a few nodes would take all colours."""
     from jointplay.plot.interactive import figure_of
-    from jointplay.plot.map import layers, limits
+    from jointplay.plot.map import layers
+    from jointplay.plot.shades import colour_range
 
     m = example("five-bar")
     far = jp.map(m, grid={"x": {"from": -160, "to": 160, "count": 41}, "y": {"from": 20, "to": 260, "count": 31}})
     shown = layers(far)
-    span = limits(shown.value.values)
+    span = colour_range(shown.value.values)
     assert np.nanmax(shown.value.values) > span[1]
     figure = figure_of(shown, span)
     assert figure.data[0].colorbar.title.text == f"position error [mm]<br>{span[1]:.3g} and more"
     near = layers(jp.map(m, grid={"x": [-20, 0, 20], "y": [150, 180]}))
-    assert "more" not in figure_of(near, limits(near.value.values)).data[0].colorbar.title.text
+    assert "more" not in figure_of(near, colour_range(near.value.values)).data[0].colorbar.title.text
 
 
 @pytest.fixture(scope="module")
@@ -335,14 +340,15 @@ def test_hatches_are_where_their_nodes_are(bounds: Any) -> None:
 def test_nodes_without_a_value_are_in_the_legend(bounds: Any) -> None:
     """Nodes in order that have no bound were white without a word."""
     from jointplay.plot.interactive import figure_of
-    from jointplay.plot.map import layers, limits
+    from jointplay.plot.map import layers
+    from jointplay.plot.shades import colour_range
 
     assert (bounds.worst_position_certified.isnull() & (bounds.status == "ok")).any()
     names = {"not assembled", "singular", "no value"}
     axes = plot.map(bounds, "worst_position_certified").axes[0]
     assert {text.get_text() for text in axes.get_legend().get_texts()} == names
     shown = layers(bounds, "worst_position_certified")
-    figure = figure_of(shown, limits(shown.value.values))
+    figure = figure_of(shown, colour_range(shown.value.values))
     assert names <= {trace.name for trace in figure.data if trace.showlegend}
     # Beside the colours: above them a long name took half of the page.
     assert figure.data[0].colorbar.title.side == "right"

@@ -26,7 +26,7 @@ from .layers import Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
-from .shades import Shades, level_lines, shades, span
+from .shades import Shades, colour_range, level_lines, shades
 from .style import Style, as_style, current, limit_line, series, singular_line, theme, using
 from .words import beside, headline, is_plan, labelled, legend, title
 
@@ -326,7 +326,7 @@ def draw(
         shown = layers(result, variable)
         shown = replace(shown, title=" | ".join(filter(None, (shown.title, origin_label(result)))))
         with using(style):
-            text = page(shown, span(shown.value.values))
+            text = page(shown, colour_range(shown.value.values))
         files.put(text.encode(), path)
         return
     with using(style):

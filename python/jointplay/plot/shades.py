@@ -60,7 +60,7 @@ class Shades:
         return {"cmap": current().colour_map, "norm": self.norm}
 
 
-def span(values: NDArray[np.float64]) -> tuple[float, float]:
+def colour_range(values: NDArray[np.float64]) -> tuple[float, float]:
     """Where colours begin and end: as the style says, else at the ends of the values, or before a few far ones."""
     style = current()
     if style.scale is not None:
@@ -84,7 +84,7 @@ def shades(values: NDArray[np.float64], usual: int = 0) -> Shades:
     usual : int
         About how many levels have lines where the style does not say.
     """
-    low, high = span(values)
+    low, high = colour_range(values)
     style = current()
     asked = style.levels or usual
     if isinstance(asked, int):
