@@ -586,6 +586,33 @@ def test_what_is_deleted_leaves_no_reference_behind(name: str, what: dict[str, A
     assert problem is None or gone not in problem["text"]
 
 
+def deleted(raw: dict[str, Any], body: str) -> tuple[dict[tuple[Any, ...], Any], list[str]]:
+    edits, notes = gestures.edits(raw, {}, {"gesture": "delete", "what": {"body": body}})
+    return dict(edits), notes
+
+
+def test_an_order_of_assembly_and_a_load_case_lose_a_body() -> None:
+    case = {"rest": [{"body": "coupler", "force": [0, 1]}], "push": [{"body": "rocker", "force": [0, 1]}]}
+    raw = {**toml.parse(FOUR_BAR), "assembly": {"steps": [["crank"], ["coupler", "rocker"]]}, "load_cases": case}
+    edits, notes = deleted(raw, "coupler")
+    assert edits[("assembly", "steps")] == [["crank"], ["rocker"]]
+    assert edits[("load_cases", "rest")] is None
+    assert "The load case rest had no other load and went with it." in notes
+    edits, notes = deleted({**raw, "assembly": {"base": "coupler", "steps": [["crank"]]}}, "coupler")
+    assert edits[("assembly",)] is None
+    assert "The order of assembly went with it." in notes
+
+
+def test_what_is_designed_is_renamed() -> None:
+    keys = {"joints.J3.on.coupler.0": {"from": 1, "to": 2}, "links.coupler.length": {"from": 1, "to": 2}}
+    raw = {**toml.parse(FOUR_BAR), "design": {"vary": keys, "transmission": {"J3": 40}}}
+    design = gestures.renamed(raw, "joint", "J3", "P")["design"]
+    assert [*design["vary"]] == ["joints.P.on.coupler.0", "links.coupler.length"]
+    assert design["transmission"] == {"P": 40}
+    design = gestures.renamed(raw, "body", "coupler", "bar")["design"]
+    assert [*design["vary"]] == ["joints.J3.on.bar.0", "links.bar.length"]
+
+
 @pytest.mark.parametrize("text", ["[joints.A]\nbodies = 3", "joints.A = 3", "drives = 3", "[board.free]\nbar1 = 3"])
 def test_half_typed_text_has_a_problem_and_no_crash(text: str) -> None:
     assert drafts.read(f"format = 1\n{text}\n", "a.toml").problem is not None

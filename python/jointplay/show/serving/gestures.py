@@ -463,15 +463,35 @@ def _without_body(hand: Hand, body: str) -> None:
     _drop_where(hand, "outputs", lambda own: own.get("body") == body)
     _drop_where(hand, "springs", lambda own: body in own.get("on", {}))
     for case, loads in _cases(hand).items():
-        for k in reversed(range(len(loads))):
-            if loads[k].get("body") == body:
+        gone = [k for k, load in enumerate(loads) if load.get("body") == body]
+        if len(gone) == len(loads) > 0:
+            _drop(hand, "load_cases", case)
+            hand.notes.append(f"The load case {case} had no other load and went with it.")
+        else:
+            for k in reversed(gone):
                 hand.put(("load_cases", case, k), None)
+    _without_step(hand, body)
     if isinstance(own := hand.raw.get("output"), Mapping) and own.get("body") == body:
         hand.put(("output",), None)
         hand.notes.append("The output was on it, too.")
     for k in reversed(range(len(hand.raw.get("loads", ())))):
         if hand.raw["loads"][k].get("body") == body:
             _without_load(hand, k)
+
+
+def _without_step(hand: Hand, body: str) -> None:
+    """A body that goes is not put in; an order of assembly without its base, or of nothing, is none."""
+    order = hand.raw.get("assembly", {})
+    steps = [
+        [name for name in ([step] if isinstance(step, str) else step) if name != body]
+        for step in order.get("steps", ())
+    ]
+    left = [step for step in steps if step]
+    if order.get("base") == body or (steps and not left):
+        hand.put(("assembly",), None)
+        hand.notes.append("The order of assembly went with it.")
+    elif left != order.get("steps", []):
+        hand.put(("assembly", "steps"), left)
 
 
 def _without_load(hand: Hand, index: int) -> None:
@@ -540,12 +560,18 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
         begins = kind == "joint" and (text == old or text.startswith((f"{old}.", f"{old}/")))
         return new + text[len(old) :] if begins else text
 
+    def key_of(key: str, path: Steps) -> str:
+        if path == ("costs",):
+            return source(key)
+        if path == ("design", "vary"):
+            # Each is the way to a value of the file.
+            steps = key.split(".")
+            return ".".join(new if step == old and is_key((*steps[:k],)) else step for k, step in enumerate(steps))
+        return new if key == old and is_key(path) else key
+
     def walked(value: Any, path: Steps) -> Any:
         if isinstance(value, Mapping):
-            named = {
-                (source(k) if path == ("costs",) else new if k == old and is_key(path) else k): (k, one)
-                for k, one in value.items()
-            }
+            named = {key_of(k, path): (k, one) for k, one in value.items()}
             return {key: walked(one, (*path, k)) for key, (k, one) in named.items()}
         if isinstance(value, list):
             return [walked(one, (*path, k)) for k, one in enumerate(value)]
@@ -562,7 +588,7 @@ def _words(path: Steps) -> list[str]:
 
 
 def _joint_key(path: Steps) -> bool:
-    return path in (("joints",), ("limits", "joints")) or (
+    return path in (("joints",), ("limits", "joints"), ("design", "transmission")) or (
         path[:1] == ("drives",) and path[2:] in (("joints",), ("backlash",))
     )
 
