@@ -482,15 +482,12 @@ def _without_body(hand: Hand, body: str) -> None:
 def _without_step(hand: Hand, body: str) -> None:
     """A body that goes is not put in; an order of assembly without its base, or of nothing, is none."""
     order = hand.raw.get("assembly", {})
-    steps = [
-        [name for name in ([step] if isinstance(step, str) else step) if name != body]
-        for step in order.get("steps", ())
-    ]
-    left = [step for step in steps if step]
+    steps = [[step] if isinstance(step, str) else step for step in order.get("steps", ())]
+    left = [kept for step in steps if (kept := [name for name in step if name != body])]
     if order.get("base") == body or (steps and not left):
         hand.put(("assembly",), None)
         hand.notes.append("The order of assembly went with it.")
-    elif left != order.get("steps", []):
+    elif left != steps:
         hand.put(("assembly", "steps"), left)
 
 
