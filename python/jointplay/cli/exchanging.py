@@ -34,8 +34,8 @@ def import_(
         str,
         typer.Argument(
             metavar="FOREIGN",
-            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd); DXF (.dxf); pylinkage"
-            " (.json).",
+            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd, .asmt); DXF (.dxf);"
+            " pylinkage (.json).",
             show_default=False,
             autocompletion=completing.foreign,
         ),

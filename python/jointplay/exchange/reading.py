@@ -28,7 +28,7 @@ from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
-from .writing import EXAMPLE, sized, text
+from .writing import EXAMPLE, sized, text, unit_of
 
 #: the point that is the output where none is asked for
 OUTPUT = "output"
@@ -79,7 +79,7 @@ def read(
     path : path-like
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
-        An assembly of FreeCAD 1.0 or later (`.FCStd`). A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage
+        An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage
         of pylinkage (`.json`).
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
@@ -179,6 +179,12 @@ def _imported(path: Path, options: Options) -> Imported:
     if loose:
         skeleton = noted(skeleton, f"These joints follow joints without a drive, which is left out: {listed(loose)}.")
     values = {name: drives[name] if drives else None for name in chosen}
+    if drives is None:
+        values |= {
+            joint.name: [value / unit_of(joint) for value in joint.motion]
+            for joint in skeleton.joints
+            if joint.motion and joint.name in chosen
+        }
     moved = [joint.name for joint in skeleton.joints if (joint.follows[0] if joint.follows else joint.name) in chosen]
     skeleton, values = settled(with_backlash(skeleton, options.backlash, moved), values)
     clearance, options_of = _clearances(skeleton, options.clearance)
