@@ -35,7 +35,7 @@ def import_(
         typer.Argument(
             metavar="FOREIGN",
             help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd, .asmt); DXF (.dxf);"
-            " pylinkage (.json).",
+            " pylinkage (.json), Pyslvs (.pyslvs).",
             show_default=False,
             autocompletion=completing.foreign,
         ),

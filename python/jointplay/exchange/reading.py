@@ -79,8 +79,8 @@ def read(
     path : path-like
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
-        An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage
-        of pylinkage (`.json`).
+        An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`;
+        needs the extra `dxf`), or a linkage of pylinkage (`.json`) or Pyslvs (`.pyslvs`).
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
         is called output, or the body that most joints separate from the ground.

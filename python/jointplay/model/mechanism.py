@@ -49,7 +49,7 @@ PUBLIC = (
     *("only", "title", "value", "with_", "write"),
 )
 #: extensions of other formats, which are known far above this layer
-FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".sdf", ".mjcf", ".dxf")
+FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
