@@ -16,6 +16,8 @@ from .arguments import assignments, several, value
 from .options import File, LoadCase, Offset, PointName, Settings
 from .streams import hold
 
+#: options of the export that messages name
+KEYS_OF_EXPORT = ("configuration", "offsets", "question", "magnify")
 #: options by the words that messages of the import begin with
 OPTIONS = {
     "output": "--output-point",
@@ -161,32 +163,44 @@ def _values(given: list[str] | None, option: str) -> dict[str, Any]:
 def export(
     file: File,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF) or .dxf.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF), .dxf or .csv."),
     ] = None,
     configuration: Annotated[
-        int,
+        int | None,
         typer.Option(
-            "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
+            "--configuration",
+            "-c",
+            metavar="N",
+            help="The configuration in which drives are held, or that is drawn; 0 if left out.",
+            show_default=False,
         ),
-    ] = 0,
+    ] = None,
     offset: Offset = None,
+    question: Annotated[
+        str | None, typer.Option("--question", "-q", metavar="NAME", help="Places of a .csv: worst or loaded.")
+    ] = None,
+    magnify: Annotated[
+        float, typer.Option("--magnify", metavar="TIMES", help="Factor on the displacements of a .csv.")
+    ] = 1.0,
     output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a model of MuJoCo, or a drawing in DXF.
+    """Write a model of MuJoCo, a drawing in DXF, or a table of places for CAD.
 
     Clearances of the model are gaps between solids in contact, for a study of dynamics.
     """
     from jointplay.exchange.exporting import export as write
 
     if output is None:
-        raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
+        raise InputError("say where it goes: -o NAME.xml (MJCF), -o NAME.dxf or -o NAME.csv", key="--output")
     m = answer.mechanism(file, settings, output_point, load_case)
     try:
-        write(m, output, configuration=configuration, offsets=answer.offsets(m, offset) if offset else None)
+        offsets = answer.offsets(m, offset) if offset else None
+        write(m, output, configuration=configuration, offsets=offsets, question=question, magnify=magnify)
     except InputError as problem:
-        key = f"--{problem.key.rstrip('s')}" if problem.key in ("configuration", "offsets") else problem.key
+        key = f"--{problem.key.rstrip('s')}" if problem.key in KEYS_OF_EXPORT else problem.key
         raise InputError(problem.problem, file=problem.file, key=key) from None
     typer.echo(f"wrote {output}")
     return DONE

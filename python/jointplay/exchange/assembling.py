@@ -183,6 +183,7 @@ class AssemblyDraft:
                 sorted((one for one in made if one.bodies[0] not in loose), key=lambda one: one.kind != "revolute")
             ),
             ground=base,
+            starts_drawn=True,
             gravity=gravity,
             notes=tuple(self.notes),
         )

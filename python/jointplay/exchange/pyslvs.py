@@ -1,4 +1,4 @@
-"""Mechanisms of Pyslvs: an expression in its project files (`.pyslvs`), which has a joint with its links for each point.
+"""Mechanisms of Pyslvs: an expression in project files (`.pyslvs`), which has a joint with its links for each point.
 
     M[J[R, color[Green], P[0, 0], L[ground, link_0]], J[RP, A[30], P[9, 3], L[ground, link_0]], ...]
 

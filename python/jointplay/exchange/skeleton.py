@@ -241,6 +241,8 @@ class Skeleton:
         The body that is fixed. It gets the name "ground".
     frames : mapping
         ``name: (body, frame)`` of what can be an output: tools, sites, links that are merged, points of a drawing.
+    starts_drawn : bool
+        Whether the bodies start where they are drawn even where no loop asks for it.
     has_origins : bool
         Whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
     gravity : tuple
@@ -257,6 +259,7 @@ class Skeleton:
     space: str = "spatial"
     ground: str = GROUND
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
+    starts_drawn: bool = False
     has_origins: bool = True
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     other_links: Mapping[str, str] = field(default_factory=dict)

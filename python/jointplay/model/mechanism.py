@@ -233,6 +233,11 @@ class Mechanism(Compiled):
         """The file's title."""
         return self.data.title
 
+    @property
+    def start_poses(self) -> Floats:
+        """Poses that the bodies start from, SI, shape (body, pose): of the file where it has them."""
+        return np.asarray(self.core_spec["guess"], dtype=np.float64)
+
     @cached_property
     def core(self) -> _core.Mechanism:
         """The mechanism in the compiled core, made when first needed."""
