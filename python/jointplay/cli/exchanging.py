@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from jointplay.errors import InputError, shown
+from jointplay.file.schema.values import is_finite
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
@@ -28,6 +29,7 @@ OPTIONS = {
     "ground": "--ground",
     "backlash": "--backlash",
     "fit": "--fit",
+    "density": "--density",
 }
 
 
@@ -84,6 +86,10 @@ def import_(
         str | None,
         typer.Option("--fit", metavar="FIT", help="Fit of pins that are drawn with the diameter of their holes: H7/g6"),
     ] = None,
+    density: Annotated[
+        list[str] | None,
+        typer.Option("--density", metavar="[PART=]NUMBER", help="kg/m^3 of the parts of an assembly: 7850, Rod=2700"),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Make a mechanism file of a robot, assembly or drawing.
@@ -111,6 +117,7 @@ def import_(
         backlash=_values(backlash, "--backlash"),
         keep_joints=keep_joints,
         fit=fit,
+        density=_densities(density),
     )
     try:
         found = imported(Path(file), options)
@@ -144,6 +151,20 @@ def _drives(given: list[str] | None) -> dict[str, object] | None:
                 found[name] = several(values, f"--drives {name}")
         else:
             found |= {name.strip(): None for name in text.split(",")}
+    return found
+
+
+def _densities(given: list[str] | None) -> dict[str, float]:
+    """`7850` for all parts, and `Crank=2700`."""
+    pairs = [text if "=" in text else f"={text}" for text in given or ()]
+    found = {}
+    for pair in pairs:
+        name, _, text = pair.partition("=")
+        number = value(text, f"--density {name}".strip())
+        if not is_finite(number):
+            problem = f"a number of kg/m^3 is needed, such as 7850 or Crank=2700, not {shown(number)}"
+            raise InputError(problem, key=f"--density {name}".strip())
+        found[name.strip()] = float(number)
     return found
 
 

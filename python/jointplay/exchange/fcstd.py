@@ -38,7 +38,7 @@ METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 DOCUMENT = "Document.xml"
 #: properties that are kept of an object
 KEPT = re.compile(
-    r"Label|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|ElementCount|Rigid|ObjectToGround|JointType|Reference[12]"
+    r"Label|Visibility|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|ElementCount|Rigid|ObjectToGround|JointType|Reference[12]"
     r"|Suppressed|Activated|Distance2?|Angle|(Enable)?(Length|Angle)(Min|Max)"
 )
 #: metres per unit of the format

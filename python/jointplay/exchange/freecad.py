@@ -8,7 +8,7 @@ What joints measure is in `assembling`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,6 +26,7 @@ from .fcstd import MM, Archive, Budget, DocumentItem, shape_member
 from .options import Options
 from .pairing import balls, bores, pair
 from .skeleton import Body, Frame, Joint, PinAndHole, Skeleton, fixed, free
+from .solids import SolidPart, solid
 
 #: the fixed body
 WORLD = "world"
@@ -47,6 +48,8 @@ DATUMS = (
 LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
 #: objects that a reference names, one inside of the other
 LONGEST_PATH = 200
+#: kg/m^3, twice as dense as any metal
+DENSEST = 5e4
 #: joints as the mechanism file has them
 KINDS = {
     "Fixed": "fixed",
@@ -88,7 +91,7 @@ def read(path: Path, options: Options) -> Skeleton:
     InputError
         When the document has none, or a joint that is not read.
     """
-    return _Assembly(path).skeleton(options.ground)
+    return _Assembly(path).skeleton(options.ground, options.density)
 
 
 class _Assembly(AssemblyDraft):
@@ -106,12 +109,15 @@ class _Assembly(AssemblyDraft):
         #: names of bodies by those of objects
         self.parts: dict[str, str] = {}
         self.shapes: dict[tuple[str, str], PartShape | None] = {}
+        self.solid: dict[tuple[str, str], SolidPart | None] = {}
         #: sleeves with limits of their angle
         self.turning: list[str] = []
         #: documents that are named and not there
         self.gone: dict[str, None] = {}
         #: objects whose shape is damaged, too long or of another version
         self.unread: list[str] = []
+        #: what the bodies show
+        self.shown: dict[str, DocumentItem] = {}
 
     def _chosen(self) -> DocumentItem:
         """The assembly that is read: no other one has it inside."""
@@ -154,6 +160,7 @@ class _Assembly(AssemblyDraft):
             name = free(item.label, self.bodies)
             self.parts[item.name] = name
             self.bodies[name] = Body(frame)
+            self.shown[name] = item
         return self.parts[item.name]
 
     def _other(self, archive: Archive, file: str) -> Archive | None:
@@ -239,7 +246,7 @@ class _Assembly(AssemblyDraft):
 
     # --- all of it --------------------------------------------------------------------------------------------------
 
-    def skeleton(self, ground: str | None) -> Skeleton:
+    def skeleton(self, ground: str | None, density: Mapping[str, float]) -> Skeleton:
         """All of it."""
         held = list(dict.fromkeys(self._grounded()))
         # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
@@ -251,8 +258,71 @@ class _Assembly(AssemblyDraft):
         if not is_world:
             del self.bodies[WORLD]
         base = WORLD if is_world else self._fixed(ground, held)
+        if density:
+            self._weigh(density, base)
         title = self.top.label if self.top.label != "Assembly" else self.archive.path.stem
         return self.closed(title, joints, base)
+
+    # --- masses -----------------------------------------------------------------------------------------------------
+
+    def _weigh(self, density: Mapping[str, float], base: str) -> None:
+        """Give the parts the masses of their shapes; what is fixed needs none."""
+        for name, value in density.items():
+            if name and name not in self.shown:
+                raise self.reading.refuse(not_known(name, "a part", self.shown), "density")
+            if not 0.0 < value <= DENSEST:
+                raise self.reading.refuse(
+                    f"is more than 0 and at most {DENSEST:g} kg/m^3, not {value:g}", "density", name
+                )
+        unknown, weighed = [], False
+        for name, item in self.shown.items():
+            rho = density.get(name, density.get("", 0.0))
+            if name == base or not rho:
+                continue
+            body = self.bodies[name]
+            own = [self._massive(frame, solid, rho) for frame, solid in self._solids(self.archive, item, body.frame, 0)]
+            if own and None not in own:
+                weighed = True
+                self.bodies[name] = body.with_masses_of([one for one in own if one is not None])
+            else:
+                unknown.append(name)
+        if unknown:
+            kinds = "closed shapes of planes, cylinders, cones, spheres and tori"
+            self.notes.append(f"These parts have no masses, because they are not {kinds}: {listed(unknown)}.")
+        if weighed:
+            self.notes.append("Weight acts against z of the drawing.")
+
+    @staticmethod
+    def _massive(frame: Frame, found: SolidPart | None, density: float) -> Body | None:
+        if found is None:
+            return None
+        inertia = density * frame.axes @ found.inertia @ frame.axes.T
+        return Body(frame, density * found.volume, frame.point(found.centre), inertia)
+
+    def _solids(
+        self, archive: Archive, item: DocumentItem, frame: Frame, depth: int
+    ) -> Iterator[tuple[Frame, SolidPart | None]]:
+        """The solids that a part shows, with their frames; None of what has no volume that is known."""
+        there, found = self._shown(archive, item)
+        if there is None or found is None or depth > LONGEST_CHAIN:
+            yield frame, None
+        elif found.kind in (*CONTAINERS, *GROUPS) or _is_array(found):
+            for name in dict.fromkeys(found.links("Group")):
+                inner = there.items.get(name)
+                if inner is not None and inner.holds("Visibility", default=True) and _has_shape(inner):
+                    within = frame if inner.kind in GROUPS[:2] else frame @ self._frame(there, inner)
+                    yield from self._solids(there, inner, within, depth + 1)
+        else:
+            yield frame, self._solid(there, found)
+
+    def _solid(self, archive: Archive, item: DocumentItem) -> SolidPart | None:
+        key = (archive.file, item.name)
+        if key not in self.solid:
+            shape = self._shape_of(archive, item)
+            self.solid[key] = None
+            with suppress(Unreadable):
+                self.solid[key] = None if shape is None else solid(shape)
+        return self.solid[key]
 
     def _unjoined(self, item: DocumentItem) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
@@ -375,16 +445,19 @@ class _Assembly(AssemblyDraft):
 
     def _shape(self, end: Side) -> PartShape | None:
         """The shape of the object that a side names; None where it cannot be read."""
-        if end.archive is None or end.item is None or not shape_member(end.item):
+        return None if end.archive is None or end.item is None else self._shape_of(end.archive, end.item)
+
+    def _shape_of(self, archive: Archive, item: DocumentItem) -> PartShape | None:
+        if not shape_member(item):
             return None
-        key = (end.archive.file, end.item.name)
+        key = (archive.file, item.name)
         if key not in self.shapes:
-            text = end.archive.shape(end.item)
+            text = archive.shape(item)
             self.shapes[key] = None
             with suppress(Unreadable):
                 self.shapes[key] = None if text is None else PartShape(text)
             if self.shapes[key] is None:
-                self.unread.append(end.item.label)
+                self.unread.append(item.label)
         return self.shapes[key]
 
     def _element(self, end: Side) -> ShapeElement | None:
@@ -463,6 +536,11 @@ class _Assembly(AssemblyDraft):
             self.turning.append(name)
         sizes = None if kind == "fixed" else self._sizes(kind, one, other)
         return self.plain(name, kind, one, other, limits, sizes)
+
+
+def _has_shape(item: DocumentItem) -> bool:
+    """Whether something inside of a part can be a solid of it."""
+    return (bool(shape_member(item)) and item.kind not in DATUMS) or item.kind in (*LINKS, *CONTAINERS, *GROUPS)
 
 
 def _is_flexible(item: DocumentItem) -> bool:

@@ -68,6 +68,7 @@ def read(
     backlash: Mapping[str, object] | None = None,
     keep_joints: bool = False,
     fit: str | None = None,
+    density: float | Mapping[str, float] | None = None,
 ) -> Mechanism:
     """Read a mechanism from a foreign format.
 
@@ -108,6 +109,9 @@ def read(
     fit : str, optional
         Fit of ISO 286, such as ``"H7/g6"``, of all pins of an assembly that are drawn with the diameter of their holes.
         Pins that are drawn smaller have the clearance of the drawing.
+    density : float or mapping, optional
+        Of the parts of an assembly in kg/m^3, or by the name of a part: their masses, centres and moments of inertia
+        are those of their shapes.
 
     Returns
     -------
@@ -134,8 +138,9 @@ def read(
     (('pin',), [0, 0, 1000])
     """
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
+    dense = density if isinstance(density, Mapping) else {} if density is None else {"": density}
     options = Options(
-        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit
+        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit, dense
     )
     return imported(Path(path), options).mechanism
 
@@ -155,6 +160,8 @@ def imported(path: Path, options: Options) -> Imported:
 
 
 def _imported(path: Path, options: Options) -> Imported:
+    if options.density and path.suffix.lower() != ".fcstd":
+        raise InputError("is of assemblies with shapes, .FCStd", key="density")
     skeleton = reader(path)(path, options)
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     require_bounded(skeleton)
