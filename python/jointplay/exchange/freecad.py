@@ -157,6 +157,10 @@ class _Assembly(AssemblyDraft):
     def _part(self, item: DocumentItem, frame: Frame) -> str:
         """Name of the body of an object."""
         if item.name not in self.parts:
+            if item.kind in LINKS and any(abs(scale - 1.0) > SKEW for scale in item.scales()):
+                size = ", ".join(f"{scale:g}" for scale in item.scales())
+                problem = f"is a link with a scale ({size}), which is not read; give the part its size"
+                raise self.reading.refuse(problem, item.place)
             name = free(item.label, self.bodies)
             self.parts[item.name] = name
             self.bodies[name] = Body(frame)
