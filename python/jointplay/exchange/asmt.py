@@ -64,12 +64,12 @@ DOUBLE, POWER, ARC = re.compile(r"(?<=[0-9.])d\b"), re.compile(r"\^"), re.compil
 
 
 @dataclass
-class Line:
+class AsmtLine:
     """A word with what it holds."""
 
     word: str
     number: int
-    inner: list[Line] = field(default_factory=list)
+    inner: list[AsmtLine] = field(default_factory=list)
 
 
 def read(path: Path, options: Options) -> Skeleton:  # noqa: ARG001 - all formats are called alike
@@ -84,9 +84,9 @@ def read(path: Path, options: Options) -> Skeleton:  # noqa: ARG001 - all format
     return _Solved(Reading(name), _assembly(text, name)).skeleton()
 
 
-def _assembly(text: str, file: str) -> Line:
+def _assembly(text: str, file: str) -> AsmtLine:
     """The tree of the assembly; the first line of a file says which program wrote it."""
-    top = Line("", 0)
+    top = AsmtLine("", 0)
     open_lines = [top]
     # Only as many lines as are read are made.
     for number, line in enumerate(re.finditer(r"[^\r\n]+", text), 1):
@@ -101,7 +101,7 @@ def _assembly(text: str, file: str) -> Line:
         if depth > min(len(open_lines) - 1, DEEPEST):
             raise InputError(f"line {number} is indented by more tabs than what it belongs to", file=file)
         del open_lines[depth + 1 :]
-        open_lines[-1].inner.append(Line(word.strip(), number))
+        open_lines[-1].inner.append(AsmtLine(word.strip(), number))
         open_lines.append(open_lines[-1].inner[-1])
     found = next((line for line in top.inner if line.word == "Assembly"), None)
     if found is None:
@@ -112,7 +112,7 @@ def _assembly(text: str, file: str) -> Line:
 class _Solved(AssemblyDraft):
     """One assembly on its way to a skeleton."""
 
-    def __init__(self, reading: Reading, top: Line) -> None:
+    def __init__(self, reading: Reading, top: AsmtLine) -> None:
         super().__init__()
         self.reading = reading
         self.top = top
@@ -132,10 +132,10 @@ class _Solved(AssemblyDraft):
     # --- values ------------------------------------------------------------------------------------------------------
 
     @staticmethod
-    def _one(line: Line, word: str) -> Line | None:
+    def _one(line: AsmtLine, word: str) -> AsmtLine | None:
         return next((inner for inner in line.inner if inner.word == word), None)
 
-    def _every(self, line: Line, *words: str) -> list[Line]:
+    def _every(self, line: AsmtLine, *words: str) -> list[AsmtLine]:
         """What the lists inside of one another hold."""
         for word in words:
             found = self._one(line, word)
@@ -144,33 +144,33 @@ class _Solved(AssemblyDraft):
             line = found
         return line.inner
 
-    def _text(self, line: Line, word: str) -> str:
+    def _text(self, line: AsmtLine, word: str) -> str:
         """The text that a line holds; nothing where it has none."""
         inner = self._every(line, word)
         return inner[0].word if inner else ""
 
-    def _name(self, line: Line) -> str:
+    def _name(self, line: AsmtLine) -> str:
         name = self._text(line, "Name")
         if not name:
             raise self.reading.refuse(f"line {line.number}: {line.word} needs a Name")
         return name
 
-    def _numbers(self, line: Line, count: int, place: str, row: int = 0) -> np.ndarray:
+    def _numbers(self, line: AsmtLine, count: int, place: str, row: int = 0) -> np.ndarray:
         if row >= len(line.inner):
             raise self.reading.refuse(f"line {line.number}: '{line.word}' holds too few lines", place)
         return self.reading.numbers(line.inner[row].word, count, place, f"line {line.inner[row].number}")
 
-    def _number(self, line: Line, word: str, place: str) -> float:
+    def _number(self, line: AsmtLine, word: str, place: str) -> float:
         """A number; zero where there is none."""
         found = self._one(line, word)
         return 0.0 if found is None else float(self._numbers(found, 1, place)[0])
 
-    def _frame(self, line: Line, place: str) -> Frame:
+    def _frame(self, line: AsmtLine, place: str) -> Frame:
         position, matrix = self._one(line, "Position3D"), self._one(line, "RotationMatrix")
         at = np.zeros(3) if position is None else self._numbers(position, 3, place) * self.unit
         return Frame(at, np.eye(3) if matrix is None else self._rotation(matrix, place))
 
-    def _rotation(self, line: Line, place: str) -> Matrix:
+    def _rotation(self, line: AsmtLine, place: str) -> Matrix:
         axes = np.array([self._numbers(line, 3, place, row) for row in range(3)])
         if not (np.abs(axes @ axes.T - np.eye(3)).max() < RIGID and np.linalg.det(axes) > 0.0):
             raise self.reading.refuse(f"line {line.number}: the matrix is no rotation", place)
@@ -179,13 +179,13 @@ class _Solved(AssemblyDraft):
 
     # --- parts -------------------------------------------------------------------------------------------------------
 
-    def _with_markers(self, name: str, body: str, line: Line, place: str) -> None:
+    def _with_markers(self, name: str, body: str, line: AsmtLine, place: str) -> None:
         for point in self._every(line, "RefPoints"):
             inside = self.bodies[body].frame @ self._frame(point, place)
             for marker in self._every(point, "Markers"):
                 self.markers[f"{name}/{self._name(marker)}"] = body, inside @ self._frame(marker, place)
 
-    def _massive(self, line: Line, frame: Frame, place: str) -> Body:
+    def _massive(self, line: AsmtLine, frame: Frame, place: str) -> Body:
         """A part with its mass, where masses mean something."""
         marker = self._one(line, "PrincipalMassMarker")
         if marker is None or not self.has_masses:
@@ -251,13 +251,13 @@ class _Solved(AssemblyDraft):
                 yield replace(joint, name=free(joint.name, taken))
                 taken.add(joint.name)
 
-    def _end(self, line: Line, word: str, place: str) -> JointEnd:
+    def _end(self, line: AsmtLine, word: str, place: str) -> JointEnd:
         named = self._text(line, word)
         if named not in self.markers:
             raise self.reading.refuse(f"names {shown(named)}, which is no marker of the file", place, word)
         return JointEnd(*self.markers[named])
 
-    def _made(self, name: str, line: Line, one: JointEnd, other: JointEnd, place: str) -> Sequence[Joint]:
+    def _made(self, name: str, line: AsmtLine, one: JointEnd, other: JointEnd, place: str) -> Sequence[Joint]:
         kind = line.word
         chain = Chain(name, one.part, other.part, self.between)
         if kind in KINDS:
@@ -307,8 +307,8 @@ class _Solved(AssemblyDraft):
 
     # --- what moves --------------------------------------------------------------------------------------------------
 
-    def _acted(self, line: Line, by_name: Mapping[str, Line]) -> tuple[int, str]:
-        """Line and kind of the joint that a motion or limit names, or that has its markers."""
+    def _acted(self, line: AsmtLine, by_name: Mapping[str, AsmtLine]) -> tuple[int, str]:
+        """AsmtLine and kind of the joint that a motion or limit names, or that has its markers."""
         named = self._text(line, "MotionJoint")
         pair = [self._text(line, word) for word in MARKERS]
         for name, joint in by_name.items():
@@ -316,7 +316,7 @@ class _Solved(AssemblyDraft):
                 return joint.number, KINDS.get(joint.word, "")
         return 0, ""
 
-    def _moved(self, by_name: Mapping[str, Line]) -> None:
+    def _moved(self, by_name: Mapping[str, AsmtLine]) -> None:
         """Which joints motions drive, and through which values."""
         unread, others = [], []
         instants = self._instants()
@@ -349,7 +349,7 @@ class _Solved(AssemblyDraft):
         count = min(math.floor((end - start) / step + 0.5) + 1, MOST_INSTANTS)
         return [float(time) for time in np.linspace(start, end, max(count, 2))]
 
-    def _bounded(self, by_name: Mapping[str, Line]) -> None:
+    def _bounded(self, by_name: Mapping[str, AsmtLine]) -> None:
         """The ranges of joints."""
         others = []
         for line in self._every(self.top, "ConstraintSets", "Limits"):
