@@ -418,6 +418,30 @@ def test_links_are_parts_where_they_are(tmp_path: Path) -> None:
     assert "open" not in said
 
 
+@pytest.mark.parametrize(
+    "scale",
+    [
+        '<Property name="Scale" type="App::PropertyFloat"><Float value="2"/></Property>',
+        '<Property name="ScaleVector" type="App::PropertyVector">'
+        '<PropertyVector valueX="1" valueY="3" valueZ="1"/></Property>',
+    ],
+)
+def test_a_link_with_a_scale_is_refused_by_name(scale: str) -> None:
+    """Its holes are not as large as those of what it shows; a scale of one is none."""
+    for text, is_read in ((scale, False), (scale.replace('"2"', '"1"').replace('"3"', '"1"'), True)):
+        document = Document()
+        document.body("shown")
+        document.part("base")
+        document.link("arm", "shown", more=text)
+        document.ground("base")
+        document.joint("J", "Revolute", ("base.", pose()), ("arm.", pose()))
+        if is_read:
+            assert imported(document.write("a.FCStd"), Options()).mechanism.bodies == ("arm",)
+            continue
+        with pytest.raises(jp.InputError, match="'arm': is a link with a scale"):
+            imported(document.write("a.FCStd"), Options())
+
+
 def test_a_flexible_assembly_moves_and_a_rigid_one_does_not(tmp_path: Path) -> None:
     """Its parts are links in it, and its joints are in a group in it."""
     for rigid in (True, False):

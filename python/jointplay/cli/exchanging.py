@@ -10,12 +10,15 @@ from typing import Annotated, Any
 import typer
 
 from jointplay.errors import InputError, shown
+from jointplay.file.schema.values import is_finite
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
 from .options import File, LoadCase, Offset, PointName, Settings
 from .streams import hold
 
+#: options of the export that messages name
+KEYS_OF_EXPORT = ("configuration", "offsets", "question", "magnify")
 #: options by the words that messages of the import begin with
 OPTIONS = {
     "output": "--output-point",
@@ -26,6 +29,7 @@ OPTIONS = {
     "ground": "--ground",
     "backlash": "--backlash",
     "fit": "--fit",
+    "density": "--density",
 }
 
 
@@ -34,8 +38,8 @@ def import_(
         str,
         typer.Argument(
             metavar="FOREIGN",
-            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd); DXF (.dxf); pylinkage"
-            " (.json).",
+            help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd, .asmt); DXF (.dxf);"
+            " pylinkage (.json), Pyslvs (.pyslvs).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -82,6 +86,10 @@ def import_(
         str | None,
         typer.Option("--fit", metavar="FIT", help="Fit of pins that are drawn with the diameter of their holes: H7/g6"),
     ] = None,
+    density: Annotated[
+        list[str] | None,
+        typer.Option("--density", metavar="[PART=]NUMBER", help="kg/m^3 of the parts of an assembly: 7850, Rod=2700"),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Make a mechanism file of a robot, assembly or drawing.
@@ -109,6 +117,7 @@ def import_(
         backlash=_values(backlash, "--backlash"),
         keep_joints=keep_joints,
         fit=fit,
+        density=_densities(density),
     )
     try:
         found = imported(Path(file), options)
@@ -145,6 +154,20 @@ def _drives(given: list[str] | None) -> dict[str, object] | None:
     return found
 
 
+def _densities(given: list[str] | None) -> dict[str, float]:
+    """`7850` for all parts, and `Crank=2700`."""
+    pairs = [text if "=" in text else f"={text}" for text in given or ()]
+    found = {}
+    for pair in pairs:
+        name, _, text = pair.partition("=")
+        number = value(text, f"--density {name}".strip())
+        if not is_finite(number):
+            problem = f"a number of kg/m^3 is needed, such as 7850 or Crank=2700, not {shown(number)}"
+            raise InputError(problem, key=f"--density {name}".strip())
+        found[name.strip()] = float(number)
+    return found
+
+
 def _tables(given: list[str] | None, option: str) -> dict[str, Any]:
     found = _values(given, option)
     for name, table in found.items():
@@ -161,32 +184,44 @@ def _values(given: list[str] | None, option: str) -> dict[str, Any]:
 def export(
     file: File,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF) or .dxf.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF), .dxf or .csv."),
     ] = None,
     configuration: Annotated[
-        int,
+        int | None,
         typer.Option(
-            "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
+            "--configuration",
+            "-c",
+            metavar="N",
+            help="The configuration in which drives are held, or that is drawn; 0 if left out.",
+            show_default=False,
         ),
-    ] = 0,
+    ] = None,
     offset: Offset = None,
+    question: Annotated[
+        str | None, typer.Option("--question", "-q", metavar="NAME", help="Places of a .csv: worst or loaded.")
+    ] = None,
+    magnify: Annotated[
+        float, typer.Option("--magnify", metavar="TIMES", help="Factor on the displacements of a .csv.")
+    ] = 1.0,
     output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a model of MuJoCo, or a drawing in DXF.
+    """Write a model of MuJoCo, a drawing in DXF, or a table of places for CAD.
 
     Clearances of the model are gaps between solids in contact, for a study of dynamics.
     """
     from jointplay.exchange.exporting import export as write
 
     if output is None:
-        raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
+        raise InputError("say where it goes: -o NAME.xml (MJCF), -o NAME.dxf or -o NAME.csv", key="--output")
     m = answer.mechanism(file, settings, output_point, load_case)
     try:
-        write(m, output, configuration=configuration, offsets=answer.offsets(m, offset) if offset else None)
+        offsets = answer.offsets(m, offset) if offset else None
+        write(m, output, configuration=configuration, offsets=offsets, question=question, magnify=magnify)
     except InputError as problem:
-        key = f"--{problem.key.rstrip('s')}" if problem.key in ("configuration", "offsets") else problem.key
+        key = f"--{problem.key.rstrip('s')}" if problem.key in KEYS_OF_EXPORT else problem.key
         raise InputError(problem.problem, file=problem.file, key=key) from None
     typer.echo(f"wrote {output}")
     return DONE

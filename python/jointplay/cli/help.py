@@ -72,6 +72,7 @@ LINES: dict[str, dict[str, str]] = {
     "export": {
         "jointplay export four-bar.toml -o four-bar.xml": "a model for MuJoCo",
         "jointplay export four-bar.toml -o four-bar.dxf": "a drawing",
+        "jointplay export four-bar.toml -o places.csv -q worst": "places for CAD",
     },
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }

@@ -46,6 +46,7 @@ def _numbers(skeleton: Skeleton) -> Iterator[tuple[str, Vector]]:
         own = [*joint.place.at, *([] if joint.second is None else joint.second.at), joint.coordinate, joint.lead]
         own += [] if joint.follows is None else joint.follows[1:]
         own += [] if joint.curve is None else joint.curve[1]
+        own += joint.motion or ()
         yield f"joint '{joint.name}'", np.array(own)
     for name, (_, frame) in skeleton.frames.items():
         yield f"frame '{name}'", np.array([*frame.at, *frame.axes.ravel()])

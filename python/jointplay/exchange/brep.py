@@ -35,6 +35,9 @@ CURVES = {1: 6, 2: 13, 3: 14, 4: 13, 5: 14}
 SURFACES = {1: 12, 2: 13, 3: 14, 4: 13, 5: 14}
 #: larger than any number of a file: kernels write 2e100 for lines without an end
 ENDLESS = 1e101
+#: the same of curves in the parameters of a surface, and curves in space by their type
+FLAT = {1: 4, 2: 7, 3: 8, 4: 7, 5: 8}
+SPACE = {1: "line", 2: "circle", 3: "ellipse"}
 NAMES = {"Edge": {1: "line", 2: "circle"}, "Face": {1: "plane", 2: "cylinder", 3: "cone", 4: "sphere", 5: "torus"}}
 #: a location: elementary ones with their powers, so that two that are equal are seen to be
 _Chain = tuple[tuple[int, int], ...]
@@ -80,6 +83,17 @@ class ShapeElement:
 
 
 @dataclass(frozen=True)
+class _OnSurface:
+    """A curve of an edge on a surface, and the second one of a seam; numbers are zero of that in space."""
+
+    curve: int
+    second: int
+    surface: int
+    location: int
+    ends: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class _Raw:
     """A shape of the list: its type, curve, surface or point with its location, and what it is made of."""
 
@@ -88,10 +102,57 @@ class _Raw:
     location: int
     point: tuple[float, ...]
     inner: tuple[tuple[str, int, int], ...]
+    traces: tuple[_OnSurface, ...]
 
 
 @dataclass(frozen=True)
-class _Met:
+class Trace:
+    """An edge of a face.
+
+    Attributes
+    ----------
+    curve : tuple or None
+        Type and numbers of its curve in the parameters of the surface.
+    ends : tuple of float
+        From where to where on the curve.
+    is_reversed : bool
+        Whether the face is on its right.
+    drawn : tuple or None
+        Kind and numbers of its curve in space, where it has none on the surface.
+    matrix : ndarray
+        Where that curve is.
+    """
+
+    curve: tuple[int, tuple[float, ...]] | None
+    ends: tuple[float, float]
+    is_reversed: bool
+    drawn: tuple[str, tuple[float, ...]] | None
+    matrix: np.ndarray
+
+
+@dataclass(frozen=True)
+class Plotted:
+    """A spline in the parameters of a surface."""
+
+    degree: int
+    poles: np.ndarray
+    weights: np.ndarray
+    knots: tuple[float, ...]
+    counts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, numbers: tuple[float, ...]) -> Plotted:
+        """That of the numbers of a curve of type 7."""
+        rational, degree, count = (int(number) for number in numbers[:3])
+        width = 2 + bool(rational)
+        poles = np.reshape(numbers[3 : 3 + count * width], (count, width))
+        knots = numbers[3 + count * width :]
+        weights = poles[:, 2] if rational else np.ones(count)
+        return cls(degree, poles[:, :2], weights, tuple(knots[::2]), tuple(int(number) for number in knots[1::2]))
+
+
+@dataclass(frozen=True)
+class Met:
     """A shape as it is met: its number, where it is, and whether it is turned inside out."""
 
     number: int
@@ -121,6 +182,9 @@ class _Tokens:
     def whole(self) -> int:
         return int(self.word())
 
+    def pair(self) -> tuple[float, float]:
+        return self.number(), self.number()
+
     def several(self, count: int) -> tuple[float, ...]:
         if not 0 <= count <= len(self.words) - self.at:
             raise Unreadable("it ends too early")
@@ -146,6 +210,7 @@ class PartShape:
             raise Unreadable("it is of a version that is not read")
         try:
             self.matrices, self.locations = self._locations(*_section(text, "Locations", "Curve2ds"))
+            self.flat = self._each(_flat_curve, *_section(text, "Curve2ds", "Curves"))
             self.curves = self._each(_curve, *_section(text, "Curves", "Polygon3D"))
             self.surfaces = self._each(_surface, *_section(text, "Surfaces", "Triangulations"))
             self.shapes, self.root = self._shapes(*_section(text, "TShapes", None))
@@ -186,7 +251,7 @@ class PartShape:
         found: dict[int, _Raw] = {}
         for number in range(count, 0, -1):
             kind = tokens.word()
-            geometry, location, point = _geometry(kind, tokens)
+            geometry, location, point, traces = _geometry(kind, tokens)
             if FLAGS.fullmatch(tokens.word()) is None:
                 raise Unreadable(f"shape {number} is damaged")
             inner = []
@@ -195,7 +260,7 @@ class PartShape:
             # What a shape is made of is listed before it: nothing is inside of itself.
             if any(part not in found for _, part, _ in inner):
                 raise Unreadable(f"shape {number} is made of one that is not there")
-            found[number] = _Raw(kind, geometry, location, point, tuple(inner))
+            found[number] = _Raw(kind, geometry, location, point, tuple(inner), traces)
         root = _subshape(tokens.word(), tokens)
         if root[1] not in found:
             raise Unreadable("the outermost shape is not there")
@@ -204,15 +269,15 @@ class PartShape:
     # --- what is met ------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _met(self) -> dict[str, list[_Met]]:
+    def _met(self) -> dict[str, list[Met]]:
         """Faces, edges and vertices in their order."""
         return {name: list(self._inside(kind)) for name, kind in KINDS.items()}
 
-    def _inside(self, wanted: str, start: _Met | None = None) -> Iterator[_Met]:
+    def _inside(self, wanted: str, start: Met | None = None) -> Iterator[Met]:
         """Shapes of a type inside of one, or of the whole; each once."""
         sign, number, _ = self.root
         # Where the whole part is is its placement, which is no matter of its own axes.
-        waiting = [start or _Met(number, (), sign == "-")]
+        waiting = [start or Met(number, (), sign == "-")]
         seen: set[tuple[int, _Chain]] = set()
         for _ in range(MOST_MET):
             if not waiting:
@@ -225,7 +290,7 @@ class PartShape:
                     yield here
             elif ORDER.index(raw.kind) < ORDER.index(wanted):
                 waiting += [
-                    _Met(part, _composed(here.where, self._location(location)), here.is_reversed != (sign == "-"))
+                    Met(part, _composed(here.where, self._location(location)), here.is_reversed != (sign == "-"))
                     for sign, part, location in reversed(raw.inner)
                 ]
         raise Unreadable(f"it is made of more than {MOST_MET} shapes")
@@ -253,11 +318,63 @@ class PartShape:
         """All faces that are part of a ``cylinder`` or of a ``sphere``."""
         return [self._element("Face", met) for met in self._met["Face"] if self._kind("Face", met) == kind]
 
-    def _kind(self, kind: str, met: _Met) -> str:
+    # --- what its volume is made of ---------------------------------------------------------------------------------
+
+    def faces(self) -> list[Met]:
+        """All faces."""
+        return self._met["Face"]
+
+    def somewhere(self) -> Vector:
+        """A point in the middle of its vertices, mm."""
+        corners = [self._element("Vertex", met).at for met in self._met["Vertex"]]
+        return np.mean(corners, axis=0) / MM if corners else np.zeros(3)
+
+    def surface_of(self, face: Met) -> tuple[str, tuple[float, ...], np.ndarray]:
+        """Kind and numbers of the surface of a face, and where it is."""
+        raw = self.shapes[face.number]
+        kind = self._kind("Face", face)
+        numbers = self.surfaces[raw.geometry - 1][1] if kind != "other" else ()
+        return kind, numbers, self._matrix(face.where, raw.location)
+
+    def boundary(self, face: Met) -> Iterator[Trace]:
+        """The edges of a face, those of a seam twice."""
+        raw = self.shapes[face.number]
+        found = False
+        for wire_sign, wire, wire_place in raw.inner:
+            if self.shapes[wire].kind != "Wi":
+                continue
+            for sign, number, place in self.shapes[wire].inner:
+                edge = self.shapes[number]
+                if sign not in "+-" or edge.kind != "Ed":
+                    continue
+                found = True
+                where = _composed(self._location(wire_place), self._location(place))
+                yield self._trace(raw, face, edge, where, (sign == "-") != (wire_sign == "-"))
+        if not found:
+            raise Unreadable("a face has no edges")
+
+    def _trace(self, face: _Raw, met: Met, edge: _Raw, where: _Chain, is_reversed: bool) -> Trace:
+        # The place of the surface as the edge sees it.
+        seen = _composed(_powered(where, -1), self._location(face.location))
+        on = [one for one in edge.traces if one.surface == face.geometry]
+        on = on if len(on) < 2 else [one for one in on if self._location(one.location) == seen]
+        if on:
+            number = on[0].second if is_reversed and on[0].second else on[0].curve
+            if not 0 < number <= len(self.flat):
+                raise Unreadable("a curve is not there")
+            return Trace(self.flat[number - 1], on[0].ends, is_reversed, None, np.eye(4))
+        in_space = next((one for one in edge.traces if not one.surface), None)
+        if in_space is None or not 0 < edge.geometry <= len(self.curves):
+            return Trace(None, (0.0, 0.0), is_reversed, None, np.eye(4))
+        kind, numbers = self.curves[edge.geometry - 1]
+        matrix = self._matrix(_composed(met.where, where), edge.location)
+        return Trace(None, in_space.ends, is_reversed, (SPACE.get(kind, "other"), numbers), matrix)
+
+    def _kind(self, kind: str, met: Met) -> str:
         listed, number = self.surfaces if kind == "Face" else self.curves, self.shapes[met.number].geometry
         return NAMES[kind].get(listed[number - 1][0], "other") if 0 < number <= len(listed) else "other"
 
-    def _element(self, kind: str, met: _Met) -> ShapeElement:
+    def _element(self, kind: str, met: Met) -> ShapeElement:
         raw = self.shapes[met.number]
         matrix = self._matrix(met.where, raw.location)
         if kind == "Vertex":
@@ -329,10 +446,11 @@ def _subshape(word: str, tokens: _Tokens) -> tuple[str, int, int]:
     return word[0], int(word[1:]), tokens.whole()
 
 
-def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...]]:
-    """Number of the curve or surface of a shape, its location, and the point of a vertex."""
+def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...], tuple[_OnSurface, ...]]:
+    """Number of the curve or surface of a shape, its location, the point of a vertex, and the curves of an edge."""
     geometry = location = 0
     point: tuple[float, ...] = ()
+    traces: list[_OnSurface] = []
     if kind == "Ve":
         point = tokens.several(4)[1:]
         while tokens.several(1) and (way := tokens.whole()) != 0:
@@ -343,18 +461,21 @@ def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...]]:
         while (way := tokens.whole()) != 0:
             if way == 1:
                 geometry, location = tokens.whole(), tokens.whole()
-                tokens.several(2)
-            elif way == 3:
-                # The number of the second curve and the continuity stand in one word, 2CN.
-                tokens.word()
-                if tokens.word().isdigit():
-                    tokens.word()
-                tokens.several(4)
+                traces.append(_OnSurface(0, 0, 0, 0, tokens.pair()))
+            elif way in (2, 3):
+                first, second = tokens.whole(), 0
+                if way == 3:
+                    # The number of the second curve and the continuity stand in one word, 2CN.
+                    word = tokens.word()
+                    second = int(word.split("C")[0])
+                    if word.isdigit():
+                        tokens.word()
+                traces.append(_OnSurface(first, second, tokens.whole(), tokens.whole(), tokens.pair()))
             elif way == 4:
                 tokens.word()
                 tokens.several(4)
             else:
-                tokens.several({2: 5, 5: 2, 6: 3, 7: 4}[way])
+                tokens.several({5: 2, 6: 3, 7: 4}[way])
     elif kind == "Fa":
         tokens.several(2)
         geometry, location = tokens.whole(), tokens.whole()
@@ -362,7 +483,32 @@ def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...]]:
             tokens.several(2)
     elif kind not in ORDER:
         raise Unreadable("a shape is of no kind")
-    return geometry, location, point
+    return geometry, location, point, tuple(traces)
+
+
+def _flat_curve(tokens: _Tokens, depth: int) -> tuple[int, tuple[float, ...]]:
+    """Type and numbers of a curve in the parameters of a surface, as `_curve` has those in space."""
+    if depth > DEEPEST:
+        raise Unreadable("curves are inside one another without end")
+    kind = tokens.whole()
+    if kind in FLAT:
+        return kind, tokens.several(FLAT[kind])
+    if kind == 6:
+        rational, degree = tokens.whole(), tokens.whole()
+        poles = tokens.several((degree + 1) * (2 + bool(rational)))
+        return 7, (rational, degree, degree + 1, *poles, 0.0, degree + 1, 1.0, degree + 1)
+    if kind == 7:
+        rational, periodic, degree, count, knots = (tokens.whole() for _ in range(5))
+        numbers = tokens.several(count * (2 + bool(rational)) + 2 * knots)
+        return (0, ()) if periodic else (7, (rational, degree, count, *numbers))
+    if kind == 8:
+        tokens.several(2)
+        return _flat_curve(tokens, depth + 1)
+    if kind == 9:
+        tokens.several(1)
+        _flat_curve(tokens, depth + 1)
+        return 0, ()
+    raise Unreadable(f"{kind} is no kind of curve")
 
 
 def _curve(tokens: _Tokens, depth: int) -> tuple[int, tuple[float, ...]]:

@@ -38,7 +38,7 @@ METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 DOCUMENT = "Document.xml"
 #: properties that are kept of an object
 KEPT = re.compile(
-    r"Label|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|ElementCount|Rigid|ObjectToGround|JointType|Reference[12]"
+    r"Label|Visibility|Placement[12]?|Shape|Group|LinkedObject|LinkTransform|Scale(Vector)?|ElementCount|Rigid|ObjectToGround|JointType|Reference[12]"
     r"|Suppressed|Activated|Distance2?|Angle|(Enable)?(Length|Angle)(Min|Max)"
 )
 #: metres per unit of the format
@@ -139,6 +139,16 @@ class DocumentItem:
             # Without a dot at its end it is an object, too.
             path, last = [*path, last], ""
         return Reference(found.get("name") or "", tuple(part for part in path if part), last)
+
+    def scales(self) -> list[float]:
+        """By what a link shows another size than what it leads to: one number, and one for each axis."""
+        text = self.value("Scale", "Float")
+        found = [self.reading.number(text, 1.0, self.place, "Scale")]
+        vector = self.properties["ScaleVector"].find("PropertyVector") if "ScaleVector" in self.properties else None
+        if vector is not None:
+            ends = (vector.get(f"value{axis}") for axis in "XYZ")
+            found += [self.reading.number(end, 1.0, self.place, "ScaleVector") for end in ends]
+        return found
 
     def frame(self, name: str) -> Frame:
         """A placement: position in m and rotation; none where there is none."""

@@ -2,18 +2,13 @@
 
 A joint names two objects by their paths in the assembly, the moving part first, and has a frame on each: `Placement1`
 and `Placement2`, in the axes of the object that the path ends at, offsets included. Its z axis is that of the joint.
-With the frames F1 and F2 in the drawing, what joints measure is that of the second part in F1,
-
-    travel = z1 . (o2 - o1),    angle = atan2(y1 . x2, x1 . x2)
-
-Constraints that are no joint by themselves become joints in series, with massless bodies between them: a distance of
-two points is a rod between two balls. How they are meant is in `constraints`.
+What joints measure is in `assembling`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,14 +19,14 @@ import numpy as np
 from jointplay.basics.files import is_within
 from jointplay.errors import listed, not_known, shown
 
+from .assembling import SKEW, AssemblyDraft, JointEnd
 from .brep import PartShape, ShapeElement, Unreadable
-from .constraints import Chain, at_a_distance, at_an_angle, form_of, rolling, teeth
+from .constraints import Chain, at_a_distance, at_an_angle, form_of
 from .fcstd import MM, Archive, Budget, DocumentItem, shape_member
 from .options import Options
 from .pairing import balls, bores, pair
-from .settling import measured, settled
-from .shaping import grounded
-from .skeleton import Attachment, Body, Frame, Joint, PinAndHole, Skeleton, fixed, floating, free
+from .skeleton import Body, Frame, Joint, PinAndHole, Skeleton, fixed, free
+from .solids import SolidPart, solid
 
 #: the fixed body
 WORLD = "world"
@@ -53,6 +48,8 @@ DATUMS = (
 LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
 #: objects that a reference names, one inside of the other
 LONGEST_PATH = 200
+#: kg/m^3, twice as dense as any metal
+DENSEST = 5e4
 #: joints as the mechanism file has them
 KINDS = {
     "Fixed": "fixed",
@@ -64,22 +61,14 @@ KINDS = {
 #: the same of constraints that hold directions only: rad
 ANGLES = {"Parallel": 0.0, "Perpendicular": math.pi / 2, "Angle": math.nan}
 TYPES = (*KINDS, *ANGLES, "Distance", "RackPinion", "Screw", "Gears", "Belt")
-#: how much less than one the product of two unit vectors may be that are parallel, or across each other
-SKEW = 1e-6
-#: how far a joint may be open in the drawing: m, rad
-OPEN = 1e-6
 
 
 @dataclass(frozen=True)
-class Side:
-    """One side of a joint.
+class Side(JointEnd):
+    """One side of a joint, with what it names.
 
     Attributes
     ----------
-    part : str
-        Name of the body.
-    frame : Frame
-        The joint's frame in the drawing.
     owner : Frame
         That of the object whose element it names.
     archive, item
@@ -88,17 +77,10 @@ class Side:
         Such as ``Face3``.
     """
 
-    part: str
-    frame: Frame
     owner: Frame
     archive: Archive | None
     item: DocumentItem | None
     element: str
-
-    @property
-    def axis(self) -> np.ndarray:
-        """Direction of the joint."""
-        return self.frame.axes[:, 2]
 
 
 def read(path: Path, options: Options) -> Skeleton:
@@ -109,34 +91,33 @@ def read(path: Path, options: Options) -> Skeleton:
     InputError
         When the document has none, or a joint that is not read.
     """
-    return _Assembly(path).skeleton(options.ground)
+    return _Assembly(path).skeleton(options.ground, options.density)
 
 
-class _Assembly:
+class _Assembly(AssemblyDraft):
     """One assembly on its way to a skeleton."""
 
     def __init__(self, path: Path) -> None:
+        super().__init__()
         self.budget = Budget()
         self.archive = Archive(path, self.budget)
         self.others: dict[Path, Archive] = {}
         self.reading = self.archive.reading
         self.items = self.archive.items
-        self.notes: list[str] = []
         self.top = self._chosen()
-        self.bodies: dict[str, Body] = {WORLD: Body()}
+        self.bodies[WORLD] = Body()
         #: names of bodies by those of objects
         self.parts: dict[str, str] = {}
-        #: bodies between the joints of a chain
-        self.added: set[str] = set()
-        #: frames of joints on both sides
-        self.frames: dict[str, tuple[Frame, Frame]] = {}
         self.shapes: dict[tuple[str, str], PartShape | None] = {}
+        self.solid: dict[tuple[str, str], SolidPart | None] = {}
         #: sleeves with limits of their angle
         self.turning: list[str] = []
         #: documents that are named and not there
         self.gone: dict[str, None] = {}
         #: objects whose shape is damaged, too long or of another version
         self.unread: list[str] = []
+        #: what the bodies show
+        self.shown: dict[str, DocumentItem] = {}
 
     def _chosen(self) -> DocumentItem:
         """The assembly that is read: no other one has it inside."""
@@ -176,9 +157,14 @@ class _Assembly:
     def _part(self, item: DocumentItem, frame: Frame) -> str:
         """Name of the body of an object."""
         if item.name not in self.parts:
+            if item.kind in LINKS and any(abs(scale - 1.0) > SKEW for scale in item.scales()):
+                size = ", ".join(f"{scale:g}" for scale in item.scales())
+                problem = f"is a link with a scale ({size}), which is not read; give the part its size"
+                raise self.reading.refuse(problem, item.place)
             name = free(item.label, self.bodies)
             self.parts[item.name] = name
             self.bodies[name] = Body(frame)
+            self.shown[name] = item
         return self.parts[item.name]
 
     def _other(self, archive: Archive, file: str) -> Archive | None:
@@ -264,7 +250,7 @@ class _Assembly:
 
     # --- all of it --------------------------------------------------------------------------------------------------
 
-    def skeleton(self, ground: str | None) -> Skeleton:
+    def skeleton(self, ground: str | None, density: Mapping[str, float]) -> Skeleton:
         """All of it."""
         held = list(dict.fromkeys(self._grounded()))
         # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
@@ -276,23 +262,71 @@ class _Assembly:
         if not is_world:
             del self.bodies[WORLD]
         base = WORLD if is_world else self._fixed(ground, held)
-        loose = [name for group in floating(self.bodies, joints, base) for name in group]
-        if loose:
-            self.notes.append(f"Nothing holds these parts to what is fixed, and they are left out: {listed(loose)}.")
-        found = Skeleton(
-            title=self.top.label if self.top.label != "Assembly" else self.archive.path.stem,
-            bodies={name: body for name, body in self.bodies.items() if name not in loose},
-            # A crank is driven rather than what it drives.
-            joints=tuple(
-                sorted((one for one in joints if one.bodies[0] not in loose), key=lambda one: one.kind != "revolute")
-            ),
-            ground=base,
-            notes=tuple(self.notes),
-        )
-        found = grounded(settled(found, self.frames), base)
-        # What is between the joints of a chain has the axes of the ground, in which it starts where it is drawn.
-        own = {name: body if name not in self.added else Body(is_between=True) for name, body in found.bodies.items()}
-        return replace(found, bodies=own)
+        if density:
+            self._weigh(density, base)
+        title = self.top.label if self.top.label != "Assembly" else self.archive.path.stem
+        return self.closed(title, joints, base)
+
+    # --- masses -----------------------------------------------------------------------------------------------------
+
+    def _weigh(self, density: Mapping[str, float], base: str) -> None:
+        """Give the parts the masses of their shapes; what is fixed needs none."""
+        for name, value in density.items():
+            if name and name not in self.shown:
+                raise self.reading.refuse(not_known(name, "a part", self.shown), "density")
+            if not 0.0 < value <= DENSEST:
+                raise self.reading.refuse(
+                    f"is more than 0 and at most {DENSEST:g} kg/m^3, not {value:g}", "density", name
+                )
+        unknown, weighed = [], False
+        for name, item in self.shown.items():
+            rho = density.get(name, density.get("", 0.0))
+            if name == base or not rho:
+                continue
+            body = self.bodies[name]
+            own = [self._massive(frame, solid, rho) for frame, solid in self._solids(self.archive, item, body.frame, 0)]
+            if own and None not in own:
+                weighed = True
+                self.bodies[name] = body.with_masses_of([one for one in own if one is not None])
+            else:
+                unknown.append(name)
+        if unknown:
+            kinds = "closed shapes of planes, cylinders, cones, spheres and tori"
+            self.notes.append(f"These parts have no masses, because they are not {kinds}: {listed(unknown)}.")
+        if weighed:
+            self.notes.append("Weight acts against z of the drawing.")
+
+    @staticmethod
+    def _massive(frame: Frame, found: SolidPart | None, density: float) -> Body | None:
+        if found is None:
+            return None
+        inertia = density * frame.axes @ found.inertia @ frame.axes.T
+        return Body(frame, density * found.volume, frame.point(found.centre), inertia)
+
+    def _solids(
+        self, archive: Archive, item: DocumentItem, frame: Frame, depth: int
+    ) -> Iterator[tuple[Frame, SolidPart | None]]:
+        """The solids that a part shows, with their frames; None of what has no volume that is known."""
+        there, found = self._shown(archive, item)
+        if there is None or found is None or depth > LONGEST_CHAIN:
+            yield frame, None
+        elif found.kind in (*CONTAINERS, *GROUPS) or _is_array(found):
+            for name in dict.fromkeys(found.links("Group")):
+                inner = there.items.get(name)
+                if inner is not None and inner.holds("Visibility", default=True) and _has_shape(inner):
+                    within = frame if inner.kind in GROUPS[:2] else frame @ self._frame(there, inner)
+                    yield from self._solids(there, inner, within, depth + 1)
+        else:
+            yield frame, self._solid(there, found)
+
+    def _solid(self, archive: Archive, item: DocumentItem) -> SolidPart | None:
+        key = (archive.file, item.name)
+        if key not in self.solid:
+            shape = self._shape_of(archive, item)
+            self.solid[key] = None
+            with suppress(Unreadable):
+                self.solid[key] = None if shape is None else solid(shape)
+        return self.solid[key]
 
     def _unjoined(self, item: DocumentItem) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""
@@ -369,12 +403,11 @@ class _Assembly:
             self.notes.append(f"The screws beside these joints hold what they do: {listed(one.name for one in held)}.")
 
     def _made(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Sequence[Joint]:
-        sides = (one.frame.at, one.axis), (other.frame.at, other.axis)
-        chain = Chain(name, one.part, other.part, self._added)
+        chain = Chain(name, one.part, other.part, self.between)
         if kind in KINDS:
             return [self._plain(name, KINDS[kind], item, one, other)]
         if kind in ANGLES:
-            return at_an_angle(chain, *sides, _angle(item) if kind == "Angle" else ANGLES[kind])
+            return at_an_angle(chain, one.line, other.line, _angle(item) if kind == "Angle" else ANGLES[kind])
         if kind == "Distance":
             return self._distance(chain, item, one, other)
         if kind in ("Gears", "Belt"):
@@ -385,19 +418,8 @@ class _Assembly:
             lead = item.number("Distance")
             if not lead:
                 raise self.reading.refuse("its pitch is zero", item.place, "Distance")
-            joint = self._plain(name, "screw", item, one, other)
-            # Travel and angle are zero together, wherever along the thread that is.
-            travel = lead * MM * measured("screw", one.frame, other.frame) / (2.0 * math.pi)
-            start = replace(joint.second or joint.place, at=one.frame.at + travel * one.axis)
-            return [replace(joint, lead=lead * MM, second=start, limits=None)]
+            return [self.screw(name, one, other, lead * MM)]
         raise self.reading.refuse(not_known(kind, "a joint that is read", TYPES), item.place)
-
-    def _added(self, name: str) -> str:
-        """A body between two joints of a chain."""
-        called = free(name, self.bodies)
-        self.bodies[called] = Body()
-        self.added.add(called)
-        return called
 
     def _distance(self, chain: Chain, item: DocumentItem, one: Side, other: Side) -> list[Joint]:
         kinds, radii = zip(*(self._side(item, end) for end in (one, other)), strict=True)
@@ -408,8 +430,8 @@ class _Assembly:
             distance += sum(radii)
         if is_swapped:
             one, other = other, one
-            chain = Chain(chain.name, one.part, other.part, self._added)
-        return at_a_distance(chain, form, (one.frame.at, one.axis), (other.frame.at, other.axis), abs(distance))
+            chain = Chain(chain.name, one.part, other.part, self.between)
+        return at_a_distance(chain, form, one.line, other.line, abs(distance))
 
     def _side(self, item: DocumentItem, end: Side) -> tuple[str, float]:
         """What a side of a distance is, and its radius."""
@@ -427,16 +449,19 @@ class _Assembly:
 
     def _shape(self, end: Side) -> PartShape | None:
         """The shape of the object that a side names; None where it cannot be read."""
-        if end.archive is None or end.item is None or not shape_member(end.item):
+        return None if end.archive is None or end.item is None else self._shape_of(end.archive, end.item)
+
+    def _shape_of(self, archive: Archive, item: DocumentItem) -> PartShape | None:
+        if not shape_member(item):
             return None
-        key = (end.archive.file, end.item.name)
+        key = (archive.file, item.name)
         if key not in self.shapes:
-            text = end.archive.shape(end.item)
+            text = archive.shape(item)
             self.shapes[key] = None
             with suppress(Unreadable):
                 self.shapes[key] = None if text is None else PartShape(text)
             if self.shapes[key] is None:
-                self.unread.append(end.item.label)
+                self.unread.append(item.label)
         return self.shapes[key]
 
     def _element(self, end: Side) -> ShapeElement | None:
@@ -471,34 +496,8 @@ class _Assembly:
     # --- couplings --------------------------------------------------------------------------------------------------
 
     def _wheels(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
-        """Gears or a belt: the ratio of the radii is kept, and gears touch."""
-        first, second = (self._radius(item, key) for key in ("Distance", "Distance2"))
-        along = self._parallel(item, one, other)
-        away = other.frame.at - one.frame.at
-        away = away - one.axis * (one.axis @ away)
-        apart = float(np.linalg.norm(away))
-        # Each wheel turns about its own axis: where they are opposite, what turns against each other turns alike.
-        meshes = (kind == "Gears") == (along > 0)
-        counts = teeth(first, second)
-        scale = 1.0
-        if meshes:
-            if apart < OPEN:
-                raise self.reading.refuse("its gears have one axis, and cannot mesh", item.place)
-            scale = apart / (first + second)
-            if abs(scale - 1.0) > 1e-6:
-                words = f"Gears mesh at the distance of their axes, {apart / MM:.6g} mm, with the ratio of their radii"
-                self.notes.append(f"{words}: {name}.")
-        own = first * scale
-        radii = [own / MM, own * counts[1] / counts[0] / MM]
-        level = Attachment(other.frame.at - one.axis * (one.axis @ (other.frame.at - one.frame.at)), one.axis)
-        return Joint(
-            name,
-            "gear" if meshes else "belt",
-            (one.part, other.part),
-            Attachment(one.frame.at, one.axis),
-            replace(level, axis=along * other.axis),
-            keys={"teeth": list(counts), "radii": radii},
-        )
+        radii = self._radius(item, "Distance"), self._radius(item, "Distance2")
+        return self.wheels(name, one, other, radii, kind == "Belt", item.place)
 
     def _rack(self, name: str, item: DocumentItem, one: Side, other: Side) -> Joint:
         """A rack, which slides along the axis of its side, and a pinion."""
@@ -511,16 +510,7 @@ class _Assembly:
             raise self.reading.refuse("its rack is not at right angles to the axis of the pinion", item.place)
         along = along / np.linalg.norm(along)
         radius = self._radius(item, "Distance")
-        at = rolling(pinion.frame.at, pinion.axis, along, radius)
-        return Joint(
-            name,
-            "rack",
-            (rack.part, pinion.part),
-            Attachment(at, pinion.axis),
-            Attachment(pinion.frame.at, pinion.axis),
-            side=along,
-            keys={"radius": radius / MM},
-        )
+        return self.rack(name, rack.part, pinion, pinion.axis, along, radius)
 
     def _slides(self, end: Side) -> bool:
         """Whether a part is on a slider along the axis of a side."""
@@ -543,36 +533,18 @@ class _Assembly:
             raise self.reading.refuse(f"a radius is positive, not {item.number(key):g}", item.place, key)
         return radius
 
-    def _parallel(self, item: DocumentItem, one: Side, other: Side) -> float:
-        """1 where the axes point the same way, -1 where against each other."""
-        along = float(one.axis @ other.axis)
-        if abs(along) < 1.0 - SKEW:
-            raise self.reading.refuse("its axes are not parallel; such wheels are not read", item.place)
-        return math.copysign(1.0, along)
-
     def _plain(self, name: str, kind: str, item: DocumentItem, one: Side, other: Side) -> Joint:
-        """A joint that the mechanism file has."""
-        bodies = (one.part, other.part)
-        self.frames[name] = one.frame, other.frame
-        if kind == "fixed":
-            return Joint(name, kind, bodies, Attachment(one.frame.at))
-        # A ball has no axis; others are along that of the first side, whichever way the second one points.
-        has_axis = kind != "spherical"
-        along = math.copysign(1.0, float(one.axis @ other.axis)) * other.axis
-        limits = None
-        if has_axis:
-            limits = _limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM)
-            if kind == "cylindrical" and _limits(item, "Angle", math.pi / 180):
-                self.turning.append(name)
-        return Joint(
-            name,
-            kind,
-            bodies,
-            Attachment(one.frame.at, one.axis if has_axis else None),
-            Attachment(other.frame.at, along if has_axis else None),
-            limits=limits,
-            sizes=None if kind == "screw" else self._sizes(kind, one, other),
-        )
+        """A joint that the mechanism file has, with its range and its sizes."""
+        limits = _limits(item, "Angle", math.pi / 180) if kind == "revolute" else _limits(item, "Length", MM)
+        if kind == "cylindrical" and _limits(item, "Angle", math.pi / 180):
+            self.turning.append(name)
+        sizes = None if kind == "fixed" else self._sizes(kind, one, other)
+        return self.plain(name, kind, one, other, limits, sizes)
+
+
+def _has_shape(item: DocumentItem) -> bool:
+    """Whether something inside of a part can be a solid of it."""
+    return (bool(shape_member(item)) and item.kind not in DATUMS) or item.kind in (*LINKS, *CONTAINERS, *GROUPS)
 
 
 def _is_flexible(item: DocumentItem) -> bool:

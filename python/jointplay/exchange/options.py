@@ -30,6 +30,8 @@ class Options:
         Whether joints that look like lost motion of the joint beside them stay joints.
     fit : str or None
         Fit of pins that are drawn with the diameter of their holes.
+    density : mapping
+        kg/m^3 by the name of a part; by nothing for all others.
     """
 
     output: str | None = None
@@ -41,3 +43,4 @@ class Options:
     backlash: Mapping[str, object] = field(default_factory=dict)
     keep_joints: bool = False
     fit: str | None = None
+    density: Mapping[str, float] = field(default_factory=dict)

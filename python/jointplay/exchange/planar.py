@@ -43,7 +43,8 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
     """
     plane = _plane(skeleton)
     kept, within = [], []
-    for joint in skeleton.joints:
+    for drawn in skeleton.joints:
+        joint = _seen(drawn, plane)
         if joint.kind == "planar" and _is_along(joint, plane):
             within.append(joint.name)
         else:
@@ -117,6 +118,13 @@ def _check(joint: Joint, plane: Matrix, *, along: bool) -> None:
         what = "off the normal of the plane" if along else "out of the plane, whose normal is"
         problem = f"its axis is {angle:.3g} degrees {what} [{normal}]; the mechanism is not planar"
         raise InputError(problem, key=f"planar joint '{joint.name}'")
+
+
+def _seen(joint: Joint, plane: Matrix) -> Joint:
+    """The joint, where a sleeve that is seen from its side is a guide."""
+    axis = joint.place.axis
+    is_across = joint.kind == "cylindrical" and axis is not None and abs(float(plane[2] @ axis)) <= TILT
+    return replace(joint, kind="prismatic") if is_across else joint
 
 
 def _is_along(joint: Joint, plane: Matrix) -> bool:

@@ -28,7 +28,7 @@ from .planar import projected
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
-from .writing import EXAMPLE, sized, text
+from .writing import EXAMPLE, sized, text, unit_of
 
 #: the point that is the output where none is asked for
 OUTPUT = "output"
@@ -68,6 +68,7 @@ def read(
     backlash: Mapping[str, object] | None = None,
     keep_joints: bool = False,
     fit: str | None = None,
+    density: float | Mapping[str, float] | None = None,
 ) -> Mechanism:
     """Read a mechanism from a foreign format.
 
@@ -79,8 +80,8 @@ def read(
     path : path-like
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
-        An assembly of FreeCAD 1.0 or later (`.FCStd`). A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage
-        of pylinkage (`.json`).
+        An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`;
+        needs the extra `dxf`), or a linkage of pylinkage (`.json`) or Pyslvs (`.pyslvs`).
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
         is called output, or the body that most joints separate from the ground.
@@ -108,6 +109,9 @@ def read(
     fit : str, optional
         Fit of ISO 286, such as ``"H7/g6"``, of all pins of an assembly that are drawn with the diameter of their holes.
         Pins that are drawn smaller have the clearance of the drawing.
+    density : float or mapping, optional
+        Of the parts of an assembly in kg/m^3, or by the name of a part: their masses, centres and moments of inertia
+        are those of their shapes.
 
     Returns
     -------
@@ -134,8 +138,9 @@ def read(
     (('pin',), [0, 0, 1000])
     """
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
+    dense = density if isinstance(density, Mapping) else {} if density is None else {"": density}
     options = Options(
-        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit
+        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit, dense
     )
     return imported(Path(path), options).mechanism
 
@@ -155,6 +160,8 @@ def imported(path: Path, options: Options) -> Imported:
 
 
 def _imported(path: Path, options: Options) -> Imported:
+    if options.density and path.suffix.lower() != ".fcstd":
+        raise InputError("is of assemblies with shapes, .FCStd", key="density")
     skeleton = reader(path)(path, options)
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     require_bounded(skeleton)
@@ -179,6 +186,12 @@ def _imported(path: Path, options: Options) -> Imported:
     if loose:
         skeleton = noted(skeleton, f"These joints follow joints without a drive, which is left out: {listed(loose)}.")
     values = {name: drives[name] if drives else None for name in chosen}
+    if drives is None:
+        values |= {
+            joint.name: [value / unit_of(joint) for value in joint.motion]
+            for joint in skeleton.joints
+            if joint.motion and joint.name in chosen
+        }
     moved = [joint.name for joint in skeleton.joints if (joint.follows[0] if joint.follows else joint.name) in chosen]
     skeleton, values = settled(with_backlash(skeleton, options.backlash, moved), values)
     clearance, options_of = _clearances(skeleton, options.clearance)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from jointplay.errors import InputError, listed
 from jointplay.file import toml
 
-from . import dxf, freecad, mjcf, pylinkage, sdf, urdf, xacro
+from . import asmt, dxf, freecad, mjcf, pylinkage, pyslvs, sdf, urdf, xacro
 from .options import Options
 from .skeleton import Skeleton
 from .xml import parsed
@@ -26,6 +26,8 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".json": pylinkage.read,
         ".xacro": xacro.read,
         ".fcstd": freecad.read,
+        ".asmt": asmt.read,
+        ".pyslvs": pyslvs.read,
     }
 )
 #: formats of `.xml` by their root element

@@ -168,6 +168,8 @@ class Joint:
         Of a coupling: further keys of the mechanism file, in its units.
     sizes : PinAndHole or None
         Hole and pin, where the format has them.
+    motion : tuple or None
+        Values of the coordinate through which its motor moves it: rad or m.
     """
 
     name: str
@@ -188,12 +190,14 @@ class Joint:
     side: Vector | None = None
     keys: Mapping[str, object] = field(default_factory=dict)
     sizes: PinAndHole | None = None
+    motion: tuple[float, ...] | None = None
 
     def shifted(self, shift: float) -> Joint:
         """With another zero of the coordinate, which is larger everywhere."""
         limits = self.limits and (self.limits[0] + shift, self.limits[1] + shift)
         spring = self.spring and (self.spring[0], self.spring[1] + shift)
-        return replace(self, coordinate=self.coordinate + shift, limits=limits, spring=spring)
+        motion = self.motion and tuple(value + shift for value in self.motion)
+        return replace(self, coordinate=self.coordinate + shift, limits=limits, spring=spring, motion=motion)
 
 
 def fixed(one: str, other: str) -> Joint:
@@ -237,6 +241,8 @@ class Skeleton:
         The body that is fixed. It gets the name "ground".
     frames : mapping
         ``name: (body, frame)`` of what can be an output: tools, sites, links that are merged, points of a drawing.
+    starts_drawn : bool
+        Whether the bodies start where they are drawn even where no loop asks for it.
     has_origins : bool
         Whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
     gravity : tuple
@@ -253,6 +259,7 @@ class Skeleton:
     space: str = "spatial"
     ground: str = GROUND
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
+    starts_drawn: bool = False
     has_origins: bool = True
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     other_links: Mapping[str, str] = field(default_factory=dict)

@@ -237,9 +237,9 @@ def _placement(skeleton: Skeleton, joint: Joint, place: Attachment, body: Body, 
 
 
 def _start(skeleton: Skeleton) -> Iterator[str]:
-    """Poses of the bodies in the drawing, where it decides on which branch loops are closed."""
+    """Poses of the bodies in the drawing, where it decides on which branch loops are closed, or parts go back to it."""
     moving = {name: body for name, body in skeleton.bodies.items() if name != GROUND}
-    if not has_loops(skeleton) or all(_is_drawn(body) for body in moving.values()):
+    if not (has_loops(skeleton) or skeleton.starts_drawn) or all(_is_drawn(body) for body in moving.values()):
         return
     lines = ["[start]"]
     for name, body in moving.items():

@@ -49,7 +49,7 @@ PUBLIC = (
     *("only", "title", "value", "with_", "write"),
 )
 #: extensions of other formats, which are known far above this layer
-FOREIGN = (".urdf", ".xacro", ".fcstd", ".sdf", ".mjcf", ".dxf")
+FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
@@ -232,6 +232,11 @@ class Mechanism(Compiled):
     def title(self) -> str:
         """The file's title."""
         return self.data.title
+
+    @property
+    def start_poses(self) -> Floats:
+        """Poses that the bodies start from, SI, shape (body, pose): of the file where it has them."""
+        return np.asarray(self.core_spec["guess"], dtype=np.float64)
 
     @cached_property
     def core(self) -> _core.Mechanism:
