@@ -83,8 +83,8 @@ class Mechanism(Compiled):
     units : Units
         Units of the file.
     hash : str
-        Eight digits by which results and figures name it; the same for all files with the same mechanism, whatever their
-        ``[document]`` says.
+        Eight digits by which results and figures name it; the same for all files with the same mechanism,
+        whatever their ``[document]`` says.
     outputs, load_cases : tuple of str
         Names of the outputs and of the load cases that questions are asked of; empty where the file has ``[output]``
         and no load cases, or where `only` has chosen one.
