@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Literal
 
 from jointplay.analyses import random
 from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError
+from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 
 from . import decimals, former, printing
@@ -25,6 +24,8 @@ from .page import Look, page
 __all__ = ["View", "check_path", "report", "view", "write"]
 
 EXTENSIONS = (".html", ".pdf")
+#: sizes of sheets, as style sheets call them
+PAPERS = ("a4", "letter")
 
 
 @typed
@@ -36,7 +37,7 @@ def report(
     seed: int = 0,
     against: str | os.PathLike[str] | None = None,
     decimal: str = ".",
-    paper: Literal["a4", "letter"] | None = None,
+    paper: str | None = None,
 ) -> None:
     """Write a report on a mechanism: with the title block and the signatures of its ``[document]``.
 
@@ -97,6 +98,8 @@ def write(
     check_path(path)
     random.checked(samples, seed, None, random.PROBABILITIES, "sobol")
     is_pdf = path.suffix.lower() == ".pdf"
+    if paper is not None and paper not in PAPERS:
+        raise InputError(not_known(paper, "a size of sheets", PAPERS), key="paper")
     before = None if against is None else former.read(against)
     look = Look(command, before, decimals.checked(decimal), paper or ("a4" if is_pdf else ""))
     answers = ask(m, samples, seed, progress)

@@ -58,8 +58,8 @@ def table(m: Mechanism) -> ResultTable | None:
 
 def _rows(m: Mechanism, source: Sizing) -> Iterator[_Row]:
     unit = str(getattr(m.units, f"{source.kind}_name"))
-    _, joint, *key = source.key.split(".")
-    play = getattr(m.data.joints[joint], "clearance", None) if key == ["clearance"] else None
+    joint = source.key.removeprefix("joints.").removesuffix(".clearance")
+    play = getattr(m.data.joints.get(joint), "clearance", None)
     given = described(play) if isinstance(play, SizedClearance) else ""
     for k, part in enumerate(source.parts):
         nominal, low, high = (value / m.units.length for value in (part.nominal, part.low, part.high))
@@ -71,7 +71,7 @@ def _rows(m: Mechanism, source: Sizing) -> Iterator[_Row]:
         lowest, highest = (_limit(end, True) for end in source.limits)
         yield _Row(source.name, source.measure, "", NOTHING, lowest, highest, unit)
     elif not source.parts:
-        yield _Row(source.name, source.measure, given, f"{source.size:.{DIGITS}g}", NOTHING, NOTHING, unit)
+        yield _Row(source.name, source.measure, "", f"{source.size:.{DIGITS}g}", NOTHING, NOTHING, unit)
 
 
 def _limit(value: float, is_from_nominal: bool) -> str:
