@@ -14,7 +14,9 @@ from .nominal import Interrupted
 
 P = ParamSpec("P")
 #: arguments on which no number depends, or that are the mechanisms themselves
-NO_OPTIONS = frozenset(("m", "a", "b", "at", "offset", "options", "plays", "progress", "scheduler", "threads"))
+NO_OPTIONS = frozenset(
+    ("m", "a", "b", "others", "at", "offset", "options", "plays", "progress", "scheduler", "threads")
+)
 
 
 def recorded(compute: Callable[P, Result]) -> Callable[P, Result]:
@@ -28,6 +30,7 @@ def recorded(compute: Callable[P, Result]) -> Callable[P, Result]:
         options = {**bound.arguments, **bound.arguments.get("options", {})}
         options = {name: value for name, value in options.items() if name not in NO_OPTIONS}
         mechanisms = tuple(bound.arguments[name] for name in ("m", "a", "b") if name in bound.arguments)
+        mechanisms += tuple(bound.arguments.get("others", ()))
 
         def of(result: Result) -> Result:
             # What was asked for it knows the options that were left out here.

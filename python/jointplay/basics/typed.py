@@ -43,8 +43,10 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
             # Too many or too few: Python says it best itself.
             return function(*args, **kwargs)
         for name, value in given.items():
-            if signature.parameters[name].kind is not inspect.Parameter.VAR_KEYWORD:
-                check(function, name, value)
+            kind = signature.parameters[name].kind
+            for one in value if kind is inspect.Parameter.VAR_POSITIONAL else (value,):
+                if kind is not inspect.Parameter.VAR_KEYWORD:
+                    check(function, name, one)
         _require_heard(function, given)
         return function(*args, **kwargs)
 

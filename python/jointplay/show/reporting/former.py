@@ -22,7 +22,7 @@ from jointplay.model.mechanism import ASIDE
 from jointplay.questions import QUESTIONS
 from jointplay.result import figures, quantity
 from jointplay.result.table import Column, ResultTable
-from jointplay.result.table.layout import NOTHING, words
+from jointplay.result.table.layout import NOTHING, change, words
 from jointplay.result.verdict import verdict
 
 from .answers import JUDGED, Answers
@@ -165,13 +165,11 @@ def changed_answers(before: Record, now: Record) -> ResultTable:
             cells = tuple(f"{one[0]:.4g} {one[1]}" if one else NOTHING for one in column)
             columns.append(Column(f"{name}\n{word}", "", cells))
         cells = tuple(_change(a, b) for a, b in zip(*values, strict=True))
-        columns.append(Column(f"{name}\nchange", "%", cells))
+        columns.append(Column(f"{name}\nchange", "", cells))
     return ResultTable("Verdicts and largest errors", tuple(columns))
 
 
 def _change(before: tuple[float, str] | None, now: tuple[float, str] | None) -> str:
     if before is None or now is None or before[1] != now[1]:
         return NOTHING
-    if before[0] == now[0]:
-        return "0"
-    return f"{100.0 * (now[0] / before[0] - 1.0):+.3g}" if before[0] else NOTHING
+    return change(before[0], now[0]) if before[0] else NOTHING
