@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import ParamSpec
 
+from jointplay.basics.progress import watched
 from jointplay.result import Origin, Result
 
 from .nominal import Interrupted
@@ -22,6 +23,7 @@ NO_OPTIONS = frozenset(
 def recorded(compute: Callable[P, Result]) -> Callable[P, Result]:
     """Let the results of a question carry the mechanism and the options that they are of."""
     signature = inspect.signature(compute)
+    compute = watched(compute)
 
     @functools.wraps(compute)
     def asked(*args: P.args, **kwargs: P.kwargs) -> Result:

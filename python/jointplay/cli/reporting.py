@@ -10,9 +10,10 @@ from typing import Annotated
 
 import typer
 
+from jointplay.basics.progress import bar
+
 from . import DONE, NOT_OK, answer
 from .options import File, LoadCase, PointName, Seed, Settings
-from .progress import bar
 
 
 class Decimal(StrEnum):

@@ -12,6 +12,7 @@ from pathlib import Path
 from jointplay.analyses import random
 from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
+from jointplay.basics.progress import bar
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
@@ -66,7 +67,16 @@ def report(
         When the page is to be a PDF and no browser is found that prints it.
     """
     former = None if against is None else Path(against)
-    write(m, Path(path), samples=samples, seed=seed, against=former, decimal=decimal, paper=paper)
+    with bar("report") as step:
+        write(
+            *(m, Path(path)),
+            samples=samples,
+            seed=seed,
+            against=former,
+            decimal=decimal,
+            paper=paper,
+            progress=step,
+        )
 
 
 def write(
