@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .analyses.verify import verify
     from .analyses.workspace import workspace
     from .analyses.worst import worst
+    from .basics.progress import progress
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
     from .exchange.reading import read
@@ -89,6 +90,7 @@ __all__ = [
     "map",
     "plan",
     "plot",
+    "progress",
     "radial",
     "random",
     "read",
@@ -118,6 +120,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "best_order": "analyses.assemble.order",
     "export": "exchange.exporting",
     "frame": "result.spreadsheets",
+    "progress": "basics.progress",
     "load": "model.mechanism",
     "loads": "model.mechanism",
     "read": "exchange.reading",

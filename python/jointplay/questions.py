@@ -52,6 +52,8 @@ class Question:
     label: str = ""
     #: where limits hold, as the end of a sentence (``{}`` is the required yield); only of what is judged together
     judged: str = ""
+    #: what its verdict assumes, as the end of a sentence
+    assumes: str = ""
     #: where pages draw the mechanism
     displaced: str = ""
     #: by quantity, the most telling one first
@@ -92,6 +94,8 @@ QUESTIONS: Mapping[str, Question] = {
             title="Loaded: where the load pushes the output",
             label="under load",
             judged="under the load",
+            assumes="the loads of the file press every joint to its place; deviations are those that are known, "
+            "without tolerances.",
             displaced="under load",
             figures=_ERROR,
             asked_by=_by(
@@ -113,6 +117,8 @@ QUESTIONS: Mapping[str, Question] = {
             title="Worst case: the largest error that the clearances and tolerances allow",
             label="worst case",
             judged="in the worst case",
+            assumes="clearances, tolerances and drive errors take any values in their limits together, under any load; "
+            "the largest error is the largest that ascents from many starts have found.",
             displaced="at the largest position error",
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
@@ -130,6 +136,8 @@ QUESTIONS: Mapping[str, Question] = {
             title="Random: scatter of the error from specimen to specimen",
             label="random specimens",
             judged="in the required {} of the specimens",
+            assumes="tolerances, sizes and drive errors scatter by their laws, independently but for the correlations "
+            "of the file; shares are counted in specimens, within the stated confidence.",
             figures=_sizes("error_quantile", "error_quantile", "95 % {}"),
             asked_by=_by(
                 *("error", "sweep", "compare", "allocate", "assemble"),
@@ -160,6 +168,7 @@ QUESTIONS: Mapping[str, Question] = {
             "structural",
             title="Structural error: the nominal mechanism beside what its output ought to do",
             label="structural error",
+            assumes="the nominal mechanism, without clearances, tolerances and loads.",
             figures={"structural": Figure("structural_error", "structural error")},
             asked_by=_by("error", "map", "sweep"),
             needs_target=True,

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import jointplay as jp
 from helpers.answers import example
+from jointplay import cli
 from jointplay.analyses.compare import compute
 from jointplay.analyses.nominal import follow, nominal
+from jointplay.errors import InputError
 from jointplay.result.conclusions import conclude
+from jointplay.result.table import tables
 from jointplay.result.table.notes import notes
 
 
@@ -72,3 +77,84 @@ def test_of_two_that_are_not_shown_both_are_named() -> None:
     m = example("four-bar").with_({"drives.theta1.values": [30.0, 60.0, 300.0], "limits.position": 9.0})
     found = conclude(compute(m, m, "worst", names=("a", "b"))).sentences
     assert found[0].text == "Not shown: whether limits hold in a and b; configuration 2 is unknown."
+
+
+def variants() -> list[jp.Mechanism]:
+    """A press, one with tighter fits, and one with looser ones, whose limit is missed."""
+    base = example("press").with_({"drives.angle.count": 3})
+    tight = base.with_({"joints.*.clearance.fit": "H6/g5"})
+    return [base, tight, base.with_({"joints.*.clearance.fit": "H8/f7", "limits.position": 0.11})]
+
+
+def test_every_variant_has_the_errors_of_two_files() -> None:
+    every = variants()
+    found = jp.compare(*every, names=("A", "B", "C"))
+    assert found.mechanism.values.tolist() == ["A", "B", "C"]
+    for m, name in zip(every[1:], "BC", strict=True):
+        pair = jp.compare(every[0], m).isel(mechanism=1)
+        for variable in ("worst_position", "drive_value", "mismatch"):
+            np.testing.assert_array_equal(found[variable].sel(mechanism=name), pair[variable])
+    loaded = jp.compare(*every, "loaded", names=("A", "B", "C"))
+    np.testing.assert_array_equal(loaded.error.sel(mechanism="C"), jp.loaded(every[2]).error)
+    # A result says what it is of.
+    assert [found.attrs[f"mechanism_hash_{letter}"] for letter in "abc"] == [m.hash for m in every]
+
+
+def test_the_best_is_named_with_what_it_is_better_by() -> None:
+    every = variants()
+    result = compute(*every[:2], others=every[2:], names=("A", "B", "C"))
+    tops = [float(jp.worst(m).worst_position.max()) for m in every]
+    said = [sentence.text for sentence in conclude(result).sentences]
+    assert said[:2] == ["Limits hold in A and B.", "Limit missed: C, at 3 of 3 configurations."]
+    least = f"largest position error {tops[1]:.4g} mm, {100 * (1 - tops[1] / tops[0]):.3g} % below A"
+    # The guide alone turns the ram, and is the same in all.
+    assert said[2] == f"B is best: {least}."
+    first, _ = tables(result)
+    cells = {column.name: column.cells for column in first.columns}
+    assert cells[""][:2] == ("limits", "largest position, mm")
+    assert cells["C"][0] == "missed"
+    assert cells["C"][2] == f"{100 * (tops[2] / tops[0] - 1):+.3g} %"
+    # Two alike have no best.
+    alike = conclude(compute(every[0], every[0])).sentences
+    assert not any("best" in sentence.text for sentence in alike)
+
+
+def test_what_leaves_the_path_is_told_of_the_best() -> None:
+    result = compute(example("four-bar"), example("slider-crank"))
+    (best,) = (s.text for s in conclude(result).sentences if "is best" in s.text)
+    off = float(np.hypot(*result.get("mismatch")[1, :, :2].T).max()) * 1.0
+    assert best.startswith(
+        f"slider-crank, which leaves the path by up to {off:.4g} mm, is best: largest position error"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "said"),
+    [
+        (("worst", "A"), TypeError, "one text behind the mechanisms"),
+        (("random", "worst"), TypeError, "one text behind the mechanisms"),
+        ((1,), TypeError, "'more' is a Mechanism or text"),
+        ((), InputError, "3 mechanisms need 3 names, not 2"),
+    ],
+)
+def test_other_arguments_are_refused(arguments: tuple[object, ...], error: type[Exception], said: str) -> None:
+    m = example("four-bar")
+    with pytest.raises(error, match=said):
+        jp.compare(m, m, m, *arguments, names=("a", "b"))
+
+
+def test_the_command_takes_many_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, m in zip("abc", variants(), strict=True):
+        m.write(Path(f"{name}.toml"))
+    files = ["a.toml", "b.toml", "c.toml"]
+    assert cli.run(["compare", *files]) == 0
+    assert "b is best: largest position error" in " ".join(capsys.readouterr().out.split())
+    assert cli.run(["compare", *files, "-o", "all.csv"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("all.csv*")) == [
+        "all.csv",
+        *(f"all.csv.{letter}.toml" for letter in "abc"),
+    ]
+    assert jp.load("all.csv") == jp.load("a.toml")

@@ -90,6 +90,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "loads", jp.loads, {"text": jp.examples.text("four-bar")}
     yield "loaded", jp.loaded, {"m": M}
     yield "map", jp.map, {"m": M, "question": "solve", "grid": GRID}
+    yield "progress", jp.progress, {"shown": True}
     yield "random", jp.random, {"m": M, "samples": 10}
     yield "read", jp.read, {"path": ROOT / "docs" / "robots" / "arm.urdf"}
     yield "region", jp.region, {"m": M, "directions": 3}

@@ -21,8 +21,8 @@ VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
 KNOWN_TOP = (
-    "Known: assembly, board, bodies, correlations, costs, design, dimensions, drives, expansion, followers, format, friction, gravity, grid, include, joints, limits,"
-    " links, load_cases, loads, output"
+    "Known: assembly, board, bodies, correlations, costs, design, dimensions, document, drives, expansion, followers, format, friction, gravity, grid, include, joints, limits,"
+    " links, load_cases, loads"
 )
 
 #: example, what stands there, what is written instead, key of the message, what else it says

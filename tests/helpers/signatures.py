@@ -35,7 +35,7 @@ NAMED = {
     "costs": "cost",
 }
 #: sections that are one table
-SINGLE = ("path", "assembly", "limits", "target", "design")
+SINGLE = ("path", "assembly", "limits", "target", "design", "document")
 #: sections that are a list of tables
 LISTED = {"correlations": "correlation", "loads": "load"}
 #: what build.py writes by hand: values, and what is both one and several

@@ -61,7 +61,7 @@ def rebuilt(raw: Mapping[str, Any]) -> jp.Builder:
         own = {key: pattern[key] for key in ("count", "about", "values", "shared") if key in pattern}
         write_parts(b.pattern(name, **own), pattern)
     write_parts(b, raw)
-    for section in ("path", "assembly", "target", "design"):
+    for section in ("path", "assembly", "target", "design", "document"):
         if section in raw:
             getattr(b, section)(**raw[section])
     if "output" in raw:

@@ -1,7 +1,7 @@
-"""`compare`: two mechanisms on the same path of the output.
+"""`compare`: two or more mechanisms on the same path of the output.
 
-The second one's drives are solved so that its output follows the nominal output of the first; both are then asked the
-same question.
+The drives of all others are solved so that their outputs follow the nominal output of the first; all are then asked
+the same question.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.file.carried import LETTERS
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import require_determinate
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
@@ -27,18 +28,21 @@ from .recorded import recorded
 if TYPE_CHECKING:
     import xarray as xr
 
+#: as many have attributes of their own in results
+MOST = len(LETTERS)
+
 
 @typed
 def compare(
     a: Mechanism,
     b: Mechanism,
+    *more: Mechanism | str,
     question: str = "worst",
-    *,
     components: Sequence[str] | None = None,
-    names: tuple[str, str] | None = None,
+    names: Sequence[str] | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Ask two mechanisms the same question on the same path.
+    """Ask two or more mechanisms the same question on the same path.
 
     Parameters
     ----------
@@ -46,13 +50,15 @@ def compare(
         Gives the path: the nominal poses of its output.
     b : Mechanism
         Its drives are solved from the path; its own drive values do not matter.
+    *more : Mechanism
+        Further ones, which follow it as `b` does. The question may stand behind them, without its name.
     question : str
         Such as ``worst``; `jointplay compare --help` lists all that can be asked.
     components : sequence of str, optional
-        What `b` has to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all with as
-        many drives or more, else the position.
-    names : (str, str), optional
-        Labels of the two; the names of their files if left out.
+        What the others have to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all
+        with as many drives or more, else the position.
+    names : sequence of str, optional
+        A label for each; the names of their files if left out.
     **options
         Of the question, such as ``samples`` and ``seed``. Of ``compensate``: ``target``, ``weights``, and ``corrects``,
         which is what its argument `question` is.
@@ -61,8 +67,8 @@ def compare(
     -------
     xarray.Dataset
         The variables of the question over `mechanism` and `configuration`, in the units of `a`; `drive_value` (nan for
-        the drives of the other one) and `mismatch` (nominal pose - that of `a`). Where `a` has no pose there is nothing
-        to follow: `b` is ``not_assembled`` there, with all numbers nan.
+        the drives of others) and `mismatch` (nominal pose - that of `a`). Where `a` has no pose there is nothing
+        to follow: others are ``not_assembled`` there, with all numbers nan.
 
     Examples
     --------
@@ -72,7 +78,13 @@ def compare(
     >>> bool((result.worst_position.sel(mechanism="four-bar") < result.worst_position.sel(mechanism="p3r")).all())
     True
     """
-    return to_dataset(compute(a, b, question, components=components, names=names, **options))
+    texts = [one for one in more if isinstance(one, str)]
+    others = [one for one in more if isinstance(one, Mechanism)]
+    if texts:
+        if len(texts) > 1 or more[-1] != texts[0]:
+            raise TypeError(f"compare(): the question is one text behind the mechanisms, not {shown(texts)} among them")
+        question = texts[0]
+    return to_dataset(compute(a, b, question, others=others, components=components, names=names, **options))
 
 
 @recorded
@@ -81,34 +93,52 @@ def compute(
     b: Mechanism,
     question: str = "worst",
     *,
+    others: Sequence[Mechanism] = (),
     components: Sequence[str] | None = None,
-    names: tuple[str, str] | None = None,
+    names: Sequence[str] | None = None,
     **options: Any,
 ) -> Result:
     """The light form of `compare`."""
     check(question, options, "compare")
     ask = computation(question, "compare")
+    followers = (b, *others)
+    every = (a, *followers)
+    if len(every) > MOST:
+        raise InputError(f"at most {MOST} mechanisms are compared, not {len(every)}")
+    for m in followers:
+        _check_alike(a, m)
+    followed = [_components(m, components) for m in followers]
+    labels = _labels(every, names)
+    for m in followers:
+        require_determinate(m, over_constrained=True)
+    first = nominal(a)
+    at = [first, *(_following(a, m, first, those) for m, those in zip(followers, followed, strict=True))]
+    with within_another():
+        results = [_side(m, ask(m, at=one, **options), one, first) for m, one in zip(every, at, strict=True)]
+    aligned = align(_without_clash(every, results))
+    along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
+    attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in every)}
+    told = dict.fromkeys(", ".join(those) for those in followed)
+    attrs |= {"file": " | ".join(Path(m.file).name for m in every), "components": " | ".join(told)}
+    attrs.pop("drives", None)
+    return stack(aligned, along, attrs)
+
+
+def _check_alike(a: Mechanism, b: Mechanism) -> None:
+    """Refuse what cannot be compared."""
     if a.components != b.components:
         spaces = f"{a.data.space} and {b.data.space}"
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
     if a.outputs != b.outputs or a.load_cases != b.load_cases:
         held = " and ".join(f"{listed(m.outputs)} (load cases: {listed(m.load_cases)})" for m in (a, b))
-        raise InputError(f"two mechanisms are compared by the same outputs and load cases; here: {held}")
-    followed = _components(b, components)
-    labels = _labels(a, b, names)
-    require_determinate(b, over_constrained=True)
-    first = nominal(a)
+        raise InputError(f"mechanisms are compared by the same outputs and load cases; here: {held}")
+
+
+def _following(a: Mechanism, b: Mechanism, first: Nominal, followed: tuple[str, ...]) -> Nominal:
+    """Where a mechanism follows the path of the first."""
     # With the same drives it is looked for beside their values: the output may be at a place more than once.
     beside = first.drives if a.drives == b.drives else None
-    second = replace(bounded(b, follow(b, first.output, followed, beside), path=True), units=a.units)
-    with within_another():
-        results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
-    aligned = align(_without_clash(a, b, results))
-    along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
-    attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in (a, b))}
-    attrs |= {"file": " | ".join(Path(m.file).name for m in (a, b)), "components": ", ".join(followed)}
-    attrs.pop("drives", None)
-    return stack(aligned, along, attrs)
+    return replace(bounded(b, follow(b, first.output, followed, beside), path=True), units=a.units)
 
 
 def _side(m: Mechanism, result: Result, at: Nominal, path: Nominal) -> Result:
@@ -125,13 +155,17 @@ def _side(m: Mechanism, result: Result, at: Nominal, path: Nominal) -> Result:
     return Result(coords, {**extra.data, **result.data}, result.attrs)
 
 
-def _without_clash(a: Mechanism, b: Mechanism, results: list[Result]) -> list[Result]:
-    """A drive of the second that has the name of one of the first, but another unit, gets a number."""
-    kinds = [dict(zip(m.drives, axes_of(m)["drive"].kinds, strict=True)) for m in (a, b)]
-    first, second = results
-    names = [f"{name} (2)" if kinds[0].get(name, kind) != kind else name for name, kind in kinds[1].items()]
-    drive = Variable(("drive",), np.array(names, dtype=str))
-    return [first, Result({**second.coords, "drive": drive}, second.data, second.attrs)]
+def _without_clash(every: Sequence[Mechanism], results: Sequence[Result]) -> list[Result]:
+    """A drive that has the name of one of a former mechanism, but another unit, gets the number of its own."""
+    known: dict[str, str] = {}
+    found = []
+    for number, (m, result) in enumerate(zip(every, results, strict=True), 1):
+        kinds = dict(zip(m.drives, axes_of(m)["drive"].kinds, strict=True))
+        names = [f"{name} ({number})" if known.get(name, kind) != kind else name for name, kind in kinds.items()]
+        known |= dict(zip(names, kinds.values(), strict=True))
+        drive = Variable(("drive",), np.array(names, dtype=str))
+        found.append(Result({**result.coords, "drive": drive}, result.data, result.attrs) if number > 1 else result)
+    return found
 
 
 def _components(b: Mechanism, components: Sequence[str] | None) -> tuple[str, ...]:
@@ -150,13 +184,17 @@ def _components(b: Mechanism, components: Sequence[str] | None) -> tuple[str, ..
     return chosen
 
 
-def _labels(a: Mechanism, b: Mechanism, names: tuple[str, str] | None) -> tuple[str, str]:
+def _labels(every: Sequence[Mechanism], names: Sequence[str] | None) -> list[str]:
     if names is not None:
-        if len(names) != 2:
-            raise InputError(f"two mechanisms need two names, not {len(names)}", key="names")
-        first, second = names
-        if first == second:
-            raise InputError(f"two mechanisms need two names, not twice '{first}'", key="names")
-        return first, second
-    first, second = (Path(m.file).stem for m in (a, b))
-    return (first, second) if first != second else (first, f"{second} (2)")
+        if isinstance(names, str) or len(names) != len(every):
+            count = 1 if isinstance(names, str) else len(names)
+            raise InputError(f"{len(every)} mechanisms need {len(every)} names, not {count}", key="names")
+        twice = next((name for name in names if list(names).count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"every mechanism needs a name of its own; '{twice}' is there twice", key="names")
+        return [*names]
+    found: list[str] = []
+    for number, m in enumerate(every, 1):
+        stem = Path(m.file).stem
+        found.append(f"{stem} ({number})" if stem in found else stem)
+    return found

@@ -14,7 +14,7 @@ POLICY = (
 )
 
 
-def head(title: str, style: str = "") -> str:
+def head(title: str, style: str = "", more: str = "") -> str:
     """The beginning of a page, up to the end of its head.
 
     Parameters
@@ -23,6 +23,8 @@ def head(title: str, style: str = "") -> str:
         As text.
     style : str
         Its style sheet.
+    more : str
+        Further elements, in HTML.
 
     Examples
     --------
@@ -34,5 +36,5 @@ def head(title: str, style: str = "") -> str:
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        f"<title>{escape(one_line(title))}</title><style>{style}</style></head>"
+        f"<title>{escape(one_line(title))}</title>{more}<style>{style}</style></head>"
     )

@@ -10,6 +10,7 @@ import functools
 import inspect
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
@@ -20,6 +21,8 @@ from jointplay.errors import InputError
 MECHANISM = "a Mechanism"
 LARGEST_FLOAT = int(np.finfo(float).max)
 
+#: the public function that somebody has called
+_ASKED: ContextVar[str] = ContextVar("asked", default="")
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -43,12 +46,25 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
             # Too many or too few: Python says it best itself.
             return function(*args, **kwargs)
         for name, value in given.items():
-            if signature.parameters[name].kind is not inspect.Parameter.VAR_KEYWORD:
-                check(function, name, value)
+            kind = signature.parameters[name].kind
+            for one in value if kind is inspect.Parameter.VAR_POSITIONAL else (value,):
+                if kind is not inspect.Parameter.VAR_KEYWORD:
+                    check(function, name, one)
         _require_heard(function, given)
-        return function(*args, **kwargs)
+        if _ASKED.get():
+            return function(*args, **kwargs)
+        token = _ASKED.set(function.__name__)
+        try:
+            return function(*args, **kwargs)
+        finally:
+            _ASKED.reset(token)
 
     return checked
+
+
+def waiting_for() -> str:
+    """The public function whose answer somebody waits for, the outermost; nothing inside of commands and pages."""
+    return _ASKED.get()
 
 
 class Need(NamedTuple):
@@ -167,7 +183,7 @@ def _kind(function: Callable[..., Any], annotation: str) -> Alternative:
         words = " or ".join(kind.words for kind in each)
         values = "" if words == SIMPLE["Any"].words else f", each with {words}"
         return Alternative(f"a mapping with names as keys{values}", lambda value: _is_table(value, each))
-    found = function.__globals__[name]
+    found = inspect.unwrap(function).__globals__[name]
     article = "an" if name[0] in "AEIO" else "a"
     return Alternative(f"{article} {name}", lambda value: isinstance(value, found))
 

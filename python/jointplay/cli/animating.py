@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+from jointplay.basics.progress import bar
 from jointplay.errors import InputError
 
 from . import DONE, answer
 from .drawing import Dots, FigureFile, FigureSize, StyleName
 from .options import File, LoadCase, PointName, Settings
-from .progress import bar
 
 
 def animate(

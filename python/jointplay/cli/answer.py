@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from jointplay.basics.progress import bar
 from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK
 from .arguments import assignments, numbers, value
 from .printing import Printing, printed
-from .progress import bar
 from .streams import hold, tell
 
 if TYPE_CHECKING:

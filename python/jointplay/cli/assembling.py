@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.basics.progress import bar
+
 from . import answer
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import Best, File, LoadCase, OutputPath, PointName, Settings
 from .printing import prints
-from .progress import bar
 
 if TYPE_CHECKING:
     from jointplay.model.mechanism import Mechanism

@@ -1,4 +1,4 @@
-"""The subcommand that compares two mechanisms."""
+"""The subcommand that compares mechanisms."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from . import answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import First, LoadCase, OutputPath, PointName, Second, Settings
+from .options import First, Further, LoadCase, OutputPath, PointName, Second, Settings
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -21,20 +21,21 @@ if TYPE_CHECKING:
 @with_figure("panel", "quantity", "against")
 @asks(
     "compare",
-    "What both are asked.",
+    "What all are asked.",
     "worst",
     *("samples", "seed", "law", "sampling", "contact", "approach", "corrects", "target"),
 )
 def compare(
     first: First,
     second: Second,
+    further: Further = None,
     question: str = "",
     components: Annotated[
         str | None,
         typer.Option(
             "--components",
             metavar="x,y,angle",
-            help="What B follows; if left out, the position, or all components if B has as many drives.",
+            help="What the others follow; if left out, the position, or all components with as many drives.",
         ),
     ] = None,
     options: GivenOptions = NO_OPTIONS,
@@ -44,16 +45,17 @@ def compare(
     output: OutputPath = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
-    """Compare two mechanisms on one path.
+    """Compare mechanisms on one path.
 
-    The drives of B are solved so that its output follows that of A.
+    The drives of B, and of all that come after it, are solved so that their output follows that of A.
     """
     from jointplay.analyses.compare import compute
 
-    a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
+    files = (first, second, *(further or ()))
+    a, b, *others = (answer.mechanism(file, settings, output_point, load_case) for file in files)
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
-        return compute(m, b, question, components=followed, **options.of(a, question))
+        return compute(m, b, question, others=others, components=followed, **options.of(a, question))
 
     return answer.answer({"compare": ask}, a, output, plot)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.basics.progress import bar
 from jointplay.errors import InputError
 
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
@@ -17,7 +18,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import COLOURED, NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, PointName, Scheduler, Settings
 from .printing import prints
-from .progress import bar
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -108,6 +108,12 @@ Second = Annotated[
         metavar="B", help="Mechanism file that follows it.", show_default=False, autocompletion=completing.files
     ),
 ]
+Further = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[C]...", help="Further ones that follow it.", show_default=False, autocompletion=completing.files
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(

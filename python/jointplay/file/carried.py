@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 from jointplay.errors import InputError
@@ -13,8 +14,8 @@ from jointplay.file import toml
 
 #: the attribute with the text, and the name of a sheet with all attributes
 TEXT = SHEET = "mechanism"
-#: behind the names of attributes of two mechanisms that were compared: `mechanism` is a dimension there
-BOTH = ("_a", "_b")
+#: behind the names of attributes of mechanisms that were compared: `mechanism` is a dimension there
+LETTERS = tuple(f"_{letter}" for letter in ascii_lowercase)
 #: what the name of a file may have, in bytes
 LONGEST_NAME = 255
 #: letters that a cell of a sheet can hold
@@ -58,8 +59,8 @@ def text(path: str | os.PathLike[str]) -> str:
 
 
 def _text_in(attributes: Mapping[str, Any]) -> Any:
-    """The text of the mechanism, or of the first of two."""
-    return attributes.get(TEXT, attributes.get(f"{TEXT}{BOTH[0]}"))
+    """The text of the mechanism, or of the first of several."""
+    return attributes.get(TEXT, attributes.get(f"{TEXT}{LETTERS[0]}"))
 
 
 def _netcdf(path: Path) -> Any:
@@ -99,7 +100,7 @@ def _xlsx(path: Path) -> Any:
 
 
 def _csv(path: Path) -> Any:
-    found = [other for suffix in ("", *BOTH) if (other := beside(path, suffix)).is_file()]
+    found = [other for suffix in ("", *LETTERS) if (other := beside(path, suffix)).is_file()]
     return toml.read(found[0])[1] if path.is_file() and found else None
 
 

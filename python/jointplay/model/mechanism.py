@@ -48,6 +48,8 @@ PUBLIC = (
     *("bodies", "drives", "hash", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
     *("only", "title", "value", "with_", "write"),
 )
+#: tables that say nothing of the mechanism: who approves it does not make another one of it
+ASIDE = ("board", "document")
 #: extensions of other formats, which are known far above this layer
 FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
@@ -81,7 +83,8 @@ class Mechanism(Compiled):
     units : Units
         Units of the file.
     hash : str
-        Eight digits by which results and figures name it; the same for all files of the same content.
+        Eight digits by which results and figures name it; the same for all files with the same mechanism,
+        whatever their ``[document]`` says.
     outputs, load_cases : tuple of str
         Names of the outputs and of the load cases that questions are asked of; empty where the file has ``[output]``
         and no load cases, or where `only` has chosen one.
@@ -501,8 +504,8 @@ class Mechanism(Compiled):
 
     @cached_property
     def hash(self) -> str:
-        """Eight digits that are the same for files of the same content, by which results and figures name it."""
-        content = json.dumps(_canonical(self.raw), sort_keys=True)
+        """Eight digits that are the same for files of the same mechanism, by which results and figures name it."""
+        content = json.dumps(_canonical({key: v for key, v in self.raw.items() if key not in ASIDE}), sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()[:8]
 
     def _is(self, text: str, path: str) -> bool:

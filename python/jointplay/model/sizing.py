@@ -75,6 +75,10 @@ class Sizing:
         Whether it is a ball bearing, whose size is ordered by its group.
     fixed : str
         Why its size cannot be changed; empty where it can.
+    parts : tuple of Size
+        Hole and pin, or what else makes a clearance and scatters.
+    limits : (float, float) or None
+        How far a number with a tolerance may be off, in units of the file; None of what has none.
     """
 
     name: str
@@ -86,6 +90,8 @@ class Sizing:
     diameter: float | None = None
     bearing: bool = False
     fixed: str = ""
+    parts: tuple[Size, ...] = ()
+    limits: tuple[float, float] | None = None
     _changes: Callable[[float], Mapping[str, object]] = field(default=lambda _: {}, repr=False, compare=False)
     _table: Mapping[str, object] = field(default_factory=dict, repr=False, compare=False)
 
@@ -265,13 +271,14 @@ def _zone(name: str, key: str, entry: Any, measure: str, kind: str) -> Sizing:
 def _deviating(name: str, key: str, entry: Any, kind: str) -> Sizing:
     """A number with a tolerance and a law."""
     assert isinstance(entry, Deviating)
-    size = max(map(abs, limits_of(entry.tolerance, entry.law)))
+    limits = limits_of(entry.tolerance, entry.law)
+    size = max(map(abs, limits))
     table = _told(entry)
 
     def changes(new: float) -> RawTable:
         return {key: {**table, **_toleranced(entry.tolerance, entry.law, size, new)}}
 
-    return Sizing(name, (name,), key, "tolerance", kind, size, _changes=changes)
+    return Sizing(name, (name,), key, "tolerance", kind, size, limits=limits, _changes=changes)
 
 
 def _drive(m: Mechanism, index: int, name: str) -> Sizing:
@@ -281,13 +288,14 @@ def _drive(m: Mechanism, index: int, name: str) -> Sizing:
 
 
 def _off_its_command(name: str, key: str, entry: Drive | Follower, kind: str) -> Sizing:
-    size = max(map(abs, limits_of(entry.error, entry.law)))
+    limits = limits_of(entry.error, entry.law)
+    size = max(map(abs, limits))
 
     def changes(new: float) -> RawTable:
         told = _toleranced(entry.error, entry.law, size, new)
         return {f"{key}.error": told["tolerance"]} | ({f"{key}.law": told["law"]} if "law" in told else {})
 
-    return Sizing(name, (name,), f"{key}.error", "tolerance", kind, size, _changes=changes)
+    return Sizing(name, (name,), f"{key}.error", "tolerance", kind, size, limits=limits, _changes=changes)
 
 
 def _backlash(m: Mechanism, index: int, name: str) -> Sizing:
@@ -379,6 +387,7 @@ def _clearance(m: Mechanism, name: str, joint: str) -> Sizing:
         _diameter(play),
         is_bearing,
         fixed,
+        tuple(parts),
         _changes=changes,
         _table=_told(play),
     )

@@ -24,6 +24,7 @@ from jointplay.analyses.displaced import Displaced, shifts, under_load
 from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal, report
 from jointplay.basics import files, poses
 from jointplay.basics.arrays import Floats
+from jointplay.basics.progress import watched
 from jointplay.basics.typed import typed
 from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, in_range
@@ -56,6 +57,7 @@ MARGIN = 0.06
 
 
 @typed
+@watched
 def animate(
     m: Mechanism,
     path: str | PathLike[str],

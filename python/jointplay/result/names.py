@@ -10,6 +10,8 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable
 
+from jointplay.file.carried import LETTERS, TEXT
+
 #: attributes of xarray.Dataset and xarray.DataArray, so that names depend neither on its version nor on importing it
 HIDING = frozenset(
     """
@@ -39,13 +41,8 @@ LATER = (
     "sweep",
     "sweep_by",
     "created",
-    "mechanism",
-    "mechanism_a",
-    "mechanism_b",
-    "mechanism_hash",
-    "mechanism_hash_a",
-    "mechanism_hash_b",
     "options",
+    *(f"{TEXT}{which}{letter}" for which in ("", "_hash") for letter in ("", *LETTERS)),
 )
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from jointplay.file.carried import BOTH, TEXT
+from jointplay.file.carried import LETTERS, TEXT
 from jointplay.model.mechanism import Mechanism, plain
 
 from .structure import Attribute, Result
@@ -40,7 +40,7 @@ class Origin:
     Attributes
     ----------
     mechanisms : tuple of Mechanism
-        One, or the two that were compared.
+        One, or those that were compared.
     options : mapping
         Of the question, by name, also those that were left out.
     created : str
@@ -54,7 +54,7 @@ class Origin:
     def attributes(self) -> dict[str, str]:
         """The same as attributes of a dataset or a file."""
         found: dict[str, str] = {}
-        for m, suffix in zip(self.mechanisms, BOTH if len(self.mechanisms) > 1 else ("",), strict=True):
+        for m, suffix in zip(self.mechanisms, LETTERS if len(self.mechanisms) > 1 else ("",), strict=False):
             found |= {f"{TEXT}{suffix}": m.complete_text, f"{TEXT}_hash{suffix}": m.hash}
         known = {name: _numbers(value) for name, value in self.options.items()}
         options = json.dumps(plain(known), ensure_ascii=False, default=str)
@@ -74,10 +74,10 @@ def attributes(result: Result) -> dict[str, Attribute]:
 
 
 def label(result: Result | xr.Dataset) -> str:
-    """``mechanism 3f2a9c1b``, or both of two; nothing where it is not known."""
+    """``mechanism 3f2a9c1b``, or all that were compared; nothing where it is not known."""
     if isinstance(result, Result) and result.origin is not None:
         hashes = [m.hash for m in result.origin.mechanisms]
     else:
-        names = [f"{TEXT}_hash{suffix}" for suffix in ("", *BOTH)]
+        names = [f"{TEXT}_hash{suffix}" for suffix in ("", *LETTERS)]
         hashes = [str(result.attrs[name]) for name in names if name in result.attrs]
     return f"mechanism {' | '.join(hashes)}" if hashes else ""

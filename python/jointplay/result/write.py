@@ -24,7 +24,7 @@ import numpy as np
 from jointplay.basics import files
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, one_line
-from jointplay.file.carried import BOTH, beside
+from jointplay.file.carried import LETTERS, beside
 from jointplay.file.columns import as_cell
 from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, merge, rows, to_dataset
 from jointplay.result.spreadsheets import to_parquet, to_xlsx
@@ -96,9 +96,9 @@ def save_all(results: Mapping[str, Result], target: Path, *, csv_dialect: str) -
 
 
 def _put_beside(result: Result, path: Path) -> None:
-    """What a table in text is of, as mechanism files beside it: one, or those of the two that were compared."""
+    """What a table in text is of, as mechanism files beside it: one, or those that were compared."""
     attrs = {name: str(value) for name, value in attributes(result).items()}
-    for suffix in ("", *BOTH):
+    for suffix in ("", *LETTERS):
         text = attrs.pop(f"mechanism{suffix}", None)
         if text is not None:
             said = "".join(f"#   {name}: {one_line(value)}\n" for name, value in attrs.items())

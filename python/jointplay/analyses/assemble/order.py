@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
+from jointplay.basics.progress import watched
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed, not_known
 from jointplay.model.mechanism import Mechanism
@@ -34,6 +35,7 @@ IMPASSABLE = ("not_assemblable", "singular", "not_assembled")
 
 
 @typed
+@watched
 def best_order(
     m: Mechanism, criterion: str = "force", *, configuration: int = 0, progress: Progress | None = None
 ) -> Mechanism:

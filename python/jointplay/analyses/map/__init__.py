@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from jointplay.analyses.cluster import Here, Workers, connected
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.questions import check, computation
+from jointplay.basics.progress import watched
 from jointplay.basics.typed import typed
 from jointplay.core.compile import Grid
 from jointplay.errors import InputError, in_range
@@ -120,6 +121,7 @@ def open_map(path: str | os.PathLike[str]) -> xr.Dataset:
     return xr.open_dataset(path, engine="zarr", chunks=None)
 
 
+@watched
 def compute(
     m: Mechanism,
     question: str = "loaded",

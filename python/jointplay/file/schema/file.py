@@ -15,6 +15,7 @@ from .correlations import Correlation
 from .costs import Cost, SourceName
 from .design import DESIGN, DesignTable
 from .deviations import LinkTable, PlanarLink, SpatialLink
+from .document import TitleBlock
 from .followers import Follower
 from .grid import GridTable
 from .joints import JointTable
@@ -141,6 +142,7 @@ class MechanismFile(Table):
     design: DesignTable | SkipJsonSchema[None] = Field(None, description=DESIGN)
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     board: Board | SkipJsonSchema[None] = Field(None, description="what the drawing board of the studio keeps")
+    document: TitleBlock | SkipJsonSchema[None] = Field(None, description="author, revision, signatures, for `report`")
     limits: LimitsTable
 
     @model_validator(mode="before")

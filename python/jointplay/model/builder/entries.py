@@ -1799,6 +1799,45 @@ class Whole(Parts):
             "design", {"vary": vary, "aim": aim, "weights": weights, "question": question, "transmission": transmission}
         )
 
+    def document(
+        self,
+        *,
+        title: str | None = None,
+        author: str | None = None,
+        revision: str | None = None,
+        date: str | None = None,
+        checked_by: str | None = None,
+        approved_by: str | None = None,
+    ) -> None:
+        """What reports print in their heads, and whose signatures they ask for; questions do not read it.
+
+        Parameters
+        ----------
+        title : optional
+            Title of the report; that of the mechanism if left out.
+        author : optional
+            Who wrote it.
+        revision : optional
+            Its revision, such as B.
+        date : optional
+            Its date; that of the day if left out.
+        checked_by : optional
+            Who checked it.
+        approved_by : optional
+            Who approved it.
+        """
+        self._single(
+            "document",
+            {
+                "title": title,
+                "author": author,
+                "revision": revision,
+                "date": date,
+                "checked_by": checked_by,
+                "approved_by": approved_by,
+            },
+        )
+
     def output(
         self,
         name: str | None = None,

@@ -15,10 +15,23 @@ from .building import FITS, VERDICTS
 from .errors import quantile
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
-from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
+from .series import beyond, each, judged, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
-from .words import BOUND_DIGITS, Conclusion, Sentence, leaving, owners, plural, rounded_up, which, without_path
+from .words import (
+    BOUND_DIGITS,
+    Conclusion,
+    Sentence,
+    farthest,
+    leaving,
+    off_path,
+    owners,
+    plural,
+    rounded_up,
+    strung,
+    which,
+    without_path,
+)
 
 __all__ = [
     "BOUND_DIGITS",
@@ -32,10 +45,14 @@ __all__ = [
     "beyond",
     "conclude",
     "decide",
+    "each",
+    "farthest",
     "first_missed",
+    "judged",
     "leaving",
     "missed",
     "motion",
+    "off_path",
     "owners",
     "plural",
     "quantile",
@@ -44,6 +61,7 @@ __all__ = [
     "rounding",
     "share_of",
     "shares_over_nodes",
+    "strung",
     "tops",
     "which",
     "without_path",

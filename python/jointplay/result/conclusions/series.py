@@ -37,7 +37,7 @@ from jointplay.result.verdict.shares import CONTACTS
 from .errors import WORDS, blamed, proved
 from .motion import largest_change
 from .running import of_speeds
-from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, plural, say, without_path
+from .words import OUTSIDE, Conclusion, Sentence, farthest, leaving, off_path, plural, say, strung, without_path
 
 
 def judged(result: Result) -> list[Verdict]:
@@ -178,13 +178,19 @@ def _bad(result: Result) -> Iterator[Sentence]:
 
 
 def of_compare(result: Result) -> Conclusion:
-    """How the errors of the second mechanism compare with those of the first."""
+    """Which of the mechanisms keep to the limits, which has the least of every largest error, and by how much."""
     names, is_corrected = result.labels("mechanism"), "correction" in result.data
-    two = each(result)
+    every = each(result)
     sentences = []
     verdicts = judged(result)
-    if all(found.outcome == HELD for found in verdicts):
-        sentences.append(Sentence(f"Limits hold in both{verdicts[0].basis}.", state=HELD))
+    held = [name for name, found in zip(names, verdicts, strict=True) if found.outcome == HELD]
+    if held:
+        whole = "both" if len(names) == 2 else f"all {len(names)}"
+        where = whole if len(held) == len(names) else strung(held)
+        none = [name for name, found in zip(names, verdicts, strict=True) if not found.outcome]
+        rest = f"; {strung(none)} {'has' if len(none) == 1 else 'have'} none" if none else ""
+        text = f"Limits hold in {where}{verdicts[names.index(held[0])].basis}{rest}."
+        sentences.append(Sentence(text, state=HELD))
     for name, found in zip(names, verdicts, strict=True):
         count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
         if found.outcome == MISSED:
@@ -195,15 +201,16 @@ def of_compare(result: Result) -> Conclusion:
         if found.outcome == NOT_SHOWN:
             unknown.setdefault(found.gist, []).append(name)
     for gist, those in unknown.items():
-        text = f"Not shown: whether limits hold in {' and '.join(those)}; {gist}."
+        text = f"Not shown: whether limits hold in {strung(those)}; {gist}."
         sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
+    sentences += _best(result)
     for kind, declared in figures(result).items():
         values, unit = figure(result, kind)
         known = np.isfinite(values)
         if not known.any(axis=1).all() or not np.nan_to_num(values).any():
             continue
         tops = []
-        for one, row, part in zip(names, values, two, strict=True):
+        for one, row, part in zip(names, values, every, strict=True):
             k = farthest(row, part.get("status"))
             if k is None:
                 continue
@@ -213,9 +220,9 @@ def of_compare(result: Result) -> Conclusion:
         if tops:
             said = declared.words if is_corrected else WORDS[kind]
             sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
-    for name, part in zip(names, two, strict=True) if is_corrected else ():
+    for name, part in zip(names, every, strict=True) if is_corrected else ():
         sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
-    for name, part, lost in zip(names, two, without_path(result), strict=True):
+    for name, part, lost in zip(names, every, without_path(result), strict=True):
         bad = part.get("status") != "ok"
         if bad.any():
             told = np.where(lost, f"{names[0]} has no pose there", part.get("status"))[bad]
@@ -225,6 +232,33 @@ def of_compare(result: Result) -> Conclusion:
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
             sentences.append(Sentence(text, is_alarm=True, is_first=outside))
     return Conclusion(tuple(sentences), ranked(sentences))
+
+
+def _best(result: Result) -> Iterator[Sentence]:
+    """Which mechanism has the least of every largest error, of those that have one at every configuration."""
+    names, lost = result.labels("mechanism"), without_path(result)
+    is_whole = np.asarray((np.isin(result.get("status"), READABLE) | lost).all(axis=1))
+    won: dict[str, list[str]] = {}
+    for kind, declared in figures(result).items():
+        values, unit = figure(result, kind)
+        ranked_ = [k for k in np.flatnonzero(is_whole).tolist() if np.isfinite(values[k, ~lost[-1]]).all()]
+        tops = {names[k]: float(np.abs(values[k, ~lost[-1]]).max(initial=0.0)) for k in ranked_}
+        least = sorted(tops, key=tops.__getitem__)[:2]
+        if len(least) < 2 or say(tops[least[0]]) == say(tops[least[1]]):
+            continue
+        first, second = (tops[name] for name in least)
+        said = declared.words if "correction" in result.data else WORDS[kind]
+        text = f"largest {said} {say(first, unit)}, {100.0 * (1.0 - first / second):.3g} % below {least[1]}"
+        won.setdefault(least[0], []).append(text)
+    if won:
+        off = {name: off_path(result, name) for name in won}
+        told = "; ".join(
+            f"{name}{f', which {off[name]},' * bool(off[name])} is best: {'; '.join(found)}"
+            for name, found in won.items()
+        )
+        out = [name for name, is_ranked in zip(names, is_whole.tolist(), strict=True) if not is_ranked]
+        rest = f"; not ranked: {strung(out)}, which is not ok everywhere" if out else ""
+        yield Sentence(f"{told}{rest}.")
 
 
 def of_map(result: Result) -> Conclusion:

@@ -10,7 +10,7 @@ from jointplay.questions import QUESTIONS
 from jointplay.result import Result, counted
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, left_out, percent, verdict
 
-from .words import Sentence
+from .words import Sentence, strung
 
 #: the results of a question, of every output and load case, each with its heading
 NamedResults = Sequence[tuple[str, Result]]
@@ -40,13 +40,13 @@ def decide(answers: Mapping[str, NamedResults]) -> Sentence | None:
     missed, unknown, held = told.values()
     out = _left_out(answers)
     if missed:
-        rest = f" Held: {_listed(held)}." if held else ""
+        rest = f" Held: {strung(held)}." if held else ""
         rest += f" Not shown: {'; '.join(unknown)}." if unknown else ""
         return Sentence(f"Limits missed: {'; '.join(missed)}{out}.{rest}", True, True, state=MISSED)
     if unknown:
-        rest = f"; they hold {_listed(held)}" if held else ""
+        rest = f"; they hold {strung(held)}" if held else ""
         return Sentence(f"Not shown: whether limits hold {'; '.join(unknown)}{rest}{out}.", True, True, state=NOT_SHOWN)
-    return Sentence(f"Limits hold {_listed(held)}{out}.", is_answer=True, state=HELD) if held else None
+    return Sentence(f"Limits hold {strung(held)}{out}.", is_answer=True, state=HELD) if held else None
 
 
 def _left_out(answers: Mapping[str, NamedResults]) -> str:
@@ -68,8 +68,3 @@ def rests(question: str, part: Result, found: Verdict, heading: str = "") -> str
         return words
     where = f"{heading[:1].lower()}{heading[1:]}: " if heading else ""
     return f"{words} ({where}{found.gist})"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """``in the worst case, under the load and in the required 99 % of the specimens``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

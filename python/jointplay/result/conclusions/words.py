@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Array
 from jointplay.errors import listed
-from jointplay.result import Result, first_largest
+from jointplay.result import Result, first_largest, size, unit_of
 from jointplay.result.verdict import READABLE
 
 OUTSIDE = "outside_limits"
@@ -85,6 +85,11 @@ def plural(count: int, one: str, more: str = "") -> str:
     return f"{count} {one if count == 1 else more or one + 's'}"
 
 
+def strung(names: Sequence[str]) -> str:
+    """``in the worst case, under the load and in the required 99 % of the specimens``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
 def which(places: Sequence[int]) -> str:
     """``Configurations 1, 3``."""
     if len(places) > FEW:
@@ -117,7 +122,7 @@ def leaving(result: Result) -> str:
 
 
 def without_path(result: Result) -> NDArray[np.bool_]:
-    """Where the second mechanism of a comparison has no pose to follow because the first one has none.
+    """Where the other mechanisms of a comparison have no pose to follow because the first one has none.
 
     Returns
     -------
@@ -125,7 +130,16 @@ def without_path(result: Result) -> NDArray[np.bool_]:
         Shape (mechanism, configuration); never true for the first.
     """
     first = np.isnan(result.get("nominal")[0]).any(axis=-1)
-    return np.stack([np.zeros_like(first), first])
+    return np.stack([np.zeros_like(first), *[first] * (result.sizes["mechanism"] - 1)])
+
+
+def off_path(result: Result, name: str) -> str:
+    """By how much a mechanism of a comparison leaves the path of the first; nothing where it keeps to it."""
+    distance = size(result, "mismatch", "position", mechanism=name)
+    largest = float(np.nanmax(distance, initial=0.0))
+    if largest <= 1e-6 * float(result.attrs.get("length", 1.0)):
+        return ""
+    return f"leaves the path by up to {say(largest, unit_of(result, 'position'))}"
 
 
 def owners(result: Result) -> list[str]:

@@ -130,6 +130,18 @@ def fixed(value: float, places: int) -> str:
     return text.lstrip("-") if float(text) == 0.0 else text
 
 
+def change(before: float, after: float) -> str:
+    """By how much a number has changed, in per cent.
+
+    Examples
+    --------
+    >>> change(0.2, 0.15), change(0.2, 0.2 + 1e-15)
+    ('-25 %', '0 %')
+    """
+    part = 100.0 * (after / before - 1.0)
+    return "0 %" if abs(part) < 0.5 * 10.0**-DIGITS else f"{part:+.3g} %"
+
+
 def numbers(name: str, unit: str, values: Any, noise: float = 0.0, digits: int = DIGITS) -> Column:
     """A column of numbers; sizes below `noise` are rounding and shown as zero."""
     array = np.asarray(values, dtype=float)

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result, size, unit_of
-from jointplay.result.conclusions import leaving, owners, rounding, which, without_path
+from jointplay.result import Result
+from jointplay.result.conclusions import leaving, off_path, owners, rounding, strung, which, without_path
 
 from .indices import notes as of_indices
 from .layout import sentence
@@ -47,7 +47,7 @@ def _notes(result: Result) -> Iterable[str]:
         yield sentence(str(result.attrs["misfit"]))
     status = result.get("status")
     if is_compared := "mechanism" in result.sizes:
-        # What its status would mean is not so: nothing was asked of the second mechanism there.
+        # What its status would mean is not so: nothing was asked of the others there.
         status = np.where(without_path(result), "", status)
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
@@ -252,11 +252,11 @@ def _correction(result: Result) -> Iterable[str]:
 
 
 def _mismatch(result: Result) -> Iterable[str]:
-    first, second = result.labels("mechanism")
+    first, *others = result.labels("mechanism")
     lost = np.flatnonzero(without_path(result)[1]).tolist()
     if lost:
-        yield f"{which(lost)}: {second} is unknown, because {first} has no pose there."
-    distance = size(result, "mismatch", "position", mechanism=second)
-    largest = float(np.nanmax(distance, initial=0.0))
-    if largest > 1e-6 * float(result.attrs.get("length", 1.0)):
-        yield f"{second} leaves the path by up to {largest:.4g} {unit_of(result, 'position')}."
+        verb = "is" if len(others) == 1 else "are"
+        yield f"{which(lost)}: {strung(others)} {verb} unknown, because {first} has no pose there."
+    for other in others:
+        if off := off_path(result, other):
+            yield f"{other} {off}."

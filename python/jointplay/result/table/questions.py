@@ -10,12 +10,22 @@ import numpy as np
 from jointplay.basics.arrays import Floats
 from jointplay.questions import QUESTIONS, Question, named
 from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
-from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, quantile, rounded_up, rounding
+from jointplay.result.conclusions import (
+    BOUND_DIGITS,
+    beyond,
+    conclude,
+    each,
+    farthest,
+    judged,
+    quantile,
+    rounded_up,
+    rounding,
+)
 from jointplay.result.verdict import LOOSE, limits_in_words, verdict
 
 from .fit import chosen_rows
 from .indices import largest
-from .layout import NOTHING, Column, ResultTable, commands, missed, numbers, statuses, words
+from .layout import NOTHING, Column, ResultTable, change, commands, missed, numbers, statuses, words
 from .map import overview as map_overview
 from .notes import notes
 from .pairs import overview as pairs_overview
@@ -33,7 +43,10 @@ def tables(result: Result) -> list[ResultTable]:
     question = _question(result)
     if "mechanism" in result.sizes:
         sizes = [values for name in figures(result) for values in figure(result, name)[0]]
-        return [ResultTable(question.title, _compare(result), notes(result), rows=_rows(result, *sizes))]
+        many = result.sizes["mechanism"] > 2
+        title = "Configuration by configuration" if many else question.title
+        whole = ResultTable(title, _compare(result), notes(result), rows=_rows(result, *sizes))
+        return [_beside(result, question.title), whole] if many else [whole]
     if "sweep_by" in result.attrs:
         return pairs_overview(result, question.title)
     if "sweep" in result.attrs:
@@ -320,9 +333,9 @@ def of_compensate(result: Result) -> list[Column]:
 
 
 def _compare(result: Result) -> tuple[Column, ...]:
-    first, second = result.labels("mechanism")
+    names = result.labels("mechanism")
     columns = [_numbered(result)]
-    for label in (first, second):
+    for label in names:
         # A structure has no drives.
         units = result.coords["drive_unit"].values.tolist() if "drive_unit" in result.coords else []
         for drive, unit in zip(result.labels("drive") if units else [], units, strict=True):
@@ -335,18 +348,45 @@ def _compare(result: Result) -> tuple[Column, ...]:
         values, unit = figure(result, short)
         cells = numbers("", unit, values.reshape(-1), rounding(result, unit)).cells
         count = values.shape[1]
-        columns += [Column(f"{first}\n{short}", unit, cells[:count]), Column(f"{second}\n{short}", unit, cells[count:])]
-        small = np.abs(values[0]) <= rounding(result, unit)
-        ratio = np.divide(values[1], values[0], out=np.full(count, np.nan), where=~small)
-        columns.append(numbers(f"{short}\nratio", "", ratio, digits=3))
+        for k, label in enumerate(names):
+            columns.append(Column(f"{label}\n{short}", unit, cells[k * count : (k + 1) * count]))
+        if len(names) == 2:
+            small = np.abs(values[0]) <= rounding(result, unit)
+            ratio = np.divide(values[1], values[0], out=np.full(count, np.nan), where=~small)
+            columns.append(numbers(f"{short}\nratio", "", ratio, digits=3))
     if any(map(any, found := beyond(result))):
-        for k, label in enumerate((first, second)):
+        for k, label in enumerate(names):
             columns.append(missed(f"{label}\nbeyond limit", found[k]))
     outcomes = result.get("status")
-    for k, label in enumerate((first, second)):
+    for k, label in enumerate(names):
         if (outcomes[k] != "ok").any():
             columns.append(statuses(f"{label}\nstatus", outcomes[k].tolist()))
     return tuple(columns)
+
+
+def _beside(result: Result, title: str) -> ResultTable:
+    """A column for each of several mechanisms: verdict, largest errors, where and why, and what the first has."""
+    names = result.labels("mechanism")
+    verdicts = judged(result)
+    rows: dict[str, list[str]] = {}
+    if any(found.outcome for found in verdicts):
+        rows["limits"] = [found.outcome or NOTHING for found in verdicts]
+    for short in figures(result):
+        values, unit = figure(result, short)
+        places = [farthest(row, part.get("status")) for row, part in zip(values, each(result), strict=True)]
+        tops = [float("nan") if k is None else float(row[k]) for row, k in zip(values, places, strict=True)]
+        rows[f"largest {short}, {unit}"] = [*numbers("", unit, tops, rounding(result, unit)).cells]
+        if tops[0] > rounding(result, unit):
+            rows[f"{short}, beside {names[0]}"] = [
+                "" if top != top or not k else change(tops[0], top) for k, top in enumerate(tops)
+            ]
+        rows[f"{short}, configuration"] = [NOTHING if k is None else str(k) for k in places]
+    bad = (result.get("status") != "ok").sum(axis=1).tolist()
+    if any(bad):
+        rows["not ok"] = [*map(str, bad)]
+    columns = [words("", [*rows], is_key=True)]
+    columns += [Column(name, "", tuple(cells[k] for cells in rows.values())) for k, name in enumerate(names)]
+    return ResultTable(title, tuple(columns))
 
 
 def _corrections_of_both(result: Result) -> Iterator[Column]:

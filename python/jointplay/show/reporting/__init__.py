@@ -1,6 +1,7 @@
 """A report to hand on: one page with the verdict, the mechanism, its errors, who is to blame, and its inputs.
 
-The page carries all that it needs. It opens from an e-mail attachment, works without a network and prints on A4.
+The page carries all that it needs. It opens from an e-mail attachment, works without a network and prints on A4 and
+Letter.
 """
 
 from __future__ import annotations
@@ -11,18 +12,21 @@ from pathlib import Path
 from jointplay.analyses import random
 from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
+from jointplay.basics.progress import bar
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError
+from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 
-from . import printing
+from . import decimals, former, printing
 from .answers import SAMPLES, ask
 from .notebook import View, view
-from .page import page
+from .page import Look, page
 
 __all__ = ["View", "check_path", "report", "view", "write"]
 
 EXTENSIONS = (".html", ".pdf")
+#: sizes of sheets, as style sheets call them
+PAPERS = ("a4", "letter")
 
 
 @typed
@@ -32,8 +36,11 @@ def report(
     *,
     samples: int = SAMPLES,
     seed: int = 0,
+    against: str | os.PathLike[str] | None = None,
+    decimal: str = ".",
+    paper: str | None = None,
 ) -> None:
-    """Write a report on a mechanism.
+    """Write a report on a mechanism: with the title block and the signatures of its ``[document]``.
 
     Parameters
     ----------
@@ -45,15 +52,31 @@ def report(
         Random specimens per configuration.
     seed : int
         Of the random numbers.
+    against : str or path, optional
+        A former report, as `.html`: what has changed since stands in front.
+    decimal : {".", ","}
+        Decimal sign of sentences, tables and figures. With a comma, tables of numbers have semicolons between cells.
+    paper : {"a4", "letter"}, optional
+        Of a PDF, `a4` if left out. A page on the screen leaves it to those who print it.
 
     Raises
     ------
     InputError
-        When nothing can be written there, or no configuration can be solved.
+        When nothing can be written there, the former report cannot be read, or no configuration can be solved.
     JointplayError
         When the page is to be a PDF and no browser is found that prints it.
     """
-    write(m, Path(path), samples=samples, seed=seed)
+    former = None if against is None else Path(against)
+    with bar("report") as step:
+        write(
+            *(m, Path(path)),
+            samples=samples,
+            seed=seed,
+            against=former,
+            decimal=decimal,
+            paper=paper,
+            progress=step,
+        )
 
 
 def write(
@@ -62,6 +85,9 @@ def write(
     *,
     samples: int = SAMPLES,
     seed: int = 0,
+    against: Path | None = None,
+    decimal: str = ".",
+    paper: str | None = None,
     command: str = "",
     progress: Progress | None = None,
 ) -> bool:
@@ -81,9 +107,14 @@ def write(
     """
     check_path(path)
     random.checked(samples, seed, None, random.PROBABILITIES, "sobol")
+    is_pdf = path.suffix.lower() == ".pdf"
+    if paper is not None and paper not in PAPERS:
+        raise InputError(not_known(paper, "a size of sheets", PAPERS), key="paper")
+    before = None if against is None else former.read(against)
+    look = Look(command, before, decimals.checked(decimal), paper or ("a4" if is_pdf else ""))
     answers = ask(m, samples, seed, progress)
-    text = page(answers, command)
-    content = printing.pdf(text) if path.suffix.lower() == ".pdf" else text.encode()
+    text = page(answers, look)
+    content = printing.pdf(text) if is_pdf else text.encode()
     files.put(memoryview(content), path)
     return answers.is_good
 

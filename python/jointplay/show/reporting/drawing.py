@@ -15,13 +15,30 @@ from jointplay.result.verdict import cause, place, verdict
 from jointplay.show import viewer
 from jointplay.show.viewer import DisplacedScene, scene
 
+from . import decimals
 from .answers import Chapter, reproduces, shown
 
 #: what the questions are called in headings and sentences that judge, the one first that says most
 WORDS = {name: QUESTIONS[name].label for name in ("worst", "loaded", "random")}
-#: draws every scene of the page; what is folded is printed, too
+#: width of what is printed on A4, which is narrower than Letter, times the size of its letters: 182 mm of 9.5 pt
+PAPER = 54
+#: draws every scene of the page; what is folded is printed, too, and tables get as narrow as the paper
 START = """
-addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
+const narrow = (table) => {
+  const room = PAPER * parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const width = (kind) => (table.style.width = kind, table.offsetWidth);
+  table.classList.toggle("narrow", width("max-content") > room);
+  const [most, least] = [width("max-content"), width("min-content")];
+  table.style.width = "";
+  table.style.zoom = Math.min(1, Math.max(room / most, 0.7), room / least);
+};
+addEventListener("beforeprint", () => {
+  document.querySelectorAll("details").forEach((part) => (part.open = true));
+  document.querySelectorAll(".wide table").forEach(narrow);
+});
+addEventListener("afterprint", () => {
+  document.querySelectorAll(".wide table").forEach((table) => (table.style.zoom = ""));
+});
 for (const place of document.querySelectorAll("[data-viewer]")) {
   view(place, JSON.parse(place.nextElementSibling.textContent));
 }
@@ -78,7 +95,7 @@ def _text(chapter: Chapter, k: int) -> list[str]:
             mark = (verdict(part).marks or ("",) * (k + 1))[k]
             if mark:
                 lines.append(f"{label}: beyond the limit: {mark}")
-    return lines
+    return [*map(decimals.in_text, lines)]
 
 
 def embedded(data: Mapping[str, Any]) -> str:
@@ -90,4 +107,4 @@ def embedded(data: Mapping[str, Any]) -> str:
 
 def program() -> str:
     """The end of a page: what draws."""
-    return f'<script type="module">{viewer.script()}{START}</script></body></html>\n'
+    return f'<script type="module">{viewer.script()}const PAPER = {PAPER};{START}</script></body></html>\n'

@@ -15,6 +15,8 @@ from jointplay.plot.style import USUAL_STYLE, escape_texts
 from jointplay.result import Result
 from jointplay.result.spreadsheets import frame
 
+from . import decimals
+
 #: rows of a file of numbers that is within the page
 MOST_NUMBERS = 20_000
 
@@ -22,6 +24,7 @@ MOST_NUMBERS = 20_000
 def svg(figure: Figure) -> str:
     """A figure as the source of a picture."""
     content = io.BytesIO()
+    decimals.in_figure(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
     with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}):
@@ -49,9 +52,11 @@ def download(name: str, text: str) -> str:
 
 
 def numbers(result: Result, names: Iterable[str]) -> str:
-    """Some variables of a result as CSV, one row for each value."""
+    """Some variables of a result as CSV, one row for each value; with a decimal comma cells end with semicolons."""
     kept = {name: result.data[name] for name in names if name in result.data}
     table = frame(Result(result.coords, kept, result.attrs))
     table = table.head(MOST_NUMBERS).dropna(axis="columns", how="all").rename(columns=as_cell)
     texts = table.select_dtypes("category").columns
-    return str(table.assign(**{name: table[name].cat.rename_categories(as_cell) for name in texts}).to_csv(index=False))
+    table = table.assign(**{name: table[name].cat.rename_categories(as_cell) for name in texts})
+    sign = decimals.current()
+    return str(table.to_csv(index=False, sep=decimals.SIGNS[sign], decimal=sign))

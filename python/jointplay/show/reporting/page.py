@@ -3,37 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 
 from jointplay.basics import pages
 from jointplay.errors import one_line
 from jointplay.show import viewer
 
-from . import sections
+from . import decimals, former, sections, signing
 from .answers import Answers
 from .drawing import program
 from .sections import Section
 
 
-def page(answers: Answers, command: str) -> str:
+@dataclass(frozen=True)
+class Look:
+    """How a page is written, beside what it says.
+
+    Attributes
+    ----------
+    command : str
+        What has been typed to make the page, where it was typed.
+    against : Former or None
+        What it is compared with.
+    decimal : str
+        Decimal sign.
+    paper : str
+        What it is printed on: ``a4`` or ``letter``; nothing leaves that to those who print it.
+    """
+
+    command: str = ""
+    against: former.Former | None = None
+    decimal: str = "."
+    paper: str = ""
+
+
+def page(answers: Answers, look: Look) -> str:
     """The whole page."""
-    m = answers.m
-    title = one_line(m.title or Path(m.file).name)
-    chapters = []
+    with decimals.using(look.decimal):
+        return decimals.in_page(_page(answers, look))
+
+
+def _page(answers: Answers, look: Look) -> str:
+    block = signing.block(answers.m)
+    record = former.record_of(answers, block.date)
+    chapters = [("", [sections.changes(look.against, answers.m, record)])] if look.against else []
     for chapter in answers.chapters:
         name = one_line(chapter.output)
         chapters.append((f"Output {name}" if name else "", list(sections.of_chapter(chapter))))
-    last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
-    chapters.append(("", [*last, sections.inputs(answers, command)]))
+    last = (sections.assembly(answers), sections.map_(answers), sections.sizes_to_order(answers))
+    found = [section for section in last if section is not None]
+    chapters.append(("", [*found, sections.inputs(answers, look.command)]))
     body, contents = _body(chapters)
-    if len(answers.chapters) > 1:
-        body = f"{sections.whole(answers.chapters)}{body}"
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
+    style += signing.on_paper(block, look.paper) + viewer.style()
     return (
-        f"{pages.head(title, style + viewer.style())}<body>"
-        f"<header><h1>{escape(title)}</h1><nav>{contents}</nav></header><main>{body}</main>{program()}"
+        f"{pages.head(block.title, style, former.in_head(record))}<body>"
+        f'<header><h1 translate="no">{escape(block.title)}</h1>{sections.whole(answers.chapters)}'
+        f"{signing.shown(block)}<nav>{contents}</nav></header><main>{body}</main>{program()}"
     )
 
 

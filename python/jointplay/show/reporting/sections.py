@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 
 from jointplay import plot
 from jointplay.analyses.hints import hints
+from jointplay.errors import listed, one_line
+from jointplay.model.mechanism import Mechanism
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
 from jointplay.questions import QUESTIONS
@@ -24,7 +26,7 @@ from jointplay.result.table import tables
 from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
-from . import maps
+from . import former, maps, ordering
 from .answers import JUDGED, Answers, Chapter
 from .drawing import WORDS, drawing, embedded
 from .figures import numbers, picture
@@ -91,9 +93,11 @@ def _verdict(chapter: Chapter) -> str:
             mark = marked(verdict(part).outcome)
             if sentences:
                 said = paragraphs([sentence.text for sentence in sentences])
+                said += paragraphs([f"Assumed: {QUESTIONS[question].assumes}"], "note")
                 items.append(f"<dt>{escape(label)} {mark}</dt><dd>{said}</dd>")
-    lead = whole([chapter]) + paragraphs(_summary(chapter), "answer")
-    return lead + (f"<dl>{''.join(items)}</dl>" if items else "")
+    # The verdict over all outputs stands above.
+    lead = whole([chapter]) if chapter.output else ""
+    return lead + paragraphs(_summary(chapter)) + (f"<dl>{''.join(items)}</dl>" if items else "")
 
 
 def whole(chapters: Sequence[Chapter]) -> str:
@@ -105,7 +109,9 @@ def whole(chapters: Sequence[Chapter]) -> str:
             own = [(", ".join(filter(None, (output, heading))), part) for heading, part in chapter.parts(question)]
             found.setdefault(question, []).extend(own)
     said = decide(found)
-    return f'<p class="answer">{marked(said.state)} {escape(said.text)}</p>' if said is not None else ""
+    if said is None:
+        return paragraphs(["No verdict: the file has no limits that errors could be held against."], "answer")
+    return f'<p class="answer">{marked(said.state)} {escape(said.text)}</p>'
 
 
 def marked(outcome: str) -> str:
@@ -310,6 +316,28 @@ def map_(answers: Answers) -> Section | None:
         return Section("Map", maps.content(answers.m, answers.map))
 
 
+def sizes_to_order(answers: Answers) -> Section | None:
+    """Fits, limits and costs of all sources."""
+    found = ordering.table(answers.m)
+    return Section(found.title, table(found, most=None)) if found is not None else None
+
+
+def changes(against: former.Former, m: Mechanism, record: former.Record) -> Section:
+    """What has changed since a former report."""
+    old = against.record
+    keys = former.changed_keys(against.raw, m.raw)
+    if old is None:
+        said = "That report is of an older version of the program, which did not keep its verdicts for comparison."
+    else:
+        revision = f"revision {old.revision}, " if old.revision else ""
+        said = f"That report is of {old.date}, {revision}mechanism {old.hash}; this one of mechanism {record.hash}."
+    differ = table(keys, title=True, most=None) if keys else paragraphs(["No key of the file differs."])
+    blocks = [paragraphs([said]), differ]
+    if old is not None:
+        blocks.append(table(former.changed_answers(old, record), title=True, most=None))
+    return Section(f"Changes since {one_line(against.name)}", "".join(blocks))
+
+
 def inputs(answers: Answers, command: str) -> Section:
     """What the page was made from."""
     m, known = answers.m, answers.check
@@ -318,17 +346,29 @@ def inputs(answers: Answers, command: str) -> Section:
         "file": f"{Path(m.file).name}, mechanism {m.hash}",
         "date": today(),
         "configurations": known.attrs["configurations"],
-        "random specimens": f"{answers.samples:,} per configuration, seed {answers.seed}",
+        "random specimens": f"{answers.samples} per configuration, seed {answers.seed}",
         "warnings": " ".join(hints(m)) or "none",
         "versions": f"jointplay {known.attrs['jointplay']}, Python {python_version()}, NumPy {np.__version__}",
         "made by": command or "jointplay.report(m, path)",
     }
-    items = "".join(f"<dt>{escape(str(k))}</dt><dd>{escape(str(v))}</dd>" for k, v in rows.items())
+    items = "".join(f'<dt>{escape(str(k))}</dt><dd translate="no">{escape(str(v))}</dd>' for k, v in rows.items())
     assumed = (
-        "All poses and errors are those of the exact closure equations, without friction, impact, wear and dynamics. "
-        "Under load every pin lies where the loads press it. The worst case is the largest error that ascents from "
-        "many starts have found. Shares of sources are to first order."
+        f"All poses and errors are those of the exact closure equations, without {listed(_left_out(m))}. "
+        "Shares of sources are to first order."
     )
     content = f"<dl>{items}</dl>{paragraphs([assumed], 'note')}"
     content += folded("What the mechanism is made of", "".join(table(one, title=True) for one in tables(known)))
-    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(m.complete_text)}</pre>"))
+    return Section(
+        "Inputs and assumptions", content + folded("The file", f'<pre translate="no">{escape(m.complete_text)}</pre>')
+    )
+
+
+def _left_out(m: Mechanism) -> list[str]:
+    """What is not computed, or not for this file."""
+    joints = m.data.joints.values()
+    there = {
+        "friction": any(getattr(joint, "friction", None) is not None for joint in joints),
+        "wear": any(joint.wears is not None for joint in joints),
+        "inertia": m.motion is not None,
+    }
+    return ["impact", *(name for name, is_there in there.items() if not is_there)]

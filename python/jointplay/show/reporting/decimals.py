@@ -1,0 +1,121 @@
+"""The decimal sign of a page: numbers in its sentences, tables and figures as its readers write them.
+
+Only what the program says is changed. What is marked as `translate="no"` stays as somebody has typed it: titles, names
+of files, the file itself, the command.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.ticker import Formatter
+
+from jointplay.errors import InputError, not_known
+
+#: decimal signs, with what stands between the columns of tables in text then
+SIGNS = {".": ",", ",": ";"}
+#: between thousands, where a comma would be read as a decimal sign
+NARROW = "\u202f"
+#: a number with decimals that is no part of a name or of a version; one with commas between its thousands
+NUMBER = r"(?<![\w.])(?P<whole>\d+)\.(?P<part>\d+(?:e[+-]?\d+)?)(?![\w]|\.\w)"
+THOUSANDS = r"(?<![\w.,])\d{1,3}(?:,\d{3})+(?![\w,])"
+TEXT = re.compile(f"{NUMBER}|{THOUSANDS}")
+#: the same on a page, beside what stays: tags, and elements that are kept as a whole
+KEPT = r'<(?:(?P<kept>script|style|title)\b|(?P<typed>\w+) translate="no")(?s:.*?)</(?:(?P=kept)|(?P=typed))>'
+PAGE = re.compile(f"{KEPT}|<[^>]*>|{TEXT.pattern}")
+
+_SIGN: ContextVar[str] = ContextVar("sign", default=".")
+
+
+def checked(sign: str) -> str:
+    """A decimal sign.
+
+    Raises
+    ------
+    InputError
+        When it is none.
+    """
+    if sign not in SIGNS:
+        raise InputError(not_known(sign, "a decimal sign", SIGNS), key="decimal")
+    return sign
+
+
+@contextmanager
+def using(sign: str) -> Iterator[None]:
+    """Write numbers with a decimal sign."""
+    token = _SIGN.set(sign)
+    try:
+        yield
+    finally:
+        _SIGN.reset(token)
+
+
+def current() -> str:
+    """The decimal sign in use."""
+    return _SIGN.get()
+
+
+def in_text(text: str) -> str:
+    """A text with the decimal sign in use.
+
+    Examples
+    --------
+    >>> with using(","):
+    ...     in_text("0.0409 deg of 1,024 specimens, version 2.4.6, J1.5")
+    '0,0409 deg of 1\u202f024 specimens, version 2.4.6, J1.5'
+    """
+    return TEXT.sub(_written, text) if current() != "." else text
+
+
+def in_page(page: str) -> str:
+    """A page with the decimal sign in use, but for what stays as it was typed."""
+    return PAGE.sub(_written, page) if current() != "." else page
+
+
+def _written(found: re.Match[str]) -> str:
+    if found["whole"] is not None:
+        return f"{found['whole']},{found['part']}"
+    return found[0] if found[0].startswith("<") else found[0].replace(",", NARROW)
+
+
+def in_figure(figure: Figure) -> None:
+    """Write the ticks, legends and labels of a figure with the decimal sign in use; titles may be those of a file."""
+    if current() == ".":
+        return
+    titles = set()
+    for axes in figure.axes:
+        titles |= {axes.title, getattr(axes, "_left_title", None), getattr(axes, "_right_title", None)}
+        for axis in (getattr(axes, name) for name in ("xaxis", "yaxis", "zaxis") if hasattr(axes, name)):
+            axis.set_major_formatter(_OfTicks(axis.get_major_formatter()))
+    for text in figure.findobj(Text):
+        if text not in titles:
+            text.set_text(in_text(text.get_text()))
+
+
+class _OfTicks(Formatter):
+    """Ticks as another formatter writes them, with the decimal sign in use."""
+
+    def __init__(self, own: Formatter) -> None:
+        self._own = own
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return in_text(self._own(x, pos))
+
+    def format_ticks(self, values: list[float]) -> list[str]:
+        """The texts of all ticks."""
+        return [*map(in_text, self._own.format_ticks(values))]
+
+    def get_offset(self) -> str:
+        """What stands at the end of the axis."""
+        return in_text(self._own.get_offset())
+
+    def set_axis(self, axis: Any) -> None:
+        """Of which axis the ticks are."""
+        super().set_axis(axis)
+        self._own.set_axis(axis)

@@ -1,0 +1,116 @@
+"""Progress: one bar for what somebody waits for, where somebody looks, and nothing left of it."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import jointplay as jp
+from helpers.answers import example
+from jointplay.analyses import random
+from jointplay.basics import progress
+
+Steps = list[tuple[int, int]]
+
+
+@pytest.fixture
+def bars(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[tuple[str, Steps]]]:
+    """Every bar that is shown on a terminal, with its steps."""
+    found: list[tuple[str, Steps]] = []
+
+    @contextmanager
+    def shown(name: str) -> Iterator[Callable[[int, int], None]]:
+        found.append((name, []))
+        yield lambda done, total: found[-1][1].append((done, total))
+
+    monkeypatch.setattr(progress, "_on_terminal", shown)
+    # What pytest captures is put in place again when a test begins.
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True), modules={}))
+    yield found
+    jp.progress(True)
+
+
+def test_a_question_shows_one_bar_until_it_is_done(bars: list[tuple[str, Steps]]) -> None:
+    m = example("four-bar")
+    jp.random(m, samples=64)
+    jp.sweep(m, "joints.J1.clearance.radial", [0.5, 1.0], "worst")
+    jp.map(m, "worst", grid={"theta1": {"from": 30, "to": 60, "count": 3}})
+    assert [name for name, _ in bars] == ["random", "sweep", "map"]
+    for name, steps in bars:
+        assert steps, name
+        # A map says what is done before each chunk.
+        assert steps[-1][0] == steps[-1][1] or name == "map"
+        assert steps == sorted(steps), name
+
+
+def test_of_variants_each_is_shown(bars: list[tuple[str, Steps]]) -> None:
+    m = example("four-bar")
+    jp.compare(m, m, m, "random", samples=64)
+    assert [name for name, _ in bars] == ["compare"] * 3
+
+
+def test_who_does_not_want_it_sees_nothing(bars: list[tuple[str, Steps]], monkeypatch: pytest.MonkeyPatch) -> None:
+    m = example("four-bar")
+    jp.progress(False)
+    jp.random(m, samples=64)
+    jp.progress(True)
+    # What others ask for is theirs to show.
+    random.compute(m, 64)
+    told: Steps = []
+    random.compute(m, 64, progress=lambda *step: told.append(step))
+    assert told
+    monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: False)
+    jp.random(m, samples=64)
+    assert bars == []
+    with pytest.raises(TypeError, match="'shown' is True or False"):
+        jp.progress("no")
+
+
+def test_after_an_interrupt_there_is_a_next_bar(bars: list[tuple[str, Steps]]) -> None:
+    m = example("four-bar")
+    with pytest.raises(KeyboardInterrupt), progress.bar("first"):
+        raise KeyboardInterrupt
+    jp.random(m, samples=64)
+    assert [name for name, _ in bars] == ["first", "random"]
+
+
+def test_of_two_threads_one_shows_its_bar(bars: list[tuple[str, Steps]]) -> None:
+    """Two bars on one terminal raised an error in the second question."""
+    m = example("four-bar")
+    with progress.bar("outer"):
+        other = threading.Thread(target=lambda: jp.random(m, samples=64))
+        other.start()
+        other.join()
+    assert [name for name, _ in bars] == ["outer"]
+
+
+def test_a_notebook_has_a_line_that_is_empty_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[str] = []
+
+    class Handle:
+        def update(self, data: dict[str, Any], **_: object) -> None:
+            lines.append(data["text/plain"])
+
+    def display(data: dict[str, Any], **_: object) -> Handle:
+        lines.append(data["text/plain"])
+        return Handle()
+
+    shell = SimpleNamespace(kernel=object())
+    fake = SimpleNamespace(get_ipython=lambda: shell, display=SimpleNamespace(display=display))
+    monkeypatch.setitem(sys.modules, "IPython", fake)
+    monkeypatch.setitem(sys.modules, "IPython.display", fake.display)
+    jp.random(example("four-bar"), samples=64)
+    # Quiet below a second.
+    assert lines == []
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "PAUSE", 0.0)
+    jp.random(example("four-bar"), samples=64)
+    assert lines[0].startswith("random: 1 of 22, 4 %, ")
+    assert lines[-2].startswith("random: 22 of 22, 100 %, ")
+    assert lines[-1] == ""
