@@ -8,7 +8,7 @@ import typer
 
 from . import answer
 from .belonging import NO_OPTIONS, GivenOptions, asks
-from .drawing import NO_FIGURE, FigureFile, with_figure
+from .drawing import NO_FIGURE
 from .options import File, LoadCase, OutputPath, Probability, Settings
 from .printing import prints
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 
 @prints()
-@with_figure("panel")
 @asks("forces", "At which offsets.", "worst", *("offset", "samples", "seed"), samples=4_096)
 def forces(
     file: File,
@@ -32,7 +31,6 @@ def forces(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: OutputPath = None,
-    plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Say how much play changes drive torques and reactions.
 
@@ -50,4 +48,4 @@ def forces(
         every = {"of": of or None, "probability": probability, "progress": progress, **options.of(m, question)}
         return compute(m, question, **every)
 
-    return answer.answer({"forces": ask}, m, output, plot)
+    return answer.answer({"forces": ask}, m, output, NO_FIGURE)

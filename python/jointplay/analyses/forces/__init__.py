@@ -25,12 +25,13 @@ from jointplay.analyses.nominal import (
     without_singular,
 )
 from jointplay.analyses.offsets import Offsets, parameters
+from jointplay.analyses.questions import options_of
 from jointplay.analyses.recorded import recorded
 from jointplay.analyses.several import of_each
 from jointplay.basics import confidence
 from jointplay.basics.arrays import Floats, Ints
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError, in_range, shown
+from jointplay.errors import InputError, in_range, listed, shown
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
@@ -55,7 +56,7 @@ def forces(
     m: Mechanism,
     question: str = "worst",
     *,
-    of: Sequence[str] | None = None,
+    of: str | Sequence[str] | None = None,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
     deviations: Mapping[str, Any] | None = None,
     samples: int = SAMPLES,
@@ -71,7 +72,7 @@ def forces(
     question : {"worst", "loaded", "random", "given"}
         At which offsets: those within clearances and tolerances that make a force least and largest; where the load
         pushes every joint; of random specimens, whose offsets scatter; or at `offsets`.
-    of : sequence of str, optional
+    of : str or sequence of str, optional
         Which forces: ``drives.theta1`` is the moment or force of a drive along its coordinate, ``joints.J1`` the size
         of the reaction force at a joint. All of them if left out.
     offsets, deviations : optional
@@ -119,7 +120,7 @@ def compute(
     m: Mechanism,
     question: str = "worst",
     *,
-    of: Sequence[str] | None = None,
+    of: str | Sequence[str] | None = None,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
     deviations: Mapping[str, Any] | None = None,
     samples: int = SAMPLES,
@@ -130,9 +131,10 @@ def compute(
 ) -> Result:
     """The light form of `forces`."""
     require_known(question, asked_by("forces"))
-    for name, given, need in (("offsets", offsets, "given"), ("deviations", deviations, "given")):
-        if given is not None and question != need:
-            raise InputError(f"goes with the question {need}, not with {question}", key=name)
+    for name, value in (("offsets", offsets), ("deviations", deviations)):
+        if value is not None and name not in options_of(question):
+            owners = [one for one in asked_by("forces") if name in options_of(one)]
+            raise InputError(f"goes with the question {listed(owners)}, not with {question}", key=name)
     if probability is not None and question != "random":
         raise InputError(f"goes with the question random; {question} has no shares", key="probability")
     if probability is not None and not 0.0 < probability < 1.0:
@@ -143,7 +145,7 @@ def compute(
     return _of_case(
         one,
         question,
-        of=None if of is None else tuple(of),
+        of=None if of is None else (of,) if isinstance(of, str) else tuple(of),
         offsets=offsets,
         deviations=deviations,
         samples=int(samples),
@@ -295,7 +297,7 @@ class _Asked:
             return {**{name: values[None] for name, values in row.items()}, "status": self.at.status[part]}
 
         found, done = batched(len(self.at), 1, run, progress)
-        builder, _ = self._begun(done, f"samples, {ON_CLOSURE}", samples=samples, seed=seed, between=share)
+        builder, _ = self._begun(done, f"samples, {ON_CLOSURE}", samples=samples, seed=seed, probability=share)
         dims = ("configuration", "quantity")
         words = f"lowest and highest force, between which {100 * share:g} % of the specimens lie"
         builder.add("force", (*dims, "side"), found["force"], words, "quantity")

@@ -151,6 +151,8 @@ def chosen(named: Texts, of: tuple[str, ...] | None, file: str) -> Ints:
     """Places of some forces; all of them where nothing is named."""
     if of is None:
         return np.arange(len(named))
+    if not of:
+        raise InputError("name at least one force, such as drives.theta1 or joints.J1", file=file, key="of")
     for name in of:
         if name not in named:
             raise InputError(not_known(name, "a force", list(named)), file=file, key="of")

@@ -12,15 +12,9 @@ from jointplay.result import SIDES, Result, first_largest
 from jointplay.result.verdict import RANK, caused, ends, there, verdict
 
 from .errors import judged_in
+from .wear import judged
 from .words import Conclusion, Sentence, of_statuses, say
 
-#: how the offsets are meant, by how it was asked
-HOW = {
-    "worst": "in the worst case",
-    "loaded": "under the load",
-    "random": "of specimens",
-    "given": "with the given offsets",
-}
 #: more drives are not named one by one
 MOST_DRIVES = 4
 #: part of the largest force that is rounding
@@ -98,9 +92,7 @@ def _told(result: Result, name: str) -> str:
     one = change(result, name)
     if one is None:
         return ""
-    unit, how = result.unit("force", quantity=name), HOW[str(result.attrs["asked"])]
-    if how == HOW["random"]:
-        how = f"of {100 * float(result.attrs['between']):g} % {how}"
+    unit, how = result.unit("force", quantity=name), judged(result)
     place = there(result, one.at)
     if abs(one.size) <= ROUNDED * max(abs(one.value), abs(one.nominal)):
         return f"Play and tolerances do not change {name} {how}."

@@ -73,4 +73,5 @@ def _notes(result: Result) -> Iterator[str]:
         case "worst":
             yield "Offsets may be anywhere within clearances and tolerances; a local search finds the extremes."
         case "random":
-            yield f"With play: between least and most are {100 * float(result.attrs['between']):g} % of the specimens."
+            share = 100 * float(result.attrs["probability"])
+            yield f"With play: between least and most are {share:g} % of the specimens."
