@@ -111,8 +111,18 @@ def forces(
     >>> torque.nominal_force[3].values.round(1), torque.force[3].values.round(1)
     (array([-19986.8]), array([[-20008.9, -19964.3]]))
     """
-    every = {"of": of, "offsets": offsets, "deviations": deviations, "samples": samples, "seed": seed}
-    return to_dataset(compute(m, question, **every, probability=probability))
+    return to_dataset(
+        compute(
+            m,
+            question,
+            of=of,
+            offsets=offsets,
+            deviations=deviations,
+            samples=samples,
+            seed=seed,
+            probability=probability,
+        )
+    )
 
 
 @recorded
@@ -279,7 +289,7 @@ class _Asked:
         def run(part: slice) -> dict[str, Any]:
             (k,) = self.every[part]
             force = self.balances.forces(np.full(samples, k), drawn)[:, columns]
-            known = np.isfinite(force).all(axis=1)
+            known = np.asarray(np.isfinite(force).all(axis=1))
             slopes = self.balances.slopes(self.every[part], self.balances.zero[:1])[0, columns]
             slack = ROUNDING * np.abs(force).max(axis=0, initial=0.0, where=known[:, None])
             beyond = (force < low - slack) | (force > high + slack) | ~known[:, None]
@@ -308,7 +318,7 @@ class _Asked:
         self._blame(builder, found["parts"], "part of the source in the variance of the force, to first order", power=2)
         builder.add("failures", "configuration", found["failures"], "share of the specimens without a regular pose")
         self._judge(builder, *np.moveaxis(found["force"], -1, 0))
-        unknown = found["failures"] == 1.0
+        unknown = np.asarray(found["failures"] == 1.0)
         if np.isfinite(self._bounds()).any():
             if not math.isnan(required):
                 builder.attrs["required_yield"] = required

@@ -3,10 +3,9 @@
     extreme = max +-f(u) over u in C        C: the sets of all sources, clearances of their largest size
 
 A step goes from u towards the support point v of the sets along the slope of f at u (Frank and Wolfe 1956), all the way
-or by halves until f has grown. It ends where (v - u) . slope is nothing. Begun is at the best of the support points of
-the first order, of their opposites, and of some random offsets, so that a force that is extreme where it is nominal, as
-near a dead centre, is left to its farther side. No offset within the sets is known to give more; that none does is not
-proved.
+or by halves until f has grown. It ends where (v - u) . slope, what is left to first order, is small. It begins at the
+best of the support points of the first order, of their opposites, and of some random offsets, so that a force that is
+extreme where it is nominal, as near a dead centre, is left to its farther side. That no offsets give more is not proved.
 """
 
 from __future__ import annotations
@@ -23,9 +22,11 @@ from .statics import Balances
 #: random offsets among the starts, and their seed
 DRAWN, SEED = 16, 0
 #: steps of an ascent, and halvings of one
-STEPS, HALVINGS = 40, 8
-#: of the largest force, what is nothing, and what is left open where an ascent has ended by its number of steps
-NOTHING, OPEN = 1e-9, 1e-6
+STEPS, HALVINGS = 12, 8
+#: of the largest force, what is rounding
+ROUNDED = 1e-12
+#: of the difference from the nominal force, what an ascent may leave, and what is told where it ends by its steps
+LEFT, OPEN = 1e-6, 1e-3
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
         lost |= np.isnan(there)
         better = sign * there > sign * best
         u[better], best[better] = start[better], there[better]
-    unsettled = _climb(of, case, column, sign, u, best)
+    unsettled = _climb(of, case, column, sign, u, np.repeat(nominal.reshape(-1), 2), best)
     best[lost] = np.nan
     return Extremes(
         best.reshape(shape),
@@ -93,7 +94,7 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
     )
 
 
-def _climb(of: Balances, case: Ints, column: Ints, sign: Floats, u: Floats, best: Floats) -> Floats:
+def _climb(of: Balances, case: Ints, column: Ints, sign: Floats, u: Floats, nominal: Floats, best: Floats) -> Ints:
     """Climb from offsets to their extremes, in place; which ascents reached their number of steps."""
     active = np.flatnonzero(np.isfinite(best))
     scale = np.abs(best).max(initial=0.0, where=np.isfinite(best))
@@ -107,10 +108,11 @@ def _climb(of: Balances, case: Ints, column: Ints, sign: Floats, u: Floats, best
         active, weights = active[known], weights[known]
         towards = _supports(of, weights)
         left = np.einsum("np,np->n", weights, towards - u[active])
-        climbing = left > NOTHING * scale
+        gone = np.abs(best[active] - nominal[active])
+        climbing = left > ROUNDED * scale + LEFT * gone
         active, towards, left = active[climbing], towards[climbing], left[climbing]
         if step == STEPS:
-            unsettled[active[left > OPEN * scale]] = 1
+            unsettled[active[left > OPEN * gone[climbing]]] = 1
             break
         trying, moved = np.arange(len(active)), np.zeros(len(active), dtype=bool)
         for halving in range(HALVINGS):
@@ -119,7 +121,7 @@ def _climb(of: Balances, case: Ints, column: Ints, sign: Floats, u: Floats, best
             rows = active[trying]
             there = u[rows] + 0.5**halving * (towards[trying] - u[rows])
             found = of.forces(case[rows], there)[np.arange(len(rows)), column[rows]]
-            grown = sign[rows] * (found - best[rows]) > NOTHING**2 * scale
+            grown = sign[rows] * (found - best[rows]) > ROUNDED * scale
             u[rows[grown]], best[rows[grown]] = there[grown], found[grown]
             moved[trying[grown]] = True
             trying = trying[~grown]

@@ -13,13 +13,14 @@ offsets are central differences on the exact closure.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from jointplay.analyses.nominal import OK, Nominal
-from jointplay.basics.arrays import Floats, Ints, Texts
+from jointplay.basics.arrays import Floats, Ints
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, not_known
 from jointplay.model.inertia import acting
@@ -147,7 +148,7 @@ class Balances:
         return [(np.flatnonzero(owners == joint), width * body + lengths) for joint, body in enumerate(carried)]
 
 
-def chosen(named: Texts, of: tuple[str, ...] | None, file: str) -> Ints:
+def chosen(named: Sequence[str], of: tuple[str, ...] | None, file: str) -> Ints:
     """Places of some forces; all of them where nothing is named."""
     if of is None:
         return np.arange(len(named))
@@ -155,5 +156,5 @@ def chosen(named: Texts, of: tuple[str, ...] | None, file: str) -> Ints:
         raise InputError("name at least one force, such as drives.theta1 or joints.J1", file=file, key="of")
     for name in of:
         if name not in named:
-            raise InputError(not_known(name, "a force", list(named)), file=file, key="of")
-    return np.array([list(named).index(name) for name in of])
+            raise InputError(not_known(name, "a force", named), file=file, key="of")
+    return np.array([named.index(name) for name in of])
