@@ -304,6 +304,11 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
         jp.random(_fits(), samples=2000),
         jp.random(_strained(), samples=200),
     ],
+    "forces": lambda: [
+        jp.forces(_four_bar()),
+        jp.forces(_four_bar(), "given"),
+        jp.forces(_four_bar(**{"limits.reactions.J3": 50}), "random", samples=100),
+    ],
     "compensate": lambda: [jp.compensate(_four_bar()), jp.compensate(_four_bar(), "worst")],
     "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],

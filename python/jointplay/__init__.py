@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .analyses.compensate import compensate
     from .analyses.design import design
     from .analyses.diagnose import diagnose
+    from .analyses.forces import forces
     from .analyses.given import given
     from .analyses.life import life
     from .analyses.loaded import loaded
@@ -80,6 +81,7 @@ __all__ = [
     "examples",
     "export",
     "fit",
+    "forces",
     "frame",
     "gap",
     "given",

@@ -99,7 +99,7 @@ QUESTIONS: Mapping[str, Question] = {
             displaced="under load",
             figures=_ERROR,
             asked_by=_by(
-                *("error", "sweep", "compare", "compensate", "studio"),
+                *("error", "sweep", "compare", "compensate", "forces", "studio"),
                 # Where contacts change sides is seen from the offsets.
                 map={"offset": True, "plays": False},
                 # The rest decides nothing, and takes most of the time.
@@ -123,7 +123,7 @@ QUESTIONS: Mapping[str, Question] = {
             figures=_sizes("worst_position", "worst_rotation", "largest {}"),
             asked_by=_by(
                 *("error", "map", "sweep", "compare", "compensate", "allow", "life", "workspace", "allocate", "design"),
-                "assemble",
+                *("assemble", "forces"),
                 # While sliders move.
                 studio={"exact": False},
             ),
@@ -140,7 +140,7 @@ QUESTIONS: Mapping[str, Question] = {
             "of the file; shares are counted in specimens, within the stated confidence.",
             figures=_sizes("error_quantile", "error_quantile", "95 % {}"),
             asked_by=_by(
-                *("error", "sweep", "compare", "allocate", "assemble"),
+                *("error", "sweep", "compare", "allocate", "assemble", "forces"),
                 studio={"path": False},
                 # The nodes of a grid are no path.
                 map={"path": False},
@@ -160,7 +160,7 @@ QUESTIONS: Mapping[str, Question] = {
             judged="at the given offsets",
             displaced="at the given offsets",
             figures=_ERROR,
-            asked_by=_by("error", "map", "sweep", "compensate", "studio"),
+            asked_by=_by("error", "map", "sweep", "compensate", "forces", "studio"),
             chunk=2**13,
             sheet="errors",
         ),
@@ -210,6 +210,7 @@ QUESTIONS: Mapping[str, Question] = {
             sheet="nearness",
         ),
         Question("region"),
+        Question("forces", conclusion="forces.of_forces", overview="forces.overview"),
         Question("sensitivity"),
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question(

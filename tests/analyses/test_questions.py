@@ -34,6 +34,7 @@ ASKERS = (
     "design",
     "assemble",
     "compensate",
+    "forces",
     "studio",
 )
 #: beside the module of the question, its test and its two pages; CONTRIBUTING.md says why

@@ -82,6 +82,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "compare", jp.compare, {"a": M, "b": M, "question": "loaded"}
     yield "compensate", jp.compensate, {"m": M}
     yield "export", jp.export, {"m": M, "path": "here.dxf"}
+    yield "forces", jp.forces, {"m": M, "of": ["joints.J1"]}
     yield "frame", jp.frame, {"result": worst}
     yield "table", jp.table, {"result": worst}
     yield "given", jp.given, {"m": M}

@@ -268,6 +268,7 @@ def test_version_and_help(say) -> None:
         "error",
         "compensate",
         "sweep",
+        "forces",
         "allow",
         "life",
         "allocate",

@@ -143,6 +143,8 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "compensate": jp.compensate,
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
+    "forces": jp.forces,
+    "forces random": lambda m: jp.forces(m, "random", samples=100),
     "allow": jp.allow,
     "life": lambda m: jp.life(m.with_({"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0})),
     "workspace": lambda _: jp.workspace(jp.loads(examples.text("serial-2r")), {"x": [0, 200, 400], "y": [0, 200]}),

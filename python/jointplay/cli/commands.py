@@ -17,6 +17,7 @@ HOMES = {
     "singularities": "solving.singularities",
     "error": "asking.error",
     "compensate": "asking.compensate",
+    "forces": "forcing.forces",
     "sweep": "sweeping.sweep",
     "allow": "allowing.allow",
     "life": "living.life",

@@ -27,6 +27,10 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay compensate four-bar.toml": "under the load",
         "jointplay compensate four-bar.toml --offset l2=0.2": "for a known deviation",
     },
+    "forces": {
+        "jointplay forces slider-crank.toml": "",
+        "jointplay forces slider-crank.toml -q loaded --of drives.theta": "",
+    },
     "sweep": {"jointplay sweep four-bar.toml -s 'joints.*.clearance.radial=0.2:1:5'": ""},
     "allow": {"jointplay allow six-bar.toml": ""},
     "life": {

@@ -57,6 +57,7 @@ OPTIONS = {
     ],
     "compare": ["-q", "--components", "-s", "-o", "--plot", "--law"],
     "assemble": ["-q", "-c", "-s", "-o", "--plot", "--law"],
+    "forces": ["-s", "-o", "-q", "--of", "--offset", "--probability", "--samples", "--seed", "--load-case"],
     "allow": ["-s", "-o", "--plot", "-q", "--probability", "--tolerance", "--seed", "--law", "--contact", "--sizes"],
     "life": ["-s", "-o", "--plot", "-q", "--cycles", "--cycle", "--probability", "--tolerance", "--seed", "--contact"],
     "workspace": ["-s", "-o", "--plot", "-q", "-g", "--centre", "--count", "--tolerance", "--samples"],
@@ -76,10 +77,11 @@ WORDS = {
     "--aim": ["size", "worst_position,size", "size=1,structural=2", "loaded_position", "outside", "siz", ""],
     "--evaluations": ["1", "5", "0", "-1", "many"],
     "--points": ["2", "1", "0"],
+    "--of": ["drives.theta1", "joints.J1", "J1", ""],
     "--components": ["x", "x,y", "x,y,angle", "z", "x,x", "", ","],
     "--variable": ["position", "rotation", "error.x", "error", "status", "undetermined.angle", "nothing", "x", ""],
 }
-SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow", "life", "workspace")
+SAMPLED = ("error", "sweep", "map", "compare", "assemble", "forces", "allow", "life", "workspace")
 
 
 def line(random: Random) -> list[str]:

@@ -92,6 +92,10 @@ class Limits:
         Smallest acceptable singular value of the length-scaled Jacobian.
     drives, joints : mapping
         Ranges (lowest, highest) by name.
+    drive_torques : mapping
+        Lowest and highest acceptable moment or force of drives, by name.
+    reactions : mapping
+        The same of the sizes of reaction forces, by joint; the lowest is infinite.
     """
 
     errors: Mapping[str, Interval]
@@ -100,11 +104,12 @@ class Limits:
     singular_value: float
     drives: Mapping[str, Interval]
     joints: Mapping[str, Interval]
+    drive_torques: Mapping[str, Interval]
+    reactions: Mapping[str, Interval]
 
     def __reduce__(self) -> tuple[object, ...]:
         # Read-only views cannot be pickled.
-        errors, drives, joints = dict(self.errors), dict(self.drives), dict(self.joints)
-        return (Limits, (errors, self.probability, self.contact, self.singular_value, drives, joints))
+        return (Limits, tuple(dict(v) if isinstance(v, Mapping) else v for v in vars(self).values()))
 
     def bounds(self, quantities: Sequence[str]) -> Floats:
         """Lowest and highest acceptable value of quantities, a row each."""
@@ -543,9 +548,10 @@ def _guess(data: MechanismFile, graph: Graph, commands: Commands) -> Floats:
 
 def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
     units, given = graph.units, data.limits
-    for name in given.drives:
-        if name not in data.drives:
-            raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.drives.{name}")
+    for key in ("drives", "drive_torques"):
+        for name in getattr(given, key):
+            if name not in data.drives:
+                raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.{key}.{name}")
 
     def scaled(pair: Interval, joint: int) -> Interval:
         factor = coordinate_factor(graph, graph.joints[joint])
@@ -565,6 +571,13 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
         if not graph.joints[index].can_be_driven:
             problem = f"'{name}' is a {graph.joints[index].kind} joint and has no coordinate to limit"
             raise graph.refuse(problem, f"limits.joints.{name}")
+    for name in given.reactions:
+        graph.joint_index(name, f"limits.reactions.{name}")
+
+    def of_drive(name: str, pair: Interval) -> Interval:
+        factor = units.moment if graph.joints[driven[name]].is_angular else units.force
+        return (pair[0] * factor, pair[1] * factor)
+
     return Limits(
         errors=MappingProxyType(errors),
         probability=math.nan if given.probability is None else given.probability,
@@ -572,6 +585,8 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
         singular_value=given.singular_value,
         drives=MappingProxyType({name: scaled(pair, driven[name]) for name, pair in given.drives.items()}),
         joints=MappingProxyType({name: scaled(pair, joints[name]) for name, pair in given.joints.items()}),
+        drive_torques=MappingProxyType({name: of_drive(name, pair) for name, pair in given.drive_torques.items()}),
+        reactions=MappingProxyType({name: (-math.inf, v * units.force) for name, v in given.reactions.items()}),
     )
 
 

@@ -35,6 +35,18 @@ def _range(pair: tuple[float, float]) -> tuple[float, float]:
 Range = Annotated[Pair, AfterValidator(_range)]
 
 
+def _both_sides(value: Any, info: ValidationInfo) -> object:
+    value = evaluated(value, info)
+    if is_number(value):
+        if value < 0:
+            raise problem(f"must be 0 or more, for both sides, or [lowest, highest]; here: {value:g}")
+        return (-value, value)
+    return value
+
+
+ForceRange = Annotated[Range, BeforeValidator(_both_sides, json_schema_input_type=NonNegative | Pair)]
+
+
 class Bounds(Table):
     """The lowest and the highest acceptable value; one of them where the other side does not matter."""
 
@@ -127,6 +139,14 @@ class LimitsTable(ErrorLimits):
     )
     drives: dict[str, Range] = Field({}, description="range of each drive")
     joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
+    drive_torques: dict[str, ForceRange] = Field(
+        {},
+        description="acceptable moment or force of each drive in `forces`: 5 for 5 in both directions, or [lowest,"
+        " highest]",
+    )
+    reactions: dict[str, NonNegative] = Field(
+        {}, description="largest acceptable reaction force at each joint in `forces`"
+    )
 
 
 class PlanarLimits(LimitsTable, PlanarErrorLimits):
@@ -147,6 +167,9 @@ class CopyLimits(Table):
     example: ClassVar[str] = "{ joints = { hip = [0, 90] } }"
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("position", "rotation", *SpatialErrorLimits.components, "angle", "probability", "contact", "singular_value"),
+        "of the file as a whole",
+    ) | dict.fromkeys(
+        ("drive_torques", "reactions"),
         "of the file as a whole",
     )
 

@@ -1637,6 +1637,8 @@ class Whole(Parts):
         singular_value: NumberLike | None = None,
         drives: Mapping[str, NumbersLike] | None = None,
         joints: Mapping[str, NumbersLike] | None = None,
+        drive_torques: Mapping[str, NumberLike | NumbersLike] | None = None,
+        reactions: Mapping[str, NumberLike] | None = None,
         z: NumberLike | NumbersLike | BoundsDict | None = None,
         rx: NumberLike | NumbersLike | BoundsDict | None = None,
         ry: NumberLike | NumbersLike | BoundsDict | None = None,
@@ -1668,6 +1670,10 @@ class Whole(Parts):
             Range of each drive.
         joints : optional
             Range of each joint's coordinate.
+        drive_torques : optional
+            Acceptable moment or force of each drive in `forces`: 5 for 5 in both directions, or [lowest, highest].
+        reactions : optional
+            Largest acceptable reaction force at each joint in `forces`.
         z : optional
             Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }
             (in space only).
@@ -1694,6 +1700,8 @@ class Whole(Parts):
                 "singular_value": singular_value,
                 "drives": drives,
                 "joints": joints,
+                "drive_torques": drive_torques,
+                "reactions": reactions,
                 "z": z,
                 "rx": rx,
                 "ry": ry,

@@ -80,6 +80,9 @@ def ends(result: Result) -> tuple[Array, Array]:
     configuration is reached, or all that it can hold at rest. With a target the structural error counts as well: to a
     size that the worst case or friction has it is added, which is a bound.
     """
+    if "nominal_force" in result.data:
+        low, high = (result.get("force", **({"side": side} if is_between(result) else {})) for side in SIDES)
+        return low, high
     for found in ("worst", "residual"):
         if f"{found}_component" in result.data:
             low, high = (result.get(f"{found}_component", side=side) for side in SIDES)
@@ -96,6 +99,11 @@ def ends(result: Result) -> tuple[Array, Array]:
     # The limits hold from whichever side the machine comes.
     other = error + result.get("reversal") * (-1.0 if result.attrs["approach"] == "forward" else 1.0)
     return reached([error, other], half, components)
+
+
+def is_between(result: Result) -> bool:
+    """Whether forces have a lowest and a highest value."""
+    return "side" in result.data["force"].dims
 
 
 def judged(result: Result) -> tuple[Array, Array]:

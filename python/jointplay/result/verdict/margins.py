@@ -198,7 +198,7 @@ class _Extreme:
 
     def _open(self) -> str:
         """What of a value is left open by the load, or is that of the other side."""
-        if not self.case.is_own or "worst_component" in self.result.data:
+        if not self.case.is_own or not {"worst_component", "nominal_force"}.isdisjoint(self.result.data):
             return ""
         error = judged(self.result)[0][self.at]
         if self.name in SIZES:

@@ -72,9 +72,13 @@ def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str],
     """
     if "contribution" not in result.data:
         return None
+    dims = result.data["contribution"].dims
+    if "quantity" in dims:
+        parts = result.get("contribution", quantity=quantity, **({"side": side} if "side" in dims else {}))[at]
+        return largest(tuple(result.labels("source")), shares(parts[None])[0])
     if quantity in SIZES:
         return blame(result).largest(quantity, at)
-    if "extreme" in result.data["contribution"].dims:
+    if "extreme" in dims:
         causes = tuple(result.labels("source"))
         values = result.get("contribution", extreme=f"{quantity} {side}")[at]
     else:

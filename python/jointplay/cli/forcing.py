@@ -1,0 +1,51 @@
+"""The subcommand that says what play makes of the forces of drives and joints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import answer
+from .belonging import NO_OPTIONS, GivenOptions, asks
+from .drawing import NO_FIGURE
+from .options import File, LoadCase, OutputPath, Probability, Settings
+from .printing import prints
+
+if TYPE_CHECKING:
+    from jointplay.model.mechanism import Mechanism
+    from jointplay.result import Result
+
+
+@prints()
+@asks("forces", "At which offsets.", "worst", *("offset", "samples", "seed"), samples=4_096)
+def forces(
+    file: File,
+    question: str = "",
+    of: Annotated[
+        list[str] | None,
+        typer.Option("--of", metavar="NAME", help="Only this force: drives.theta1, joints.J1. [default: all of them]"),
+    ] = None,
+    probability: Probability = None,
+    options: GivenOptions = NO_OPTIONS,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: OutputPath = None,
+) -> int:
+    """Say how much play changes drive torques and reactions.
+
+    worst: the least and largest forces that clearances and tolerances allow. loaded: where the load pushes the joints.
+    random: of specimens. given: for given offsets (--offset).
+
+    Exit code 1: some configuration is not ok, or limits.drive_torques or limits.reactions of the file are missed or
+    not shown to hold.
+    """
+    from jointplay.analyses.forces import compute
+
+    m = answer.mechanism(file, settings, None, load_case)
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        every = {"of": of or None, "probability": probability, "progress": progress, **options.of(m, question)}
+        return compute(m, question, **every)
+
+    return answer.answer({"forces": ask}, m, output, NO_FIGURE)

@@ -1,0 +1,258 @@
+"""Forces of drives and joints in mechanisms with play, against closed forms, brute force and the core's own statics."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from helpers.longer import some
+from jointplay.analyses import loaded
+from jointplay.analyses.forces.statics import Balances
+from jointplay.analyses.nominal import nominal
+
+FORCE, CRANK, ROD, PLAY, TOLERANCE = 400.0, 50.0, 150.0, 0.2, 0.1
+ANGLES = np.array([20.0, 70.0, 130.0])
+
+CRANK_FILE = f"""
+format = 1
+units = {{ length = "mm", angle = "deg", force = "N" }}
+[joints.main]
+type = "revolute"
+on = {{ ground = [0, 0], crank = [0, 0] }}
+[joints.pin]
+type = "revolute"
+on = {{ crank = [{CRANK}, 0], rod = [0, 0] }}
+clearance = {{ radial = {PLAY} }}
+[joints.wrist]
+type = "revolute"
+on = {{ rod = [{ROD}, 0], piston = [0, 0] }}
+[joints.guide]
+type = "prismatic"
+on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, piston = [0, 0] }}
+[start]
+crank = {{ angle = 20 }}
+rod = {{ angle = -7 }}
+[drives.theta]
+joint = "main"
+values = {ANGLES.tolist()}
+[dimensions.rod]
+body = "rod"
+between = ["pin", "wrist"]
+tolerance = {TOLERANCE}
+[output]
+body = "piston"
+[[loads]]
+body = "piston"
+force = [{-FORCE}, 0]
+"""
+
+
+def torque(angle, x=0.0, y=0.0, longer=0.0):
+    """What the crank has to give: F dX/dtheta with the crank pin's far side at A = (r cos + x, r sin + y).
+
+    X = A_x + sqrt(l^2 - A_y^2); x and y are held in ground axes.
+    """
+    rod = ROD + longer
+    height = CRANK * np.sin(angle) + y
+    return FORCE * CRANK * (-np.sin(angle) - height * np.cos(angle) / np.sqrt(rod**2 - height**2))
+
+
+def mechanism(**changes):
+    return jp.loads(CRANK_FILE).with_(changes)
+
+
+def test_the_torque_of_a_crank_is_that_of_its_closed_form():
+    m, angles = mechanism(), np.radians(ANGLES)
+    result = jp.forces(m, "given", offsets={"pin": [0.15, -0.1], "rod": 0.05}, of=["drives.theta"])
+    # Newton's method leaves 1e-13 of the length.
+    assert np.allclose(result.nominal_force[:, 0], torque(angles), rtol=1e-9)
+    assert np.allclose(result.force[:, 0], torque(angles, 0.15, -0.1, 0.05), rtol=1e-9)
+    slope = (torque(angles, 0.15e-3, -0.1e-3, 0.05e-3) - torque(angles, -0.15e-3, 0.1e-3, -0.05e-3)) / 2e-3
+    assert np.allclose(result.force_first_order[:, 0], torque(angles) + slope, rtol=1e-8)
+    assert np.allclose(result.contribution.sum("source")[:, 0], slope, rtol=1e-5)
+    assert str(result.quantity_unit[0].item()) == "N mm"
+
+
+def test_the_largest_torque_is_that_of_brute_force():
+    result = jp.forces(mechanism(), of=["drives.theta"])
+    assert not result.unsettled.any()
+    turns = np.linspace(0.0, 2.0 * np.pi, 721)
+    for k, angle in enumerate(np.radians(ANGLES)):
+        every = [torque(angle, 0.0, PLAY * np.sin(turns), longer) for longer in (-TOLERANCE, 0.0, TOLERANCE)]
+        # The disc is looked at in half degrees, of which the largest is off by the square of a quarter.
+        assert np.allclose(result.force[k, 0], [np.min(every), np.max(every)], rtol=1e-7)
+    again = jp.forces(
+        mechanism(), "given", offsets=result.worst_offset.sel(quantity="drives.theta", side="high"), of=["drives.theta"]
+    )
+    assert np.allclose(again.force[:, 0], result.force[:, 0, 1], rtol=1e-12)
+
+
+def test_the_reaction_of_a_guide_is_that_of_the_rod():
+    m, angles = mechanism(), np.radians(ANGLES)
+    result = jp.forces(m, "given", offsets={"pin": [0.0, 0.2]}, of=["joints.guide", "joints.wrist"])
+    sine = (CRANK * np.sin(angles) + 0.2) / ROD
+    cosine = np.sqrt(1.0 - sine**2)
+    assert np.allclose(result.force, np.stack([FORCE * sine / cosine, FORCE / cosine], axis=1), rtol=1e-9)
+
+
+def test_under_the_load_forces_are_those_of_loaded():
+    # Its pin lies to the side of the rod: as if the rod were longer or shorter.
+    m, angles = mechanism(), np.radians(ANGLES)
+    result, known = jp.forces(m, "loaded"), jp.loaded(m)
+    assert np.allclose(result.force.sel(quantity="drives.theta"), known.drive_torque[:, 0], rtol=1e-12)
+    sizes = np.linalg.norm(known.reaction.sel(wrench=["fx", "fy"]), axis=-1)
+    assert np.allclose(result.force[:, 1:], sizes, rtol=1e-9)
+    assert np.allclose(result.force[:, 0], torque(angles, longer=-PLAY), rtol=1e-9)
+
+
+def test_specimens_scatter_as_their_closed_form():
+    m = mechanism()
+    result = jp.forces(m, "random", samples=2000, of=["drives.theta"], probability=0.9)
+    drawn = jp.random(m, samples=2000, sampling="plain", keep=2000, contact="scattered")
+    u = drawn.specimen_offset.isel(configuration=1)
+    each = torque(
+        np.radians(ANGLES[1]), u.sel(parameter="pin.x"), u.sel(parameter="pin.y"), u.sel(parameter="rod.length")
+    )
+    assert np.isclose(result.force_mean[1, 0], each.mean(), rtol=1e-9)
+    assert np.isclose(result.force_std[1, 0], each.std(), rtol=1e-6)
+    assert np.allclose(result.force[1, 0], np.quantile(each, [0.05, 0.95]), rtol=1e-9)
+    # 2000 specimens know a standard deviation to 2 %.
+    assert np.allclose(result.force_std_first_order, result.force_std, rtol=0.08)
+    assert np.allclose(result.contribution.sum("source"), result.force_std_first_order**2, rtol=1e-9)
+
+
+def limited(**limits):
+    return mechanism(**{f"limits.{name.replace('__', '.')}": value for name, value in limits.items()})
+
+
+def test_limits_are_judged_and_the_source_to_tighten_is_named():
+    m = limited(drive_torques__theta=21_000, reactions__guide=134.0)
+    largest = jp.forces(m)
+    told = jp.table(largest)
+    high = largest.force.sel(quantity="drives.theta", side="low").min().item()
+    assert high < -21_000
+    assert np.isclose(largest.margin.min("configuration").sel(quantity="drives.theta"), 21_000 + high)
+    assert not largest.limit_met.sel(quantity="drives.theta").all()
+    assert largest.limit_met.sel(quantity="joints.guide").all()
+    assert largest.limit_met.sel(quantity="joints.main").all()
+    assert np.isnan(largest.margin.sel(quantity="joints.main")).all()
+    assert told is not None
+    outside = jp.forces(m, "random", samples=500, probability=0.9)
+    each = outside.force.sel(quantity="drives.theta", side="low") < -21_000
+    assert ((outside.outside > 0.05) | ~each).all()
+    assert outside.attrs["required_yield"] == 0.9
+
+
+def test_verdicts_say_which_force_and_why():
+    from jointplay.analyses.forces import compute
+    from jointplay.result.verdict import verdict
+
+    missed = verdict(compute(limited(reactions__guide=130.0)))
+    assert missed.outcome == "missed"
+    assert missed.sentences[0].startswith("Limit missed: joints.guide")
+    assert "to tighten first: pin" in missed.sentences[0]
+    held = verdict(compute(limited(drive_torques__theta=[-30_000, 0])))
+    assert held.outcome == "held"
+    assert "drives.theta" in held.sentences[0]
+    assert verdict(compute(mechanism())).outcome == ""
+
+
+EXAMPLES = ("press", "press-running", "excavator", "rssr", "3-upu", "geared-five-bar", "belt-arm", "delta-by-hand")
+
+
+@pytest.mark.parametrize("name", some(EXAMPLES, 3))
+def test_forces_at_given_offsets_are_the_core_statics(name):
+    m = jp.loads(jp.examples.text(name))
+    at = nominal(m).with_errors.first(2)
+    loads = loaded.loads_of(m, at)
+    found = m.core.loaded(at.drives, at.poses, True, True, True, loads=loads)
+    forces = Balances(m, at, loads).forces(np.arange(len(at)), found["offset"])
+    lengths = 2 if len(m.components) == 3 else 3
+    reactions = np.linalg.norm(found["reaction"][..., :lengths], axis=-1)
+    largest = max(reactions.max(), np.abs(found["drive_force"]).max())
+    assert np.allclose(forces, np.column_stack([found["drive_force"], reactions]), atol=1e-12 * largest)
+
+
+def work(m, name, step, offsets):
+    """Work of the output's load while one drive goes to both sides by a step, per unit of the step; no gravity."""
+    ends = []
+    for sign in (1.0, -1.0):
+        values = (m.drive_values[0] / m.drive_factors).tolist()
+        values[m.drives.index(name)] += sign * step
+        moved = m.with_({f"drives.{drive}.values": [value] for drive, value in zip(m.drives, values, strict=True)})
+        found = jp.given(moved, offsets)
+        ends.append((found.nominal + found.error)[0].values)
+    return (ends[0] - ends[1]) / (2.0 * step)
+
+
+@pytest.mark.parametrize("seed", some(range(20), 4))
+@pytest.mark.parametrize("name", ["four-bar", "3-rrr"])
+def test_a_drive_gives_what_its_motion_takes_from_the_load(name, seed):
+    rng = np.random.default_rng(seed)
+    m = jp.loads(jp.examples.text(name))
+    force, moment = rng.normal(size=2).tolist(), rng.normal()
+    m = m.with_({"loads": [{"force": force, "moment": moment}], "gravity": [0.0, 0.0]})
+    drives = {drive: m.data.drives[drive] for drive in m.drives}
+    row = rng.integers(len(m.drive_values))
+    m = m.with_(
+        {
+            f"drives.{drive}": {"joint": one.joint, "values": [np.degrees(m.drive_values[row, k]).item()]}
+            for k, (drive, one) in enumerate(drives.items())
+        }
+    )
+    u = m.core.specimens(1, seed, "boundary", "plain")[0] / m.parameter_factors
+    found = jp.forces(m, "given", offsets=u)
+    for drive in m.drives:
+        dx, dy, turn = work(m, drive, 0.02, u)
+        # A degree of the drive is pi / 180, and the turn of the output is in degrees.
+        want = (force[0] * dx + force[1] * dy) * 180.0 / np.pi + moment * turn
+        assert np.isclose(found.force.sel(quantity=f"drives.{drive}")[0], -want, rtol=1e-5, atol=1e-5)
+
+
+def test_no_random_offsets_of_a_six_bar_go_beyond_its_worst_forces():
+    m = jp.loads(jp.examples.text("six-bar"))
+    m = m.with_({f"drives.{name}.values": [40] for name in m.drives})
+    result = jp.forces(m)
+    at = nominal(m).with_errors
+    drawn = m.core.specimens(4000, 1, "boundary", "plain")
+    many = Balances(m, at, None).forces(np.zeros(4000, dtype=np.int64), drawn)
+    factor = np.array([1e-3 if unit == "N mm" else 1.0 for unit in result.quantity_unit.values])
+    low, high = (result.force[0].sel(side=side).values * factor for side in ("low", "high"))
+    room = 1e-9 * np.abs(high).max()
+    assert (many.min(axis=0) >= low - room).all()
+    assert (many.max(axis=0) <= high + room).all()
+    # Random offsets come near; a wrong sign or unit does not.
+    assert (many.max(axis=0) - high >= -0.5 * (high - low)).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "arguments", "words"),
+    [
+        ({}, {"question": "region"}, "question"),
+        ({}, {"of": ["drives.phi"]}, "of.*drives.phi.*drives.theta"),
+        ({}, {"offsets": {"pin": [0, 0]}}, "goes with the question given"),
+        ({}, {"probability": 0.9}, "goes with the question random"),
+        ({"loads": []}, {}, "nothing loads the mechanism"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(changes, arguments, words):
+    with pytest.raises(jp.InputError, match=words):
+        jp.forces(mechanism(**changes), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("drive_torques.phi", 5, "phi.*theta"),
+        ("drive_torques.theta", -5, "0 or more"),
+        ("drive_torques.theta", [5, -5], "lowest, highest"),
+        ("reactions.nut", 5, "nut.*main"),
+    ],
+)
+def test_limits_of_forces_are_checked(key, value, words):
+    with pytest.raises(jp.InputError, match=words):
+        mechanism(**{f"limits.{key}": value})
+
+
+def test_redundant_members_are_refused():
+    with pytest.raises(jp.InputError, match="no pose decides how"):
+        jp.forces(jp.loads(jp.examples.text("redundant-bar")))
