@@ -246,6 +246,17 @@ def test_files_that_are_cut_anywhere_end_in_one_sentence(capsys: pytest.CaptureF
         assert code == 0 or (message.startswith("error: a.asmt: ") and message.count("\n") == 1)
 
 
+def test_more_parts_than_any_machine_has_are_refused_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """Also where all of them have one name."""
+    assembly = crank()
+    part = "\t\tPart\n\t\t\tName\n\t\t\t\tcrank\n"
+    Path("a.asmt").write_text(
+        assembly.text().replace("\tKinematicIJs", part * 30_000 + "\tKinematicIJs"), encoding="utf-8"
+    )
+    assert run(["import", "a.asmt"]) == 2
+    assert "a number of parts that is read" in capsys.readouterr().err
+
+
 def test_formulas_that_are_not_read_are_named() -> None:
     assembly = crank()
     assembly.motion("main", "integral(time)")
