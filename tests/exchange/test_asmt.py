@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers.asmt import Assembly
-from helpers.freecad import Floats, Pose, pose, random_pose
+from helpers.freecad import Floats, Pose, assembled, pose, random_pose
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import Imported, imported
-from jointplay.model.mechanism import loads
 from jointplay.model.mobility import examine
 
 
@@ -88,15 +87,7 @@ def test_a_joint_holds_what_the_solver_holds(kind: str) -> None:
     assert mobility.misfit is None
     drawn = base @ first @ where @ second.inverse()
     for near in (drawn, drawn @ pose(4, -3, 2, about=(20, 10, -15))):
-        rotation = near.turn.as_rotvec(degrees=True).tolist()
-        x, y, z = near.at
-        start = f"[start]\npart = {{ x = {x:.17g}, y = {y:.17g}, z = {z:.17g}, rotation = {rotation} }}\n"
-        kept = [part for part in found.text.split("\n\n") if not part.startswith(("[drives", "[start"))]
-        m = loads("\n\n".join([*kept, start]), "a.toml")
-        put = m.core.assemble(np.empty(0))
-        assert put["converged"]
-        own = put["poses"][m.bodies.index("part")]
-        is_at = Pose(own[:3] * 1e3, Rotation.from_matrix(poses.matrix(own)))
+        is_at = assembled(found.text, near)
         assert np.abs(zero(seen(base @ first, is_at @ second))).max() < 1e-7
 
 
@@ -244,6 +235,17 @@ def test_files_that_are_cut_anywhere_end_in_one_sentence(capsys: pytest.CaptureF
         message = capsys.readouterr().err
         assert code == 2 or (code == 0 and end > text.index("ConstantGravity"))
         assert code == 0 or (message.startswith("error: a.asmt: ") and message.count("\n") == 1)
+
+
+def test_more_parts_than_any_machine_has_are_refused_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """Also where all of them have one name."""
+    assembly = crank()
+    part = "\t\tPart\n\t\t\tName\n\t\t\t\tcrank\n"
+    Path("a.asmt").write_text(
+        assembly.text().replace("\tKinematicIJs", part * 30_000 + "\tKinematicIJs"), encoding="utf-8"
+    )
+    assert run(["import", "a.asmt"]) == 2
+    assert "a number of parts that is read" in capsys.readouterr().err
 
 
 def test_formulas_that_are_not_read_are_named() -> None:

@@ -11,13 +11,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jointplay as jp
-from helpers.freecad import Document, Floats, Pose, cylinder, links, pose, pump, random_pose, shape
+from helpers.freecad import Document, Floats, Pose, assembled, cylinder, links, pose, pump, random_pose, shape
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.exchange.brep import PartShape, Unreadable
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
-from jointplay.model.mechanism import loads
 from jointplay.model.mobility import examine
 
 #: mm and radians: numbers of a file have 12 decimals of a millimetre or of a direction
@@ -259,15 +258,7 @@ def test_a_joint_holds_what_the_solver_of_freecad_holds(case: str) -> None:
     # As drawn, and from somewhere else.
     drawn = first @ where @ second.inverse()
     for near in (drawn, drawn @ pose(4, -3, 2, about=(20, 10, -15))):
-        rotation = near.turn.as_rotvec(degrees=True).tolist()
-        x, y, z = near.at
-        start = f"[start]\npart = {{ x = {x:.17g}, y = {y:.17g}, z = {z:.17g}, rotation = {rotation} }}\n"
-        kept = [part for part in found.text.split("\n\n") if not part.startswith(("[drives", "[start"))]
-        m = loads("\n\n".join([*kept, start]), "a.toml")
-        put = m.core.assemble(np.empty(0))
-        assert put["converged"]
-        own = put["poses"][m.bodies.index("part")]
-        is_at = Pose(own[:3] * 1e3, Rotation.from_matrix(poses.matrix(own)))
+        is_at = assembled(found.text, near)
         assert np.abs(zero(first, is_at @ second)).max() < 1e-7
 
 

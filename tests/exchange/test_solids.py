@@ -103,7 +103,7 @@ def test_damaged_shapes_are_unreadable_or_close(name: str) -> None:
     whole = text(name)
     words = list(re.finditer(r"\S+", whole))
     generator = np.random.default_rng(5)
-    for number in generator.integers(20, len(words), 60).tolist():
+    for number in generator.integers(20, len(words), 25).tolist():
         word = words[number]
         for new in ("", "7", "-1e60", "nan"):
             try:
@@ -112,7 +112,7 @@ def test_damaged_shapes_are_unreadable_or_close(name: str) -> None:
                 continue
             assert np.isfinite([found.volume, *found.centre, *found.inertia.ravel()]).all()
             assert found.volume > 0.0
-    for end in generator.integers(100, len(whole), 20).tolist():
+    for end in generator.integers(100, len(whole), 10).tolist():
         with pytest.raises(Unreadable):
             solid(PartShape(whole[:end].rstrip("0123456789 +-")))
 

@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from jointplay.basics import poses
+from jointplay.model.mechanism import loads
+
 Floats = NDArray[np.float64]
 #: joints as an enumeration of FreeCAD 1.0 lists them
 TYPES = (
@@ -65,6 +68,19 @@ def _placement(name: str, placed: Pose) -> str:
 def links(name: str, targets: Sequence[str]) -> str:
     inside = "".join(f"<Link value={quoteattr(target)}/>" for target in targets)
     return _property(name, "PropertyLinkList", f'<LinkList count="{len(targets)}">{inside}</LinkList>')
+
+
+def assembled(text: str, near: Pose) -> Pose:
+    """Where the body `part` of a mechanism file is closed, without drives and from near a placement."""
+    rotation = near.turn.as_rotvec(degrees=True).tolist()
+    x, y, z = near.at
+    start = f"[start]\npart = {{ x = {x:.17g}, y = {y:.17g}, z = {z:.17g}, rotation = {rotation} }}\n"
+    kept = [part for part in text.split("\n\n") if not part.startswith(("[drives", "[start"))]
+    m = loads("\n\n".join([*kept, start]), "a.toml")
+    put = m.core.assemble(np.empty(0))
+    assert put["converged"]
+    own = put["poses"][m.bodies.index("part")]
+    return Pose(own[:3] * 1e3, Rotation.from_matrix(poses.matrix(own)))
 
 
 class Document:

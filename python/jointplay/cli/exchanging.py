@@ -208,7 +208,7 @@ def export(
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a model of MuJoCo, a drawing in DXF, or a table of places for CAD.
+    """Write a model of MuJoCo, a drawing, or places for CAD.
 
     Clearances of the model are gaps between solids in contact, for a study of dynamics.
     """

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.file import toml
 from jointplay.file.schema.expressions import NotAnExpression, Variables
 
@@ -31,6 +31,8 @@ from .xml import Reading
 
 #: lines before the results, and how far they are indented; the samples of the solver have 3,000 and 11
 MOST_LINES, DEEPEST = 200_000, 30
+#: parts, joints, motions and limits
+MOST_ENTRIES = 1000
 #: joints as the mechanism file has them
 KINDS = {
     "FixedJoint": "fixed",
@@ -144,6 +146,12 @@ class _Solved(AssemblyDraft):
             line = found
         return line.inner
 
+    def _entries(self, *words: str) -> list[AsmtLine]:
+        """What a list of the assembly holds, which is not longer than that of any machine."""
+        found = self._every(self.top, *words)
+        in_range(len(found), "", f"a number of {words[-1].lower()} that is read", 0, MOST_ENTRIES)
+        return found
+
     def _text(self, line: AsmtLine, word: str) -> str:
         """The text that a line holds; nothing where it has none."""
         inner = self._every(line, word)
@@ -206,7 +214,7 @@ class _Solved(AssemblyDraft):
         base = _short(name)
         self.bodies[base] = Body(self._frame(self.top, f"assembly '{name}'"))
         self._with_markers(f"/{name}", base, self.top, f"assembly '{name}'")
-        for part in self._every(self.top, "Parts"):
+        for part in self._entries("Parts"):
             called = self._name(part)
             place = f"part '{called}'"
             body = free(_short(called), self.bodies)
@@ -226,7 +234,7 @@ class _Solved(AssemblyDraft):
     # --- joints ------------------------------------------------------------------------------------------------------
 
     def _joints(self, assembly: str) -> Iterator[Joint]:
-        lines = self._every(self.top, "ConstraintSets", "Joints")
+        lines = self._entries("ConstraintSets", "Joints")
         names = [self._text(line, "Name") or line.word for line in lines]
         by_name = {f"/{assembly}/{name}": line for name, line in zip(names, lines, strict=True)}
         self._moved(by_name)
@@ -320,7 +328,7 @@ class _Solved(AssemblyDraft):
         """Which joints motions drive, and through which values."""
         unread, others = [], []
         instants = self._instants()
-        for line in self._every(self.top, "ConstraintSets", "Motions"):
+        for line in self._entries("ConstraintSets", "Motions"):
             number, acted = self._acted(line, by_name)
             kind, word = ACTING.get(line.word, ("", ""))
             if not number or acted != kind:
@@ -352,7 +360,7 @@ class _Solved(AssemblyDraft):
     def _bounded(self, by_name: Mapping[str, AsmtLine]) -> None:
         """The ranges of joints."""
         others = []
-        for line in self._every(self.top, "ConstraintSets", "Limits"):
+        for line in self._entries("ConstraintSets", "Limits"):
             name = self._name(line)
             number, acted = self._acted(line, by_name)
             if not number or acted not in LIMITS.get(line.word, ()):

@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -210,7 +210,7 @@ class PartShape:
             raise Unreadable("it is of a version that is not read")
         try:
             self.matrices, self.locations = self._locations(*_section(text, "Locations", "Curve2ds"))
-            self.flat = self._each(_flat_curve, *_section(text, "Curve2ds", "Curves"))
+            self.flat = self._each(partial(_curve, size=2), *_section(text, "Curve2ds", "Curves"))
             self.curves = self._each(_curve, *_section(text, "Curves", "Polygon3D"))
             self.surfaces = self._each(_surface, *_section(text, "Surfaces", "Triangulations"))
             self.shapes, self.root = self._shapes(*_section(text, "TShapes", None))
@@ -486,53 +486,30 @@ def _geometry(kind: str, tokens: _Tokens) -> tuple[int, int, tuple[float, ...], 
     return geometry, location, point, tuple(traces)
 
 
-def _flat_curve(tokens: _Tokens, depth: int) -> tuple[int, tuple[float, ...]]:
-    """Type and numbers of a curve in the parameters of a surface, as `_curve` has those in space."""
+def _curve(tokens: _Tokens, depth: int, size: int = 3) -> tuple[int, tuple[float, ...]]:
+    """Type and numbers of a curve in space, or in the plane of parameters; those of a trimmed one are its basis'."""
     if depth > DEEPEST:
         raise Unreadable("curves are inside one another without end")
     kind = tokens.whole()
-    if kind in FLAT:
-        return kind, tokens.several(FLAT[kind])
+    fixed = CURVES if size == 3 else FLAT
+    if kind in fixed:
+        return kind, tokens.several(fixed[kind])
     if kind == 6:
         rational, degree = tokens.whole(), tokens.whole()
-        poles = tokens.several((degree + 1) * (2 + bool(rational)))
+        poles = tokens.several((degree + 1) * (size + bool(rational)))
         return 7, (rational, degree, degree + 1, *poles, 0.0, degree + 1, 1.0, degree + 1)
     if kind == 7:
         rational, periodic, degree, count, knots = (tokens.whole() for _ in range(5))
-        numbers = tokens.several(count * (2 + bool(rational)) + 2 * knots)
+        numbers = tokens.several(count * (size + bool(rational)) + 2 * knots)
         return (0, ()) if periodic else (7, (rational, degree, count, *numbers))
     if kind == 8:
         tokens.several(2)
-        return _flat_curve(tokens, depth + 1)
+        return _curve(tokens, depth + 1, size)
     if kind == 9:
-        tokens.several(1)
-        _flat_curve(tokens, depth + 1)
+        tokens.several(4 if size == 3 else 1)
+        _curve(tokens, depth + 1, size)
         return 0, ()
     raise Unreadable(f"{kind} is no kind of curve")
-
-
-def _curve(tokens: _Tokens, depth: int) -> tuple[int, tuple[float, ...]]:
-    """Type and numbers of a curve; those of a trimmed one are its basis'."""
-    if depth > DEEPEST:
-        raise Unreadable("curves are inside one another without end")
-    kind = tokens.whole()
-    if kind in CURVES:
-        return kind, tokens.several(CURVES[kind])
-    if kind == 6:
-        rational, degree = tokens.whole(), tokens.whole()
-        tokens.several((degree + 1) * (3 + bool(rational)))
-    elif kind == 7:
-        rational, _, _, poles, knots = (tokens.whole() for _ in range(5))
-        tokens.several(poles * (3 + bool(rational)) + 2 * knots)
-    elif kind == 8:
-        tokens.several(2)
-        return _curve(tokens, depth + 1)
-    elif kind == 9:
-        tokens.several(4)
-        _curve(tokens, depth + 1)
-    else:
-        raise Unreadable(f"{kind} is no kind of curve")
-    return 0, ()
 
 
 def _surface(tokens: _Tokens, depth: int) -> tuple[int, tuple[float, ...]]:

@@ -57,7 +57,9 @@ def read(path: Path, options: Options) -> Skeleton:
     if GROUND not in links:
         raise InputError("has no link called ground", file=name)
     joints = [joint for point in points for joint in _joints(point)]
-    apart = [link for link in links if link not in connected(GROUND, joints)]
+    in_range(len(joints), "", "a number of joints that is read", 0, MOST_POINTS)
+    inside = connected(GROUND, joints)
+    apart = [link for link in links if link not in inside]
     if apart:
         raise InputError(f"nothing joins these links with the ground: {listed(apart)}", file=name)
     # A point is carried by the link that is farthest from the ground in its list.
