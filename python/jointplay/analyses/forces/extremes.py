@@ -5,7 +5,7 @@
 A step goes from u towards the support point v of the sets along the slope of f at u (Frank and Wolfe 1956), all the way
 or by halves until f has grown. It ends where (v - u) . slope, what is left to first order, is small. It begins at the
 best of the support points of the first order, of their opposites, and of some random offsets, so that a force that is
-extreme where it is nominal, as near a dead centre, is left to its farther side. That no offsets give more is not proved.
+extreme where it is nominal, as near a dead centre, is left to its farther side. That none give more is not proved.
 """
 
 from __future__ import annotations
