@@ -245,6 +245,7 @@ def test_what_cannot_be_asked_is_refused(changes, arguments, words):
         ("drive_torques.phi", 5, "phi.*theta"),
         ("drive_torques.theta", -5, "0 or more"),
         ("drive_torques.theta", [5, -5], "lowest, highest"),
+        ("drive_torques.theta", "much", "a number for both sides, or .lowest, highest., is needed"),
         ("reactions.nut", 5, "nut.*main"),
     ],
 )
