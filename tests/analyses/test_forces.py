@@ -223,6 +223,19 @@ def test_no_random_offsets_of_a_six_bar_go_beyond_its_worst_forces():
     assert (many.max(axis=0) - high >= -0.5 * (high - low)).all()
 
 
+def test_offsets_that_count_by_their_products_are_found():
+    """A ratio error and a motor's angle have no slope alone: ascents stood still where both were nothing."""
+    m = jp.loads(jp.examples.text("rack-slider"))
+    result = jp.forces(m, of=["drives.motor"])
+    at = nominal(m).with_errors
+    drawn = m.core.specimens(1000, 7, "boundary", "plain")
+    for k in (0, len(at) - 1):
+        many = Balances(m, at, None).forces(np.full(1000, k), drawn)[:, 0] / m.units.moment
+        assert many.max() <= result.force[k, 0, 1] * (1.0 + 1e-9)
+        assert many.min() >= result.force[k, 0, 0] * (1.0 - 1e-9)
+        assert result.force[k, 0, 1] > result.force_first_order[k, 0, 1]
+
+
 @pytest.mark.parametrize(
     ("changes", "arguments", "words"),
     [
@@ -244,6 +257,7 @@ def test_what_cannot_be_asked_is_refused(changes, arguments, words):
         ("drive_torques.phi", 5, "phi.*theta"),
         ("drive_torques.theta", -5, "0 or more"),
         ("drive_torques.theta", [5, -5], "lowest, highest"),
+        ("drive_torques.theta", "much", "a number for both sides, or .lowest, highest., is needed"),
         ("reactions.nut", 5, "nut.*main"),
     ],
 )

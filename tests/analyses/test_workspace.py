@@ -12,6 +12,7 @@ from scipy.ndimage import label
 
 import jointplay as jp
 from helpers.answers import example
+from jointplay.analyses.workspace.holding import OneOrientation
 from jointplay.analyses.workspace.inscribed import box, disc
 from jointplay.analyses.workspace.surface import CrossedEdges, enclosed, facet_sizes, framed, framed_values
 from jointplay.cli import run
@@ -375,3 +376,16 @@ def test_edge_of_a_grid_is_a_bound_of_its_own() -> None:
 def test_what_cannot_be_asked_is_said(name: str, changes: dict, options: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         jp.workspace(example(name).with_(changes), **options)
+
+
+def test_a_way_beyond_the_reach_says_how_far_it_leads() -> None:
+    """Every try beyond the end of the reach walked there anew, and only halved the way."""
+    one = OneOrientation(arm().with_(grid={"x": [100.0, 200.0], "y": [100.0, 200.0]}), None)
+    assert one.nodes().inside.all()
+    outside = np.ascontiguousarray(np.tile([0.9, 0.3], (4, 1)))
+    held, _ = one.on_the_way(one.rows, one.poses, outside)
+    assert (held.why == "not_assembled").all()
+    assert held.ends is not None
+    places = one.rows + held.ends[:, None] * (outside - one.rows)
+    # Steps end where the singular value is as large as its limit, 1e-4, near the stretched arm: by its square.
+    assert np.allclose(np.linalg.norm(places, axis=1), (UPPER + FORE) / 1e3, rtol=1e-5)

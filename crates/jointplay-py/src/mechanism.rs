@@ -200,7 +200,7 @@ impl Mechanism {
     /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each, which may lie
     /// beyond singular poses. If it does not spread, nodes without a seed are not reached. The mechanism `real`, with the
     /// same bodies and drives of its own, must not become singular on the way either. And where ways to the next nodes
-    /// (node, axis), and from seeds, ended at a singular pose.
+    /// (node, axis), and from seeds, ended at a singular pose; and up to where a seed leads that does not get to its node.
     #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
     #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, beyond, spread = true, real = None))]
     fn trace_grid<'py>(
@@ -234,6 +234,7 @@ impl Mechanism {
         let table = self.table(py, core.traced(found.trace))?;
         table.set_item("crossing", reshaped(py, &[n, shape.len()], found.crossing)?)?;
         table.set_item("seed_crossing", found.seed_crossing.into_pyarray(py))?;
+        table.set_item("seed_end", found.seed_end.into_pyarray(py))?;
         Ok(table)
     }
 

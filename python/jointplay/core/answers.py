@@ -31,10 +31,11 @@ class Traced(TypedDict):
 
 
 class TracedGrid(Traced):
-    """Nominal poses of a grid, and where ways to next nodes and from seeds end at a singular pose."""
+    """Nominal poses of a grid, and where ways to next nodes and from seeds end, at a singular pose or anywhere."""
 
     crossing: Floats
     seed_crossing: Floats
+    seed_end: Floats
 
 
 class Measured(TypedDict):

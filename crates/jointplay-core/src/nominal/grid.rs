@@ -45,9 +45,16 @@ enum Origin {
 /// A node with the states, of neighbours or from elsewhere, that may lead to it.
 type Task = (usize, Vec<(Origin, Arc<Place>)>);
 
-/// A way that has ended at a singular pose: where it began, the node that it should have led to, and the part of the way
-/// up to there.
-type Ended = (Origin, usize, f64);
+/// A way that did not lead to its node.
+#[derive(Clone, Copy)]
+struct Ended {
+    origin: Origin,
+    node: usize,
+    /// The part of the way that was gone.
+    gone: f64,
+    /// The part of it at which the mechanism becomes singular, if it has ended there; else not a number.
+    singular: f64,
+}
 
 /// What became of a node: its state where there is one, and ways that did not lead to it.
 #[derive(Clone, Default)]
@@ -77,6 +84,8 @@ pub struct Reached {
     pub crossing: Vec<f64>,
     /// For every seed the part of the way to its node at which it does, where it does not lead there.
     pub seed_crossing: Vec<f64>,
+    /// For every seed the part of the way to its node up to which it leads, where it does not lead there.
+    pub seed_end: Vec<f64>,
 }
 
 impl Reached {
@@ -87,6 +96,7 @@ impl Reached {
             trace: Trace { coordinates: vec![f64::NAN; n * m.n_coordinates()], status: vec![status; n] },
             crossing: vec![f64::NAN; n * shape.len()],
             seed_crossing: vec![f64::NAN; n_seeds],
+            seed_end: vec![f64::NAN; n_seeds],
         }
     }
 }
@@ -179,7 +189,8 @@ impl Block<'_, '_> {
                     return Outcome { found, ended };
                 }
                 Err((last, singular_at)) => {
-                    if left(&place.state, &last, &to) < NEAR_THE_END {
+                    let left = left(&place.state, &last, &to);
+                    if left < NEAR_THE_END {
                         let closed = || self.solver.close(&last, &to).map(|state| self.placed(state));
                         let dead = || m.dead_centre(&last, &to.drives).map(|state| self.placed(state));
                         let singular = |place: Place| {
@@ -191,8 +202,10 @@ impl Block<'_, '_> {
                             return Outcome { found, ended };
                         }
                     }
-                    if self.wave == Wave::Strict && self.watch.has_ended(&place.side, &last.coordinates) {
-                        ended.push((*origin, node, singular_at));
+                    if self.wave == Wave::Strict {
+                        let is_singular = self.watch.has_ended(&place.side, &last.coordinates);
+                        let singular = if is_singular { singular_at } else { f64::NAN };
+                        ended.push(Ended { origin: *origin, node, gone: 1.0 - left, singular });
                     }
                 }
             }
@@ -301,14 +314,14 @@ impl Grid<'_, '_> {
             found.trace.coordinates[k * width..(k + 1) * width].copy_from_slice(&place.state.coordinates);
         }
         let lies_beyond = |node: usize| matches!(self.status[node], Status::NotAssembled | Status::OtherBranch);
-        for &(origin, to, part) in &self.ended {
+        for &Ended { origin, node: to, gone, singular } in self.ended.iter().filter(|way| lies_beyond(way.node)) {
             match origin {
-                Origin::Node(from) if lies_beyond(to) => {
-                    let (place, part) = if from < to { (from, part) } else { (to, 1.0 - part) };
+                Origin::Node(from) if !singular.is_nan() => {
+                    let (place, part) = if from < to { (from, singular) } else { (to, 1.0 - singular) };
                     found.crossing[place * axes + axis_between(self.shape, from, to)] = part;
                 }
-                Origin::Seed(seed) if lies_beyond(to) => found.seed_crossing[seed] = part,
-                _ => {}
+                Origin::Node(_) => {}
+                Origin::Seed(seed) => (found.seed_crossing[seed], found.seed_end[seed]) = (singular, gone),
             }
         }
         found.trace.status = self.status;

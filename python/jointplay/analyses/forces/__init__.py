@@ -95,7 +95,8 @@ def forces(
         `outside` and `outside_quantity` (share of the specimens beyond), with `outside_low` and `outside_high`, the
         ends of the 95 % confidence interval. `nominal`, `status`.
 
-        Forces are those of equilibrium without friction. Those of worst are found by local search from several starts.
+        Forces are those of equilibrium without friction. Those of worst are found by local search from several starts;
+        the least size of a reaction that may vanish to some thousandths of its range.
 
     Raises
     ------

@@ -4,8 +4,9 @@
 
 A step goes from u towards the support point v of the sets along the slope of f at u (Frank and Wolfe 1956), all the way
 or by halves until f has grown. It ends where (v - u) . slope, what is left to first order, is small. It begins at the
-best of the support points of the first order, of their opposites, and of some random offsets, so that a force that is
-extreme where it is nominal, as near a dead centre, is left to its farther side. That no offsets give more is not proved.
+best of the support points of the first order, of their opposites, and of those of slopes that are tilted a little at
+random: what has no slope alone is at a corner there, and counts by its product with others, and a force that is extreme
+where it is nominal, as near a dead centre, is left. That no offsets give more is not proved.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from jointplay.model.gaps import centre
 
 from .statics import Balances
 
-#: random offsets among the starts, and their seed
-DRAWN, SEED = 16, 0
+#: starts with slopes that are tilted at random by this part, and their seed
+STARTS, TILT, SEED = 16, 1e-6, 0
 #: steps of an ascent, and halvings of one
 STEPS, HALVINGS = 12, 8
 #: of the largest force, what is rounding
@@ -56,7 +57,6 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
     """Least and largest values of some forces at some configurations; nan where a pose within the sets is singular."""
     m = of.m
     shape = (len(which), len(forces), 2)
-    loosest = centre(m, "largest")
     signs = np.broadcast_to([-1.0, 1.0], shape)
     slopes = of.slopes(which, of.zero[: len(which)])[:, forces]
     weights = signs[..., None] * slopes[:, :, None]
@@ -75,10 +75,10 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
     u = firsts.reshape(sign.size, -1)
     best = value(every, u)
     lost = np.isnan(best)
-    drawn = m.core.specimens(DRAWN, SEED, None, "plain")
-    sized = np.array([kind == "size" for kind in m.source_kinds], dtype=bool)[m.parameter_source]
-    drawn[:, sized] = loosest[sized]
-    for start in (_supports(of, -weights).reshape(u.shape), *(np.tile(row, (len(u), 1)) for row in drawn)):
+    noise = np.random.default_rng(SEED).normal(size=(STARTS, len(m.parameters)))
+    sizes = np.abs(np.nan_to_num(weights)).max(axis=-1, keepdims=True)
+    tilted = (_supports(of, weights + TILT * np.where(sizes > 0.0, sizes, 1.0) * row) for row in noise)
+    for start in (each.reshape(u.shape) for each in (_supports(of, -weights), *tilted)):
         there = value(every, start)
         lost |= np.isnan(there)
         better = sign * there > sign * best

@@ -156,10 +156,11 @@ class GridFollower:
     def straight(self, seeds: Seeds, rows: Floats) -> tuple[Nominal, Floats]:
         """The nominal mechanism at some rows of commands, each reached on a straight way from its own seed.
 
-        With the part of the way at which it becomes singular, where it does.
+        With the part of the way at which it becomes singular, where it does, else up to which it leads.
         """
         found = self._trace_grid([len(rows)], rows, seeds, spread=False)
-        return self._nominal(rows, found), found["seed_crossing"]
+        singular = found["seed_crossing"]
+        return self._nominal(rows, found), np.where(np.isnan(singular), found["seed_end"], singular)
 
     def _nominal(self, rows: Floats, found: TracedGrid) -> Nominal:
         there = found["poses"]

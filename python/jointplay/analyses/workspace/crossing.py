@@ -1,9 +1,9 @@
 """Where the ways from nodes inside a region to nodes outside leave it, all of them at once.
 
 Each way is halved until its ends are closer than the tolerance. Where both ends have a distance to the nearest end of a
-range, its root on the straight line is tried instead, and where a way has ended at a singular pose, that place: each
-moved by somewhat less than half the tolerance towards the farther end of the way, so that the bracket shrinks from both
-sides.
+range, its root on the straight line is tried instead, and where a mechanism did not follow, the place up to which it
+did: each moved by somewhat less than half the tolerance towards the farther end of the way, so that the bracket shrinks
+from both sides.
 """
 
 from __future__ import annotations
@@ -61,22 +61,22 @@ def leave(of: OneOrientation, ways: Ways, rooms: Floats, tolerance: float) -> tu
     poses, why = of.poses[ways.inner].copy(), ways.why.copy()
     low, high = np.zeros(len(first)), np.ones(len(first))
     room = rooms[np.stack([ways.inner, ways.outer])]
-    singular = np.full(len(first), np.nan)
+    end = np.full(len(first), np.nan)
     for number in range(MOST):
         k = np.flatnonzero((high - low) * ways.length > tolerance)
         if not k.size:
             break
         step = NEARER * tolerance / ways.length[k]
         to = 0.5 * (low[k] + high[k])
-        for known in (_root(low[k], high[k], room[:, k]), singular[k]) if number < ROOTS else ():
+        for known in (_root(low[k], high[k], room[:, k]), end[k]) if number < ROOTS else ():
             to = _towards(known, low[k], high[k], step, to)
         from_, target = (first[k] + part[:, None] * (last[k] - first[k]) for part in (low[k], to))
         held, there = of.on_the_way(from_, poses[k], target)
         ok = held.inside
         low[k[ok]], poses[k[ok]], room[0, k[ok]] = to[ok], there[ok], held.room[ok]
-        assert held.singular is not None
-        part = held.singular[~ok] * (to[~ok] - low[k[~ok]])
-        singular[k[~ok]] = np.where(np.isnan(part), singular[k[~ok]], low[k[~ok]] + part)
+        assert held.ends is not None
+        part = held.ends[~ok] * (to[~ok] - low[k[~ok]])
+        end[k[~ok]] = np.where(np.isnan(part), end[k[~ok]], low[k[~ok]] + part)
         high[k[~ok]], why[k[~ok]], room[1, k[~ok]] = to[~ok], held.why[~ok], held.room[~ok]
     return low, why
 

@@ -42,13 +42,13 @@ class HeldPlaces:
     room : ndarray
         How far the drives and joints are from the nearest end of a range, as a part of the range, negative beyond it;
         nan where it does not decide.
-    singular : ndarray or None
-        On ways, the part at which the mechanism becomes singular, which ends it; nan where nothing is known.
+    ends : ndarray or None
+        On ways, the part up to which the mechanism follows; nan where it gets to the place.
     """
 
     why: Texts
     room: Floats
-    singular: Floats | None = None
+    ends: Floats | None = None
 
     @property
     def inside(self) -> Flags:

@@ -41,6 +41,8 @@ def _both_sides(value: Any, info: ValidationInfo) -> object:
         if value < 0:
             raise problem(f"must be 0 or more, for both sides, or [lowest, highest]; here: {value:g}")
         return (-value, value)
+    if not isinstance(value, list | tuple):
+        raise problem(f"a number for both sides, or [lowest, highest], is needed, not {shown(value)}")
     return value
 
 
