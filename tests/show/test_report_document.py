@@ -120,7 +120,7 @@ def test_what_has_changed_since_a_former_report(folder: Path, tmp_path: Path) ->
     cells = {column.name: column.cells[0] for column in table.columns}
     errors = [float(jp.worst(m).worst_position.max()) for m in (PRESS, looser)]
     assert cells["position\nbefore"] == f"{errors[0]:.4g} mm"
-    assert cells["position\nchange"] == f"{100 * (errors[1] / errors[0] - 1):+.3g}"
+    assert cells["position\nchange"] == f"{100 * (errors[1] / errors[0] - 1):+.3g} %"
     # A page of before records has its file, and nothing else to compare.
     page = re.sub(r"<meta name=\"jointplay-report\"[^>]*>", "", old.read_text(encoding="utf-8"))
     (tmp_path / "older.html").write_text(page, encoding="utf-8")

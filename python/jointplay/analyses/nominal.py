@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Codes, Floats, Texts
-from jointplay.basics.progress import Step
+from jointplay.basics.progress import TellStep
 from jointplay.basics.units import Units
 from jointplay.core.answers import Reached
 from jointplay.core.compile import LENGTHS
@@ -31,7 +31,7 @@ WITHOUT_ERRORS = ("singular", "other_branch", "outside_limits")
 #: share of the mechanism's length within which a target is reached
 REACHED = 1e-9
 #: called with how many steps are done and how many there are
-Progress = Step
+Progress = TellStep
 
 
 class Interrupted(KeyboardInterrupt):

@@ -18,7 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 from .typed import typed, waiting_for
 
 #: called with the steps done and all steps
-Step = Callable[[int, int], None]
+TellStep = Callable[[int, int], None]
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -69,7 +69,7 @@ def watched(compute: Callable[P, R]) -> Callable[P, R]:
 
 
 @contextmanager
-def bar(name: str) -> Iterator[Step | None]:
+def bar(name: str) -> Iterator[TellStep | None]:
     """What long work calls with the steps done and all steps; None where nobody looks, or looks at another one."""
     show = _in_notebook if _notebook() else _on_terminal if sys.stderr.isatty() else None
     if not _wanted or show is None or not _BUSY.acquire(blocking=False):
@@ -83,7 +83,7 @@ def bar(name: str) -> Iterator[Step | None]:
 
 
 @contextmanager
-def _on_terminal(name: str) -> Iterator[Step]:
+def _on_terminal(name: str) -> Iterator[TellStep]:
     from rich.console import Console
     from rich.progress import Progress
 
@@ -109,7 +109,7 @@ def _notebook() -> bool:
 
 
 @contextmanager
-def _in_notebook(name: str) -> Iterator[Step]:
+def _in_notebook(name: str) -> Iterator[TellStep]:
     """One line that is written again and again, and empty in the end: no widget, which pages and exports lack."""
     from IPython.display import display
 

@@ -111,7 +111,7 @@ Second = Annotated[
 Further = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[C]...", help="Further ones that follow it.", show_default=False, autocompletion=completing.files
+        metavar="C", help="Further ones that follow it.", show_default=False, autocompletion=completing.files
     ),
 ]
 Settings = Annotated[

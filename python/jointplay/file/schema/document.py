@@ -26,7 +26,7 @@ def _text(value: object) -> object:
     return str(value) if is_number(value) or type(value) is datetime.date else value
 
 
-Line = Annotated[str, BeforeValidator(_text, json_schema_input_type=str), AfterValidator(_line)]
+EntryLine = Annotated[str, BeforeValidator(_text, json_schema_input_type=str), AfterValidator(_line)]
 
 
 class TitleBlock(Table):
@@ -34,9 +34,9 @@ class TitleBlock(Table):
 
     example: ClassVar[str] = '{ author = "A. Meier", revision = "B", date = "2026-11-28" }'
 
-    title: Line = Field("", description="title of the report; that of the mechanism if left out")
-    author: Line = Field("", description="who wrote it")
-    revision: Line = Field("", description="its revision, such as B")
-    date: Line = Field("", description="its date; that of the day if left out")
-    checked_by: Line = Field("", description="who checked it")
-    approved_by: Line = Field("", description="who approved it")
+    title: EntryLine = Field("", description="title of the report; that of the mechanism if left out")
+    author: EntryLine = Field("", description="who wrote it")
+    revision: EntryLine = Field("", description="its revision, such as B")
+    date: EntryLine = Field("", description="its date; that of the day if left out")
+    checked_by: EntryLine = Field("", description="who checked it")
+    approved_by: EntryLine = Field("", description="who approved it")

@@ -20,7 +20,7 @@ from jointplay.model.mechanism import Mechanism
 from . import decimals, former, printing
 from .answers import SAMPLES, ask
 from .notebook import View, view
-from .page import Look, page
+from .page import PageLook, page
 
 __all__ = ["View", "check_path", "report", "view", "write"]
 
@@ -111,7 +111,7 @@ def write(
     if paper is not None and paper not in PAPERS:
         raise InputError(not_known(paper, "a size of sheets", PAPERS), key="paper")
     before = None if against is None else former.read(against)
-    look = Look(command, before, decimals.checked(decimal), paper or ("a4" if is_pdf else ""))
+    look = PageLook(command, before, decimals.checked(decimal), paper or ("a4" if is_pdf else ""))
     answers = ask(m, samples, seed, progress)
     text = page(answers, look)
     content = printing.pdf(text) if is_pdf else text.encode()

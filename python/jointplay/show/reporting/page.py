@@ -18,7 +18,7 @@ from .sections import Section
 
 
 @dataclass(frozen=True)
-class Look:
+class PageLook:
     """How a page is written, beside what it says.
 
     Attributes
@@ -39,13 +39,13 @@ class Look:
     paper: str = ""
 
 
-def page(answers: Answers, look: Look) -> str:
+def page(answers: Answers, look: PageLook) -> str:
     """The whole page."""
     with decimals.using(look.decimal):
         return decimals.in_page(_page(answers, look))
 
 
-def _page(answers: Answers, look: Look) -> str:
+def _page(answers: Answers, look: PageLook) -> str:
     block = signing.block(answers.m)
     record = former.record_of(answers, block.date)
     chapters = [("", [sections.changes(look.against, answers.m, record)])] if look.against else []

@@ -17,7 +17,7 @@ SHORT = 60
 
 
 @dataclass(frozen=True)
-class Block:
+class TitleHead:
     """What identifies a report.
 
     Attributes
@@ -38,11 +38,11 @@ class Block:
     is_given: bool
 
 
-def block(m: Mechanism) -> Block:
+def block(m: Mechanism) -> TitleHead:
     """The title block of a mechanism file; what it leaves out is the title of the mechanism, and the day."""
     given = m.data.document
     title = (given.title if given else "") or m.title or Path(m.file).name
-    return Block(
+    return TitleHead(
         one_line(title),
         given.revision if given else "",
         (given.date if given else "") or today(),
@@ -53,7 +53,7 @@ def block(m: Mechanism) -> Block:
     )
 
 
-def shown(found: Block) -> str:
+def shown(found: TitleHead) -> str:
     """The title block, with room for signatures; without a name in the file the room is on paper only."""
     rows = {"Revision": found.revision, "Date": found.date, "Mechanism": f"{found.file}, {found.hash}"}
     items = "".join(
@@ -71,7 +71,7 @@ def shown(found: Block) -> str:
     )
 
 
-def on_paper(found: Block, paper: str) -> str:
+def on_paper(found: TitleHead, paper: str) -> str:
     """The style of printed sheets: their size, and what stands at the foot of each."""
     title = found.title if len(found.title) <= SHORT else f"{found.title[: SHORT - 1]}…"
     revision = f", revision {found.revision[:SHORT]}" if found.revision else ""

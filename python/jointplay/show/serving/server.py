@@ -32,7 +32,7 @@ from jointplay.file import document, toml
 from jointplay.model.sizing import plays
 from jointplay.show import viewer
 from jointplay.show.reporting import answers as reports
-from jointplay.show.reporting.page import Look
+from jointplay.show.reporting.page import PageLook
 from jointplay.show.reporting.page import page as report
 
 from . import drafts, gestures
@@ -229,7 +229,7 @@ class Studio:
         # With sliders moved, or another text, it is the file that the page prints.
         is_own = found.name and not values and self._page(told)[0].text == found.content
         command = shlex.join(["jointplay", "report", name if is_own else "FILE"])
-        return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), Look(command))}
+        return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), PageLook(command))}
 
 
 def _three(told: Any) -> list[str]:
