@@ -163,6 +163,7 @@ class TestStyle:
             ({"dpi": 5}, "dpi: 5 is not a number of dots per inch; 30 to 2400 are possible"),
             ({"width": 1900, "dpi": 2400}, "1900 mm at 2400 dots per inch are more than 30000 dots"),
             ({"colours": ("blau",)}, '"blau" is not a colour'),
+            ({"legend": "upper rigth"}, "legend: 'upper rigth' is not a place of a legend; did you mean 'upper right'"),
             ({"font": "Blau"}, 'font: "Blau" is not a font of this machine'),
             ({"colour_map": "veridis"}, "colour_map: 'veridis' is not a colour map; did you mean 'viridis'"),
             ({"scale": (1.0, 1.0)}, "scale: goes from a number to a larger one"),
@@ -180,6 +181,14 @@ class TestStyle:
     def test_sizes_that_are_none(self, text: str) -> None:
         with pytest.raises(jp.InputError, match="is not a size such as 85x60mm or 85mm; units are mm, cm, in, pt"):
             size_of(text)
+
+    def test_a_legend_stands_where_it_is_put(self) -> None:
+        figure = jp.plot.error(jp.worst(example("four-bar")), style=Style(legend="lower right"))
+        axes = figure.axes[0]
+        figure.draw_without_rendering()
+        box, legend = axes.get_window_extent(), axes.get_legend().get_window_extent()
+        assert box.y0 < legend.y0 < legend.y1 < box.y0 + 0.5 * box.height
+        assert box.x0 + 0.5 * box.width < legend.x1 < box.x1
 
     def test_text_in_vector_files_stays_text(self, tmp_path: Path) -> None:
         """Letters were drawn as paths, which nobody can search, edit or set in the fonts of a journal."""
@@ -300,7 +309,7 @@ class TestShades:
         assert norm(3.0) == pytest.approx(0.5)
 
     def test_lines_are_where_they_are_said_to_be(self, plane: Any) -> None:
-        figure = jp.plot.map(plane, "position", style=Style(levels=(2.5, 6.0), title=False, legend=False))
+        figure = jp.plot.map(plane, "position", style=Style(levels=(2.5, 6.0), title=False, legend="none"))
         axes = figure.axes[0]
         lines = [one for one in axes.collections if getattr(one, "labelTexts", None)]
         assert {text.get_text() for one in lines for text in one.labelTexts} == {"2.5", "6.0"}

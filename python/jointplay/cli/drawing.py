@@ -38,7 +38,10 @@ Font = Annotated[
     str | None, typer.Option("--font", metavar="NAME", help="Figure: its letters, such as 'DejaVu Serif'.")
 ]
 NoTitle = Annotated[bool | None, typer.Option("--no-title", help="Figure: leave titles out.")]
-NoLegend = Annotated[bool | None, typer.Option("--no-legend", help="Figure: leave legends out.")]
+LegendPlace = Annotated[
+    str | None,
+    typer.Option("--legend", metavar="PLACE", help="Figure: legends above, none, or in the axes ('upper right')."),
+]
 Against = Annotated[
     str | None,
     typer.Option(
@@ -64,7 +67,7 @@ OPTIONS: dict[str, Any] = {
     "quantity": Quantity,
     "font": Font,
     "no_title": NoTitle,
-    "no_legend": NoLegend,
+    "legend": LegendPlace,
     "against": Against,
     "colours": ColourMap,
     "scale": Scale,
@@ -72,7 +75,7 @@ OPTIONS: dict[str, Any] = {
     "levels": Levels,
 }
 #: options that mean something for every figure
-LOOK = ("size", "dpi", "style", "font", "no_title", "no_legend")
+LOOK = ("size", "dpi", "style", "font", "no_title", "legend")
 #: those of what has a scale of colours
 COLOURED = ("colours", "scale", "log", "levels")
 #: keys of a style by the option that gives them, where the names differ
@@ -142,7 +145,7 @@ class FigureFile:
                 key: key for key in ("dpi", "font", "against", "log")
             }
             found: dict[str, Any] = {key: given[name] for key, name in names.items() if name in given}
-            found |= {"title": "no_title" not in given, "legend": "no_legend" not in given}
+            found["title"] = "no_title" not in given
             if "scale" in given:
                 found["scale"] = _numbers(given["scale"], ":", "scale", "two numbers such as 0:0.5", 2)
             if "levels" in given:

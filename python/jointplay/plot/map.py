@@ -284,7 +284,7 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
     _bar(figure, every[-1].collections[0], every, value, colours)
-    if handles and current().legend:
+    if handles and current().legend != "none":
         figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=columns)
     headline(figure, shown.title)
 

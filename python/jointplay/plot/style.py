@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
@@ -42,6 +43,8 @@ NARROW = 120.0
 SMALLER, USUAL = ((NARROW, 7.0), (200.0, 8.0)), 9.0
 #: even steps of lightness: it survives colour blindness and a black-and-white printer
 COLOUR_MAP = "cividis"
+#: where a legend can stand
+LEGENDS = ("above", "none", *Legend.codes)
 #: levels of a scale of colours, at most
 MOST_LEVELS = 100
 #: what configurations can be drawn against besides a drive
@@ -91,8 +94,11 @@ class Style:
         Of bodies and series, in turn; if left out, those of Okabe and Ito, which colour-blind readers can distinguish.
     font : str, optional
         Name of the letters, such as ``"Times New Roman"``.
-    title, legend : bool
-        Whether a figure has them.
+    title : bool
+        Whether a figure has titles.
+    legend : str
+        Where legends stand: ``"above"`` the axes, a place in them such as ``"upper right"`` or ``"best"`` (as
+        matplotlib names it), or ``"none"``.
     against : str, optional
         What configurations are drawn against: a drive, ``"configuration"`` (their number), ``"length"`` (of the
         output's nominal path) or ``"time"`` (of a machine that runs). The only drive, or else the number if left out.
@@ -124,7 +130,7 @@ class Style:
     colours: tuple[str, ...] = ()
     font: str = ""
     title: bool = True
-    legend: bool = True
+    legend: str = "above"
     against: str = ""
     colour_map: str = COLOUR_MAP
     scale: tuple[float, float] | None = None
@@ -148,6 +154,8 @@ class Style:
         for colour in self.colours:
             if not is_color_like(colour):
                 raise InputError(f"{shown(colour)} is not a colour such as '#0072B2'", key="colours")
+        if self.legend not in LEGENDS:
+            raise InputError(not_known(self.legend, "a place of a legend", LEGENDS), key="legend")
         self._check_font()
         self._check_map()
 

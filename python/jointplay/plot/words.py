@@ -88,10 +88,14 @@ def beside(high: float, text: str) -> str:
 
 
 def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None) -> None:
-    """A legend above the axes, where it hides nothing, in as many columns as there is room for; each label once."""
+    """A legend, each label once: where the style says, else above the axes, in as many columns as there is room for."""
     handles, labels = axes.get_legend_handles_labels() if entries is None else entries
     unique = dict(zip(labels, handles, strict=True))
-    if not unique or not current().legend:
+    place = current().legend
+    if not unique or place == "none":
+        return
+    if place != "above":
+        axes.legend(unique.values(), unique.keys(), loc=place, handlelength=2.2, labelspacing=0.25)
         return
     size = float(mpl.rcParams["legend.fontsize"])
     columns = _columns([size * KEY + width_of(label, size) for label in unique], room(axes))
