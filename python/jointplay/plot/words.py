@@ -91,7 +91,7 @@ def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = Non
     """A legend, each label once: where the style says, else above the axes, in as many columns as there is room for."""
     handles, labels = axes.get_legend_handles_labels() if entries is None else entries
     unique = dict(zip(labels, handles, strict=True))
-    place = current().legend
+    place: Any = current().legend
     if not unique or place == "none":
         return
     if place != "above":
