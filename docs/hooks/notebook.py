@@ -38,9 +38,14 @@ def executed(text: str) -> NotebookNode:
         client = NotebookClient(notebook, timeout=PATIENCE, kernel_name="python3", resources=folders)
         try:
             # The kernel warns there of things that concern kernels on other machines.
-            return client.execute(stderr=subprocess.DEVNULL)
+            found = client.execute(stderr=subprocess.DEVNULL)
         except CellExecutionError as error:
             raise PluginError(ANSI.sub("", str(error))) from None
+    for cell in found.cells:
+        if cell.cell_type == "code":
+            # Long work leaves an empty line where it told how far it was: on a slow machine only.
+            cell.outputs = [one for one in cell.outputs if one.get("data") != {"text/plain": ""}]
+    return found
 
 
 def shown(output: NotebookNode, pictures: list[bytes], name: str) -> str:

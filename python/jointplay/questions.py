@@ -210,7 +210,16 @@ QUESTIONS: Mapping[str, Question] = {
             sheet="nearness",
         ),
         Question("region"),
-        Question("forces", conclusion="forces.of_forces", overview="forces.overview"),
+        Question(
+            "forces",
+            label="forces",
+            judged="for forces",
+            assumes="equilibrium without friction, at any offsets within clearances and tolerances; the extremes are "
+            "those that ascents have found.",
+            asked_by=_by("allow"),
+            conclusion="forces.of_forces",
+            overview="forces.overview",
+        ),
         Question("sensitivity"),
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question(

@@ -155,6 +155,68 @@ def test_verdicts_say_which_force_and_why():
     assert verdict(compute(mechanism())).outcome == ""
 
 
+def test_the_largest_play_that_a_torque_allows_is_that_of_its_closed_form():
+    from scipy.optimize import brentq
+
+    turns = np.linspace(0.0, 2.0 * np.pi, 721)
+
+    def largest(play):
+        offsets = play * np.sin(turns)
+        return max(
+            -torque(angle, 0.0, offsets, longer).min()
+            for angle in np.radians(ANGLES)
+            for longer in (-TOLERANCE, TOLERANCE)
+        )
+
+    limit = 1.01 * largest(PLAY)
+    result = jp.allow(limited(drive_torques__theta=limit), "forces")
+    found = result.sel(source="pin")
+    assert np.isclose(found.allowed, brentq(lambda play: largest(play) - limit, 0.0, 5.0), rtol=3e-4)
+    assert found.binding_quantity.item() == "drives.theta"
+    assert np.isclose(result.used, 1.0 / 1.01, rtol=1e-6)
+    with pytest.raises(jp.InputError, match=r"no limits of forces.*drive_torques, reactions"):
+        jp.allow(mechanism(), "forces")
+
+
+def test_what_does_not_judge_forces_says_so(tmp_path, capsys):
+    from jointplay.cli import run
+
+    path = tmp_path / "crank.toml"
+    limited(drive_torques__theta=1.0, position=5.0).write(path)
+    apart = "Limits of forces do not count here"
+
+    def said(*arguments):
+        code = run([*arguments, str(path)])
+        return code, " ".join(capsys.readouterr().out.split())
+
+    code, text = said("error", "-q", "worst")
+    assert code == 0
+    assert apart in text
+    assert apart in said("allow")[1]
+    code, text = said("error")
+    assert code == 1
+    assert "all Limits missed: for forces in the worst case (drives.theta" in text
+    assert "Held: under the load and in the worst case" in text
+    # Where no pose decides the forces, nothing is known of them.
+    jp.loads(jp.examples.text("redundant-bar")).with_({"limits.position": 1e3, "limits.reactions.P": 1.0}).write(path)
+    code, text = said("error")
+    assert code == 1
+    assert "all Not shown: whether limits hold for forces" in text
+
+
+def test_a_design_keeps_to_limits_of_forces():
+    aside = mechanism(**{"joints.guide.on.ground.at": [0, 20], "limits.position": 5.0})
+    vary, aim = {"joints.guide.on.ground.at.1": [-20, 20]}, "size"
+    free = jp.design(aside, vary, aim, evaluations=40)
+    limit = jp.forces(aside.with_({"joints.guide.on.ground.at": [0, 5]}), of=["drives.theta"]).force
+    limit = float(np.abs(limit).max())
+    found = jp.design(aside.with_({"limits.drive_torques.theta": limit}), vary, aim, evaluations=40)
+    assert "limits.drive_torques.theta" in found.held.values
+    assert "limits.drive_torques.theta" not in free.held.values
+    kept = aside.with_({"joints.guide.on.ground.at": [0, found.value_found.item()]})
+    assert np.abs(jp.forces(kept, of=["drives.theta"]).force).max() <= limit * (1.0 + 1e-6)
+
+
 EXAMPLES = ("press", "press-running", "excavator", "rssr", "3-upu", "geared-five-bar", "belt-arm", "delta-by-hand")
 
 

@@ -66,7 +66,7 @@ class TestCompare:
         tight = m.with_({"joints.*.clearance.radial": 0.1})
         assert jp.compare(m, tight).mechanism.values.tolist() == ["four-bar", "four-bar (2)"]
         assert jp.compare(m, tight, names=("loose", "tight")).mechanism.values.tolist() == ["loose", "tight"]
-        with pytest.raises(jp.InputError, match="two names"):
+        with pytest.raises(jp.InputError, match="a name of its own"):
             jp.compare(m, tight, names=("same", "same"))
 
     def test_unknown_words_are_refused(self) -> None:

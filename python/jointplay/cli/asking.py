@@ -63,11 +63,12 @@ def error(
     loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
     position error; asked only where it is named, or with --offset. structural: how far it is without play from what
-    the [target] of the file asks.
+    the [target] of the file asks. Where the file limits forces, `forces` is asked as well.
 
     Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
     where limits.probability asks for a yield).
     """
+    from jointplay.analyses import forces
     from jointplay.analyses.given import at_worst
     from jointplay.analyses.nominal import within_another
     from jointplay.analyses.questions import computation
@@ -101,6 +102,9 @@ def error(
 
     asks["worst"] = ask_worst
     asks |= {name: ask_at_worst for name, own in known.items() if "offsets" in own and name not in put}
+    if ALL in named and forces.is_judged(m):
+        asks["forces"] = forces.compute
+        asked.append("forces")
     return answer.answer({name: asks[name] for name in asked}, m, output, plot)
 
 

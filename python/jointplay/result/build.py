@@ -32,6 +32,8 @@ BELONGS: Mapping[str, Mapping[str, str]] = {
     "rate1": {"length": "speed", "angle": "angular_velocity"},
     "rate2": {"length": "acceleration", "angle": "angular_acceleration"},
 }
+#: attribute of results that say nothing of forces, which the file limits
+FORCES_APART = "forces_apart"
 #: decimal digits that every double precision number can hold
 SHORT = 15
 #: as many units are written out in a row; more are only in the coordinate beside the dimension
@@ -138,6 +140,8 @@ class ResultBuilder:
             "jointplay": version(),
             **attrs,
         }
+        if m.limits.forces and question != "forces":
+            self.attrs[FORCES_APART] = 1
 
     def labels(self, dim: str, values: Sequence[object] | Array, long_name: str, units: str = "") -> None:
         """Label a dimension that is not a mechanism's own."""

@@ -18,6 +18,8 @@ import jointplay as jp
 from jointplay.basics import poses
 
 Floats = NDArray[np.float64]
+#: singular value of the closure below which the steps of differences are smaller
+NEAR = 0.2
 
 
 def differenced(
@@ -29,7 +31,9 @@ def differenced(
     """
     # About a thousandth of a radian, or of the characteristic length, from one to the next.
     unit = np.array([1.0 if m.coordinate_kind(j) == "angle" else m.length for j in m.drive_joints])
-    h = 2e-3 / max(float(np.abs(speeds / unit).max()), float(np.sqrt(np.abs(accelerations / unit).max())))
+    # Near a singularity bodies move so much faster than the drives.
+    near = min(1.0, float(m.core.measure(drives, placed)["singular_value"][0]) / NEAR)
+    h = 2e-3 * near / max(float(np.abs(speeds / unit).max()), float(np.sqrt(np.abs(accelerations / unit).max())))
     around = []
     for k in (-2, -1, 1, 2):
         aim = drives + k * h * speeds + (k * h) ** 2 / 2 * accelerations

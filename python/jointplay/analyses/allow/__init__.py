@@ -24,7 +24,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings, times
-from jointplay.result import Result, ResultBuilder, Variable, to_dataset
+from jointplay.result import FORCES_APART, Result, ResultBuilder, Variable, to_dataset
 
 from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed
@@ -62,10 +62,10 @@ def allow(
     Parameters
     ----------
     m : Mechanism
-        With limits of the error.
-    question : {"worst", "loaded", "random"}
-        In which limits have to hold, at every configuration: in the worst case; where the loads push the mechanism; or
-        for a share of the specimens.
+        With limits of the error, or of forces.
+    question : {"worst", "loaded", "random", "forces"}
+        In which limits have to hold, at every configuration: those of the error in the worst case, where the loads push
+        the mechanism, or for a share of the specimens; or those of forces in the worst case, see `forces`.
     probability : float, optional
         random: the share of the specimens that has to keep to all limits, at every configuration; that of the file if
         left out, else 0.9973.
@@ -105,7 +105,7 @@ def allow(
     Raises
     ------
     InputError
-        When the file has no limits of the error, nothing is off, the question has no such option, or so few samples
+        When the file has no such limits, nothing is off, the question has no such option, or so few samples
         are asked for that one of them is more than may be outside.
 
     Notes
@@ -289,6 +289,8 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
+    if question == "forces":
+        builder.attrs.pop(FORCES_APART)
     if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
         builder.attrs |= speeds(m)
         add_largest_rate(builder, every.asked.pressed(every.asked.parts(m)), "with the sizes as they are")

@@ -1,6 +1,6 @@
 """How much of its limits a mechanism uses.
 
-    used = largest value / limit                       worst, loaded
+    used = largest value / limit                       worst, loaded, forces
     used = share outside the limits / share allowed    random
 
 each the largest over configurations, quantities, outputs and load cases; of `loaded` over the middle, the largest and
@@ -88,7 +88,7 @@ class Asked:
     Parameters
     ----------
     m : Mechanism
-    question : {"worst", "loaded", "random"}
+    question : {"worst", "loaded", "random", "forces"}
     probability : float
         Share of the specimens that must keep to the limits.
     options : mapping
@@ -113,24 +113,30 @@ class Asked:
         self.options = {**QUESTIONS[question].asked_by[asker], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
-        self.is_monotone = question == "worst" and not m.core.deformations
-        self.by_load = question == "loaded" or "loaded" in self.contacts
+        self.is_monotone = question in ("worst", "forces") and not m.core.deformations
+        self.has_loads = question in ("loaded", "forces")
+        self.by_load = self.has_loads or "loaded" in self.contacts
         parts = self.parts(m)
-        self.has_limits = any(one.part.limits.errors for one in parts)
+        self.has_limits = any(self._is_limited(one.part) for one in parts)
         if needs_limits and not self.has_limits:
-            names = ", ".join(("position", "rotation", *m.components))
-            problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
-            raise InputError(problem, file=m.file, key="limits")
+            what, names = ("forces", ("drive_torques", "reactions"))
+            if question != "forces":
+                what, names = ("the error", ("position", "rotation", *m.components))
+            problem = f"the file has no limits of {what}; say what is acceptable: [limits] with one of"
+            raise InputError(f"{problem} {', '.join(names)}", file=m.file, key="limits")
         self.at = places_of([one.part for one in parts])
         self.every: PlacesByPart = [np.flatnonzero(_has_error(at.status)) for at in self.at]
         if not any(len(places) for places in self.every):
             raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
 
+    def _is_limited(self, part: Mechanism) -> bool:
+        return bool(part.limits.forces if self.question == "forces" else part.limits.errors)
+
     def parts(self, m: Mechanism) -> list[Assumed]:
         """The mechanism with each of its outputs, in each of its load cases where loads count."""
         if self.contacts:
             return assumptions(m, self.contacts)
-        whole = m if self.question == "loaded" else m.without_load_cases()
+        whole = m if self.has_loads else m.without_load_cases()
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
     def pressed(self, parts: Sequence[Assumed]) -> list[tuple[Mechanism, Nominal]]:
@@ -171,22 +177,22 @@ class Asked:
         handed the answers and their configurations, also those without limits are.
         """
         every = near is None
-        near = self.every if near is None or self.question == "loaded" else near
+        near = self.every if near is None or self.has_loads else near
         best = Use(-np.inf, "", -1)
         columns: list[Floats] = []
         for one, at, places in zip(parts, self.at, near, strict=True):
-            limited = one.part.limits.errors or seen is not None
+            limited = self._is_limited(one.part) or seen is not None
             if not limited or not len(places) or (best.used > 1.0 and not every):
                 columns.append(np.full(len(places), np.inf if best.used > 1.0 else 0.0))
                 continue
-            used, failed, lost = self._asked(one, at, places, seen)
+            names, used, failed, lost = self._asked(one, at, places, seen)
             most = np.where(failed, np.inf, used.max(axis=1))
             columns.append(most)
             k = int(first_largest(most))
             if most[k] > best.used:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
-                quantity = ASSEMBLY if failed[k] or jammed else one.part.quantities[int(np.argmax(used[k]))]
+                quantity = ASSEMBLY if failed[k] or jammed else names[int(np.argmax(used[k]))]
                 output, case = one.part.of[0], one.load_case if self.by_load else ""
                 best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
@@ -199,10 +205,10 @@ class Asked:
         at: Nominal,
         places: NDArray[np.intp],
         seen: Callable[[Result, NDArray[np.intp]], None] | None,
-    ) -> tuple[Floats, Array, Floats]:
-        """What is used at some configurations, where that is not known, and the share of specimens without a pose."""
+    ) -> tuple[Sequence[str], Floats, Array, Floats]:
+        """The quantities, what is used at some configurations, where it is not known, the share of lost specimens."""
         # Loads may go by the number of the configuration.
-        whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.question == "loaded"
+        whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.has_loads
         options = self.options | ({"contact": one.contact} if one.contact else {})
         if one.is_loaded:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))
@@ -217,7 +223,8 @@ class Asked:
         if self.question == "random":
             failures = result.get("failures")
             lost = failures[:, ~np.isin(STATUSES, READABLE)].sum(axis=1) / failures.sum(axis=1)
-        return (used[places], failed[places], lost[places]) if whole else (used, failed, lost)
+        names = result.labels("quantity")
+        return (names, used[places], failed[places], lost[places]) if whole else (names, used, failed, lost)
 
     def _of(self, part: Mechanism, result: Result) -> Floats:
         """What is used of every limit, shape (configuration, quantity); none of what has no limit."""
@@ -232,10 +239,14 @@ class Asked:
 
 
 def used_of_limits(part: Mechanism, result: Result) -> Floats:
-    """What errors use of every limit, shape (configuration, quantity); none of what has no limit."""
+    """What errors or forces use of every limit, shape (configuration, quantity); none of what has no limit."""
     below, above = result.get("limit").T
-    lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
-    slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
+    if "nominal_force" in result.data:
+        sizes = np.nan_to_num(np.fmax(np.abs(below), np.abs(above)))
+    else:
+        lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
+        sizes = np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
+    slack = ROUNDING * sizes
     every_end = [ends(result), *((low, high) for _, low, high in ends_of_plays(result))]
     used = [np.maximum(_share(high - slack, above), _share(-low - slack, -below)) for low, high in every_end]
     return np.asarray(np.max(used, axis=0))

@@ -69,7 +69,7 @@ def design(
         limits hold, whatever those of the file are). Of two the front is found; of a mapping the sum of the aims times
         their weights.
     question : {"worst", "loaded"}, optional
-        In which the limits of the error have to hold; ``worst`` if left out.
+        In which the limits of the error and of forces have to hold; ``worst`` if left out.
     evaluations : int
         Attempts of the global search at most; of a front for each of both ends.
     points : int

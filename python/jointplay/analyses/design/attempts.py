@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses import allocate
+from jointplay.analyses import allocate, forces
 from jointplay.analyses.allocate.items import items_of
 from jointplay.analyses.allocate.looks import limits_of
 from jointplay.analyses.allocate.report import FOUND
@@ -239,6 +239,14 @@ class Attempts:
                     for k, name in enumerate(part.quantities):
                         if name in part.limits.errors:
                             used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
+        if m.limits.forces:
+            with within_another():
+                result = forces.compute(m, self.table.question)
+            for _, each in parts(result):
+                unreliable.append(float(np.mean(~np.isin(each.get("status"), (*READABLE, "outside_limits")))))
+                for name, share in zip(each.labels("quantity"), used_of_limits(m, each).T, strict=True):
+                    if name in m.limits.forces:
+                        used.setdefault(_key_of_force(name), []).append(share)
         if lost := max(unreliable, default=0.0):
             return Candidate(values, lost=lost)
         return Candidate(values, _joined(aims), _joined(used))
@@ -279,6 +287,12 @@ class Attempts:
         if "size" in self.aims:
             aims["size"] = [np.array([_diagonal(nominals) / nominals[0][0].units.length])]
         return used, aims
+
+
+def _key_of_force(name: str) -> str:
+    """Where the file has the limit of a force."""
+    kind, _, of = name.partition(".")
+    return f"limits.{'drive_torques' if kind == 'drives' else 'reactions'}.{of}"
 
 
 def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:

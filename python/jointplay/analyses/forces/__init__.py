@@ -167,6 +167,11 @@ def compute(
     )
 
 
+def is_judged(m: Mechanism) -> bool:
+    """Whether the file limits forces, and they can be found."""
+    return bool(m.limits.forces) and m.has_loads and m.core.isostatic
+
+
 def check(m: Mechanism) -> None:
     """Refuse a mechanism whose pose does not decide its forces, or on which nothing acts.
 
@@ -353,9 +358,7 @@ class _Asked:
 
     def _bounds(self) -> Floats:
         """Lowest and highest acceptable force, infinite where there is none, shape (force, side)."""
-        limits, free = self.m.limits, (-math.inf, math.inf)
-        every = {f"drives.{name}": pair for name, pair in limits.drive_torques.items()}
-        every |= {f"joints.{name}": pair for name, pair in limits.reactions.items()}
+        every, free = self.m.limits.forces, (-math.inf, math.inf)
         return np.array([every.get(name, free) for name in self.named.labels])
 
     def _judge(self, builder: ResultBuilder, lowest: Floats, highest: Floats) -> None:

@@ -116,6 +116,12 @@ class Limits:
         free = (-math.inf, math.inf)
         return np.array([self.errors.get(name, free) for name in quantities])
 
+    @property
+    def forces(self) -> dict[str, Interval]:
+        """Those of forces, as `forces` calls them."""
+        drives = {f"drives.{name}": pair for name, pair in self.drive_torques.items()}
+        return drives | {f"joints.{name}": pair for name, pair in self.reactions.items()}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Compiled:

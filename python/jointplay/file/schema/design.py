@@ -113,7 +113,7 @@ class DesignTable(Table):
         {}, description="instead of aim: several, each times its weight, whose sum is to be small"
     )
     question: Literal["worst", "loaded"] = Field(
-        "worst", description="in which question the limits of the error have to hold"
+        "worst", description="in which question the limits of the error and of forces have to hold"
     )
     transmission: dict[Name, Positive] = Field(
         {}, description="smallest acceptable transmission angle, by joint: between the lines along its two bodies"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from jointplay.questions import QUESTIONS, named
-from jointplay.result import Result, parts
+from jointplay.result import FORCES_APART, Result, parts
 from jointplay.result.verdict import rounding
 
 from .building import FITS, VERDICTS
@@ -68,6 +68,14 @@ __all__ = [
 ]
 
 
+#: questions that keep to the limits of errors, and what is said where the file limits forces, too
+LIMITED = (
+    *("loaded", "worst", "random", "given", "compensate"),
+    *("allow", "allocate", "life", "workspace"),
+)
+FORCES = Sentence("Limits of forces do not count here; `forces` judges them.", is_answer=True, is_common=True)
+
+
 def conclude(result: Result) -> Conclusion:
     """The answer that a result gives.
 
@@ -85,6 +93,9 @@ def conclude(result: Result) -> Conclusion:
 
 def _of_one(result: Result) -> Conclusion:
     found = _answer(result)
+    if FORCES_APART in result.attrs and result.attrs["question"] in LIMITED:
+        first, rest = found.sentences[:1], found.sentences[1:]
+        found = replace(found, sentences=(*first, FORCES, *rest))
     return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
 
 

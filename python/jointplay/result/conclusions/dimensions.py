@@ -80,8 +80,11 @@ def _binds(result: Result) -> Iterator[Sentence]:
     else:
         yield Sentence("Nothing binds: neither a limit nor a bound of a value.")
     held = result.labels("held")
-    if any(name.startswith("limits.") and name.count(".") == 1 and "singular" not in name for name in held):
-        yield Sentence(f"The limits of the error hold {HOLDS[str(result.attrs['asked'])]}.")
+    of_error = any(name.startswith("limits.") and name.count(".") == 1 and "singular" not in name for name in held)
+    of_forces = any(name.startswith(("limits.drive_torques.", "limits.reactions.")) for name in held)
+    if of_error or of_forces:
+        which = " and ".join(["the error"] * of_error + ["forces"] * of_forces)
+        yield Sentence(f"The limits of {which} hold {HOLDS[str(result.attrs['asked'])]}.")
 
 
 def _flat(result: Result) -> Iterator[Sentence]:

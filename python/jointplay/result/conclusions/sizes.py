@@ -39,6 +39,7 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
     without, out = (_numbers(str(result.attrs.get(name, ""))) for name in ("without_pose", "left_out"))
     end = left_out(out)
     basis, contact = _contacts(result), loose(result)
+    limits = "The limits of forces" if result.attrs["asked"] == "forces" else "The limits"
     match str(result.attrs.get("sizes", "")):
         case "largest" | "smallest" as play:
             basis += f" {TAKEN[play]}"
@@ -47,22 +48,22 @@ def _hold(result: Result, used: float) -> Iterator[Sentence]:
             basis += f" {ANY_SIZE}"
     if used > 1.0:
         at = f", at configuration {place}" if np.isfinite(used) or "probability" in result.attrs else ""
-        yield Sentence(f"The limits are missed{basis}: {said}{at}{end}.", is_alarm=True, state=MISSED)
+        yield Sentence(f"{limits} are missed{basis}: {said}{at}{end}.", is_alarm=True, state=MISSED)
         if contact:
             yield Sentence(f"Contact {contact}; impacts are left out.", is_alarm=True)
     elif contact:
-        text = f"Not shown: whether the limits hold{basis}; contact {contact}{end}."
+        text = f"Not shown: whether {limits.lower()} hold{basis}; contact {contact}{end}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"Where each reaction presses, they hold: {said}, at configuration {place}.")
     elif without:
         status = str(result.attrs["without_pose_status"]).replace("_", " ")
         verb = "are" if len(without) > 1 else "is"
         why = "cannot be assembled" if status == "not assembled" else f"{verb} {status}"
-        text = f"Not shown: whether the limits hold{basis}; {configurations(without)} {why}{end}."
+        text = f"Not shown: whether {limits.lower()} hold{basis}; {configurations(without)} {why}{end}."
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
         yield Sentence(f"They hold at the others: {said}, at configuration {place}.")
     else:
-        yield Sentence(f"The limits hold{basis}: {said}, at configuration {place}{end}.", state=HELD)
+        yield Sentence(f"{limits} hold{basis}: {said}, at configuration {place}{end}.", state=HELD)
 
 
 def _numbers(places: str) -> list[int]:

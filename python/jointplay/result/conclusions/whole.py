@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from jointplay.questions import QUESTIONS
-from jointplay.result import Result, counted
+from jointplay.result import FORCES_APART, Result, counted
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, RANK, Verdict, left_out, percent, verdict
 
+from .wear import judged as asked_words
 from .words import Sentence, strung
 
 #: the results of a question, of every output and load case, each with its heading
@@ -37,6 +38,8 @@ def decide(answers: Mapping[str, NamedResults]) -> Sentence | None:
             heading, part, found = max(_judged(parts), key=lambda one: (RANK[one[2].outcome], one[2].used))
             if found.outcome:
                 told[found.outcome].append(rests(question, part, found, heading))
+    if any(FORCES_APART in part.attrs for parts in answers.values() for _, part in parts) and "forces" not in answers:
+        told[NOT_SHOWN].append(f"{QUESTIONS['forces'].judged} (redundant or elastic members share them, or none acts)")
     missed, unknown, held = told.values()
     out = _left_out(answers)
     if missed:
@@ -64,6 +67,8 @@ def rests(question: str, part: Result, found: Verdict, heading: str = "") -> str
     """What a verdict rests on, and where limits do not hold what decides it."""
     share = float(part.attrs.get("required_yield", float("nan")))
     words = f"{QUESTIONS[question].judged.format(percent(share))}{found.basis}"
+    if question == "forces":
+        words += f" {asked_words(part)}"
     if not found.gist:
         return words
     where = f"{heading[:1].lower()}{heading[1:]}: " if heading else ""

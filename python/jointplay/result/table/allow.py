@@ -18,6 +18,7 @@ from .layout import DIGITS, NOTHING, Column, ResultTable, decimals, fixed, numbe
 TITLES = {
     "worst": "Largest sizes with which the limits hold in the worst case",
     "loaded": "Largest sizes with which the limits hold under the loads",
+    "forces": "Largest sizes with which the limits of forces hold in the worst case",
     "random": "Largest sizes with which the limits hold for {} of the specimens",
 }
 MEANINGS = {

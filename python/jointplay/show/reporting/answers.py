@@ -13,6 +13,7 @@ from jointplay.analyses import (
     assemble,
     check,
     compensate,
+    forces,
     life,
     loaded,
     random,
@@ -34,7 +35,7 @@ from jointplay.result.verdict import is_good
 from . import maps
 
 #: questions with a verdict, in the order in which they are told
-JUDGED = ("worst", "loaded", "random", "structural")
+JUDGED = ("worst", "loaded", "random", "structural", "forces")
 SAMPLES = 32_768
 #: factors of all clearances and tolerances against which the error is drawn
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
@@ -151,6 +152,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
         **({"life": lambda: life.compute(m)} if wears else {}),
+        **({"forces": lambda: forces.compute(m)} if m.limits.forces else {}),
         **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
     }
 

@@ -62,6 +62,7 @@ def of_chapter(chapter: Chapter) -> Iterator[Section]:
             "random": ("Scatter from specimen to specimen", _scatter),
             "loaded": ("Reactions in the joints", _reactions),
             "allow": ("How large clearances and tolerances may be", _allowed),
+            "forces": ("Forces with play", _forces),
             "structural": ("Structural error", _structural),
             "life": ("Wear and life", _life),
             "compensate": ("Compensation", _compensation),
@@ -235,6 +236,10 @@ def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
     return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
+
+
+def _forces(chapter: Chapter) -> str:
+    return "".join(_concluded(part) + _table(part) for _, part in chapter.parts("forces"))
 
 
 def _structural(chapter: Chapter) -> str:
