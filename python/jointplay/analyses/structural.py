@@ -50,7 +50,7 @@ def structural(m: Mechanism) -> xr.Dataset:
     >>> import jointplay as jp
     >>> m = jp.loads(jp.examples.text("four-bar")).with_(target={"line": {"fit": True}})
     >>> jp.structural(m).structural_error.max().item()  # doctest: +ELLIPSIS
-    15.1...
+    1.92...
     """
     return to_dataset(compute(m))
 

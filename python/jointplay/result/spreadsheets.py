@@ -155,8 +155,8 @@ def table(result: Result | xr.Dataset) -> pd.DataFrame:
     >>> found = jp.table(jp.worst(m.with_({"drives.theta1.values": [30, 60]})))
     >>> found[["theta1 (deg)", "position (mm)"]]
        theta1 (deg)  position (mm)
-    0          30.0          3.200
-    1          60.0          3.336
+    0            30          3.202
+    1            60          3.454
     """
     import pandas as pd
 

@@ -240,13 +240,11 @@ class Asked:
 
 def used_of_limits(part: Mechanism, result: Result) -> Floats:
     """What errors or forces use of every limit, shape (configuration, quantity); none of what has no limit."""
+    if "limit_used" in result.data:
+        return np.maximum(np.nan_to_num(result.get("limit_used"), nan=0.0) - ROUNDING, 0.0)
     below, above = result.get("limit").T
-    if "nominal_force" in result.data:
-        sizes = np.nan_to_num(np.fmax(np.abs(below), np.abs(above)))
-    else:
-        lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
-        sizes = np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
-    slack = ROUNDING * sizes
+    lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
+    slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
     every_end = [ends(result), *((low, high) for _, low, high in ends_of_plays(result))]
     used = [np.maximum(_share(high - slack, above), _share(-low - slack, -below)) for low, high in every_end]
     return np.asarray(np.max(used, axis=0))

@@ -102,7 +102,7 @@ def design(
     >>> m = jp.loads(jp.examples.text("p3r"))
     >>> found = jp.design(m, {"joints.J3.on.ground.0": [-200, 0]}, "worst_position", evaluations=100)
     >>> found.aim_before.item(), found.aim_found.item()  # doctest: +ELLIPSIS
-    (4.43..., 3...)
+    (4.43..., 2.40...)
     """
     return to_dataset(
         compute(

@@ -89,7 +89,8 @@ def forces(
         Over `configuration` and `quantity`, which are the forces: `nominal_force`; `force`, of worst and random the
         lowest and the highest over `side`; `force_first_order` (not of random); `contribution` per source (parts of the
         difference from the nominal force, to first order; of random parts of the variance); `limit`, `limit_met`,
-        `margin`. Of given and loaded `offset`; of worst `worst_offset` (what attains each, to be given to `given` or
+        `margin`, and with limits `limit_used` (1 is the limit).
+        Of given and loaded `offset`; of worst `worst_offset` (what attains each, to be given to `given` or
         `forces`) and `unsettled` (ascents that reached their number of steps); of random `force_mean`, `force_std`,
         `force_std_first_order`, `failures` (share of the specimens without a regular pose) and, with limits,
         `outside` and `outside_quantity` (share of the specimens beyond), with `outside_low` and `outside_high`, the
@@ -373,3 +374,17 @@ class _Asked:
         builder.add("limit_met", dims, ~limited | (margin >= -slack), "whether the force keeps to its limits")
         words = "how far the force is from its limits, negative where it is beyond one"
         builder.add("margin", dims, margin, words, "quantity")
+        if limited.any():
+            each = _used(bounds, lowest, highest)
+            builder.add("limit_used", dims, each, "part of the limits that is used; 1 is the limit")
+
+
+def _used(bounds: Floats, lowest: Floats, highest: Floats) -> Floats:
+    """What forces use of their limits, of two of them from the middle on; nan where there is none."""
+    low, high = bounds.T
+    # Reactions have no lowest value, and count from zero.
+    middle = np.add(low, high, out=np.zeros_like(high), where=np.isfinite(low)) / 2.0
+    far, half = np.maximum(highest - middle, middle - lowest), high - middle
+    # Limits of nothing are kept by nothing else.
+    parts = np.where(half > 0.0, far / np.where(half > 0.0, half, 1.0), np.where(far > 0.0, np.inf, far))
+    return np.where(np.isfinite(high), parts, np.nan)
