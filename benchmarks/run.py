@@ -30,6 +30,7 @@ WORKLOADS = {
     "W9": "w9_points",
     "W10": "w10_tails",
     "W11": "w11_allocation",
+    "W12": "w12_arm",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported
