@@ -30,7 +30,7 @@ from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 from .asked import COARSE, USUAL, AskedGrid, AskedRanges, around, even, further, widened
 from .found import HeldRegion, coarse_region, region
 from .holding import EDGE
-from .inscribed import box, disc
+from .inscribed import box, disc, larger_box
 from .surface import enclosed, facet_sizes
 
 if TYPE_CHECKING:
@@ -271,7 +271,9 @@ def _add_inscribed(
         ends = box(found.points, facets, found.holds, centre)
         if len(coarse):
             radius_error = abs(radius - disc(found.points, coarse, middle[None], 2.0 * spacing, centre)[1])
-            error = abs(_product(ends) - _product(box(found.points, coarse, found.holds, centre)))
+            # From there, because the boundary by every second node may have ends of the region outside.
+            rough = larger_box(found.points, coarse, ends, centred=centre is not None)
+            error = abs(_product(ends) - _product(rough))
     elif centre is not None:
         builder.attrs["centre"] = "outside"
     if centre is not None:

@@ -146,14 +146,28 @@ def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> 
         tol=1e-5,
     )
     middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
+    return larger_box(points, facets, np.stack([middle - half, middle + half]), centred=centre is not None)
+
+
+def larger_box(points: Floats, facets: Ints, ends: Floats, *, centred: bool) -> Floats:
+    """The largest box near one, whose middle is in the region.
+
+    Parameters
+    ----------
+    points, facets : ndarray
+        The boundary.
+    ends : ndarray
+        The lowest and the highest corner of a box.
+    centred : bool
+        Whether its middle stays where it is.
+    """
     planes = _Planes(points[facets[facet_sizes(points, facets) > 0.0]])
     # Between the samples a corner may have come through.
-    ends = planes.within(np.stack([middle - half, middle + half]))
-    best = _enlarged(ends, planes, centred=centre is not None)
+    best = _enlarged(planes.within(ends), planes, centred=centred)
     # Steps end early where a corner stands against several facets; from a smaller box they pass.
     for part in SMALLER:
         middle, half = best.mean(axis=0), 0.5 * part * (best[1] - best[0])
-        again = _enlarged(np.stack([middle - half, middle + half]), planes, centred=centre is not None)
+        again = _enlarged(np.stack([middle - half, middle + half]), planes, centred=centred)
         best = max(best, again, key=lambda one: float(np.prod(one[1] - one[0])))
     return best
 
@@ -173,6 +187,8 @@ class _Planes:
         axes = np.broadcast_to(np.eye(n), (len(corners), n, n))
         normal = np.concatenate([own, -own, axes, -axes, *across, *(-one for one in across)], axis=1)
         length = np.linalg.norm(normal, axis=2, keepdims=True)
+        #: no box is larger than what the facets reach over
+        self.most = np.ptp(corners.reshape(-1, n), axis=0)
         self.normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
         support = np.einsum("fkx,fcx->fkc", self.normal, corners).min(axis=2)
         self.support = np.where(length[..., 0] > 0.0, support, -np.inf)
@@ -221,6 +237,7 @@ def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
         sides, before = moved[1] - moved[0], ends[1] - ends[0]
         if (
             (sides > 0.0).all()
+            and (sides <= planes.most).all()
             and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN)
             and planes.gaps(moved)[0].min() >= 0.0
         ):
