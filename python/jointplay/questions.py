@@ -212,11 +212,15 @@ QUESTIONS: Mapping[str, Question] = {
         Question("region"),
         Question(
             "forces",
+            title="Forces with play: what is used of their limits",
             label="forces",
             judged="for forces",
             assumes="equilibrium without friction, at any offsets within clearances and tolerances; the extremes are "
             "those that ascents have found.",
-            asked_by=_by("allow"),
+            figures={"used": Figure("used", "used part of a force limit")},
+            # What else could be compared are forces and moments, of many joints.
+            asked_by=_by("allow", sweep={"limited": True}, map={"limited": True}),
+            chunk=2**9,
             conclusion="forces.of_forces",
             overview="forces.overview",
         ),

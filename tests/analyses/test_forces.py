@@ -204,6 +204,23 @@ def test_what_does_not_judge_forces_says_so(tmp_path, capsys):
     assert "all Not shown: whether limits hold for forces" in text
 
 
+def test_maps_and_sweeps_show_what_is_used_of_a_limit():
+    m = limited(drive_torques__theta=21_000)
+    swept = jp.sweep(m, "joints.pin.clearance.radial", [0.0, 5.0], "forces")
+    for value, used in zip([0.0, 5.0], swept.used.values, strict=True):
+        turns = np.linspace(0.0, 2.0 * np.pi, 721)
+        for angle, one in zip(np.radians(ANGLES), used, strict=True):
+            every = [torque(angle, 0.0, value * np.sin(turns), longer) for longer in (-TOLERANCE, TOLERANCE)]
+            assert np.isclose(one, np.abs(every).max() / 21_000, rtol=1e-6)
+    mapped = jp.map(m, "forces", {"theta": ANGLES.tolist()})
+    assert np.allclose(mapped.used, jp.forces(m).used, rtol=1e-9)
+    assert (mapped.limit_met.all("quantity") == (mapped.used <= 1.0)).all()
+    with pytest.raises(jp.InputError, match="limits no force"):
+        jp.map(mechanism(), "forces", {"theta": [20, 30]})
+    with pytest.raises(jp.InputError, match="limits no force"):
+        jp.sweep(mechanism(), "joints.pin.clearance.radial", [0.1], "forces")
+
+
 def test_a_design_keeps_to_limits_of_forces():
     aside = mechanism(**{"joints.guide.on.ground.at": [0, 20], "limits.position": 5.0})
     vary, aim = {"joints.guide.on.ground.at.1": [-20, 20]}, "size"

@@ -89,7 +89,8 @@ def forces(
         Over `configuration` and `quantity`, which are the forces: `nominal_force`; `force`, of worst and random the
         lowest and the highest over `side`; `force_first_order` (not of random); `contribution` per source (parts of the
         difference from the nominal force, to first order; of random parts of the variance); `limit`, `limit_met`,
-        `margin`, and with limits `limit_used` (1 is the limit).
+        `margin`, and with limits `limit_used` (1 is the limit), the largest
+        of which is `used`.
         Of given and loaded `offset`; of worst `worst_offset` (what attains each, to be given to `given` or
         `forces`) and `unsettled` (ascents that reached their number of steps); of random `force_mean`, `force_std`,
         `force_std_first_order`, `failures` (share of the specimens without a regular pose) and, with limits,
@@ -140,11 +141,16 @@ def compute(
     probability: float | None = None,
     at: Nominal | None = None,
     progress: Progress | None = None,
+    limited: bool = False,
 ) -> Result:
-    """The light form of `forces`."""
+    """The light form of `forces`; with `limited` it is refused where the file limits none."""
+    if limited and not m.limits.forces:
+        problem = "the file limits no force: say [limits] with drive_torques or reactions"
+        raise InputError(problem, file=m.file, key="limits")
     require_known(question, asked_by("forces"))
     for name, value in (("offsets", offsets), ("deviations", deviations)):
-        if value is not None and name not in options_of(question):
+        is_given = value is not None and not (isinstance(value, Mapping) and not value)
+        if is_given and name not in options_of(question):
             owners = [one for one in asked_by("forces") if name in options_of(one)]
             raise InputError(f"goes with the question {listed(owners)}, not with {question}", key=name)
     if probability is not None and question != "random":
@@ -377,6 +383,8 @@ class _Asked:
         if limited.any():
             each = _used(bounds, lowest, highest)
             builder.add("limit_used", dims, each, "part of the limits that is used; 1 is the limit")
+            words = "used part of a force limit"
+            builder.add("used", "configuration", each[:, limited].max(axis=1), words)
 
 
 def _used(bounds: Floats, lowest: Floats, highest: Floats) -> Floats:

@@ -83,7 +83,7 @@ def of_sweep(result: Result) -> Conclusion:
         severity = max(severity, float(sign * tops[high])) if name == "position" else severity
         k = int(first_largest(worst[high]))
         part = each(result)[high]
-        cause = blamed(part, name, k) if sign > 0.0 else ""
+        cause = blamed(part, name, k) if name in WORDS else ""
         words = extreme(declared.words)
         span = f"{say(tops[high], unit)} with {value(high)}"
         if say(tops[low]) != say(tops[high]):
@@ -338,7 +338,7 @@ def _beyond_nodes(result: Result) -> Iterator[Sentence]:
 
 
 def _blamed_over_nodes(result: Result, good: Flags, name: str) -> str:
-    if "contribution" not in result.data:
+    if "contribution" not in result.data or name not in WORDS:
         return ""
     causes, found = shares_over_nodes(result, good)
     if name not in found or not found[name].sum() > 0.0:

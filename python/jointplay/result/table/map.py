@@ -24,7 +24,7 @@ def overview(result: Result) -> list[ResultTable]:
     good = np.isin(result.get("status"), READABLE)
     if good.any():
         tables.append(_sizes(result, axes, good))
-        if "contribution" in result.data:
+        if "contribution" in result.data and "position" in figures(result):
             tables.append(_shares(result, good))
     return tables
 
