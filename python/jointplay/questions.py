@@ -58,6 +58,8 @@ class Question:
     displaced: str = ""
     #: by quantity, the most telling one first
     figures: Mapping[str, Figure] = field(default_factory=dict)
+    #: whether the limits of errors are those that it keeps to
+    is_of_errors: bool = False
     #: who may ask it, with the options that they give themselves
     asked_by: Askers = field(default_factory=dict)
     #: whether there is an answer only where something loads the mechanism
@@ -94,6 +96,7 @@ QUESTIONS: Mapping[str, Question] = {
             title="Loaded: where the load pushes the output",
             label="under load",
             judged="under the load",
+            is_of_errors=True,
             assumes="the loads of the file press every joint to its place; deviations are those that are known, "
             "without tolerances.",
             displaced="under load",
@@ -117,6 +120,7 @@ QUESTIONS: Mapping[str, Question] = {
             title="Worst case: the largest error that the clearances and tolerances allow",
             label="worst case",
             judged="in the worst case",
+            is_of_errors=True,
             assumes="clearances, tolerances and drive errors take any values in their limits together, under any load; "
             "the largest error is the largest that ascents from many starts have found.",
             displaced="at the largest position error",
@@ -136,6 +140,7 @@ QUESTIONS: Mapping[str, Question] = {
             title="Random: scatter of the error from specimen to specimen",
             label="random specimens",
             judged="in the required {} of the specimens",
+            is_of_errors=True,
             assumes="tolerances, sizes and drive errors scatter by their laws, independently but for the correlations "
             "of the file; shares are counted in specimens, within the stated confidence.",
             figures=_sizes("error_quantile", "error_quantile", "95 % {}"),
@@ -158,6 +163,7 @@ QUESTIONS: Mapping[str, Question] = {
             title="Given offsets: error of the output",
             label="given offsets",
             judged="at the given offsets",
+            is_of_errors=True,
             displaced="at the given offsets",
             figures=_ERROR,
             asked_by=_by("error", "map", "sweep", "compensate", "forces", "studio"),
@@ -189,6 +195,7 @@ QUESTIONS: Mapping[str, Question] = {
         ),
         Question(
             "compensate",
+            is_of_errors=True,
             title="Compensation: drives corrected",
             figures={
                 "position": Figure("residual_position", "position after the correction"),
@@ -218,9 +225,10 @@ QUESTIONS: Mapping[str, Question] = {
             assumes="equilibrium without friction, at any offsets within clearances and tolerances; the extremes are "
             "those that ascents have found.",
             figures={"used": Figure("used", "used part of a force limit")},
-            # What else could be compared are forces and moments, of many joints.
-            asked_by=_by("allow", sweep={"limited": True}, map={"limited": True}),
+            asked_by=_by("allow", "sweep", "map"),
             chunk=2**9,
+            compute="compute_limited",
+            options="limited",
             conclusion="forces.of_forces",
             overview="forces.overview",
         ),
@@ -228,6 +236,7 @@ QUESTIONS: Mapping[str, Question] = {
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question(
             "allow",
+            is_of_errors=True,
             conclusion="sizes.of_allow",
             overview="allow.overview",
             sheet="allowed",
@@ -236,9 +245,27 @@ QUESTIONS: Mapping[str, Question] = {
         Question("plan", conclusion="built.of_plan", overview="calibrate.of_plan"),
         Question("diagnose", conclusion="built.of_diagnose", overview="calibrate.of_diagnose"),
         Question("verify", conclusion="built.of_verify", overview="calibrate.of_verify"),
-        Question("life", conclusion="wear.of_life", overview="life.overview", sheet="life"),
-        Question("workspace", conclusion="workspace.of_workspace", overview="workspace.overview", sheet="workspace"),
-        Question("allocate", conclusion="sizes.of_allocate", overview="allocate.overview", sheet="allocated"),
+        Question(
+            "life",
+            is_of_errors=True,
+            conclusion="wear.of_life",
+            overview="life.overview",
+            sheet="life",
+        ),
+        Question(
+            "workspace",
+            is_of_errors=True,
+            conclusion="workspace.of_workspace",
+            overview="workspace.overview",
+            sheet="workspace",
+        ),
+        Question(
+            "allocate",
+            is_of_errors=True,
+            conclusion="sizes.of_allocate",
+            overview="allocate.overview",
+            sheet="allocated",
+        ),
         Question("design", conclusion="dimensions.of_design", overview="design.overview", sheet="designed"),
         Question("assemble", conclusion="building.of_assemble", overview="assembly.overview"),
         # These ask others.

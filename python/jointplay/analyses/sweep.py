@@ -15,7 +15,6 @@ from jointplay.core.compile import ANGULAR
 from jointplay.errors import InputError, shown
 from jointplay.file.schema import NotAnExpression, Variables, variables_of
 from jointplay.model.mechanism import Mechanism, changed
-from jointplay.questions import QUESTIONS
 from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
 
 from .nominal import Interrupted, Progress
@@ -134,8 +133,7 @@ def _asked(
     """The answer of a mechanism with a value at the keys."""
     m, value = item
     copy, reached = changed(m, dict.fromkeys(keys, value))
-    every = {**QUESTIONS[question].asked_by["sweep"], **options}
-    return computation(question, "sweep")(copy, **every), reached
+    return computation(question, "sweep")(copy, **options), reached
 
 
 def _over_values(

@@ -34,6 +34,7 @@ from jointplay.core.spec import (
     SourceSpec,
     Spec,
 )
+from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism, in_core
 
 GROUND = -1
@@ -230,6 +231,31 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def require_unturned(m: Mechanism, nominal: Floats, base: int) -> None:
+    """Refuse a base whose axes, which are those of the ground then, change an angle by which something else goes.
+
+    In the plane a pin has no direction from which its angle counts, so that it counts from the axes of its bodies.
+    """
+    if base == GROUND or m.pose_size == poses.SPATIAL or not nominal[base, 2]:
+        return
+    spec = m.spec()
+    pins = {
+        k
+        for k, joint in enumerate(spec["joints"])
+        if joint["kind"] == "revolute" and base in [spec["points"][joint[end]]["body"] for end in ENDS]
+    }
+    by_drive = (move["joint"] for drive in spec["drives"] if "also" in drive for move in (drive, *drive["also"]))
+    laws = (joint["follows"] for joint in spec["joints"] if "follows" in joint)
+    by_law = (k for law in laws for k in (law["of"], law["leader"]))
+    turned = sorted(pins & {*by_drive, *by_law, *(spring["joint"] for spring in spec["torsions"])})
+    if turned:
+        problem = (
+            f"its angle in the drawing changes that of {m.joints[turned[0]]}, by which a drive of several joints,"
+            ' a follower or a spring goes; take another base, such as "ground"'
+        )
+        raise InputError(problem, file=m.file, key="assembly.base")
 
 
 def _in_axes(load: LoadSpec, every: Floats, index: Mapping[int, int]) -> LoadSpec:

@@ -17,14 +17,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.spec import ENDS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
 from .freedom import Freedom, examine
-from .part import GROUND, Part, cut
+from .part import GROUND, Part, cut, require_unturned
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +59,7 @@ def steps(m: Mechanism, nominal: Floats) -> Iterator[Step]:
         Nominal poses of all bodies, SI, ground axes; shape (body, pose).
     """
     (base, every), there = order(m), set[int]()
-    _require_unturned(m, nominal, base)
+    require_unturned(m, nominal, base)
     mobility = redundancy = 0
     for added in every:
         there |= set(added)
@@ -72,31 +70,6 @@ def steps(m: Mechanism, nominal: Floats) -> Iterator[Step]:
         names = tuple(tuple(name(m, body) for body in link) for link in links)
         yield Step(tuple(name(m, body) for body in added), names, part, freedom, kind)
         mobility, redundancy = freedom.mobility, freedom.redundancy
-
-
-def _require_unturned(m: Mechanism, nominal: Floats, base: int) -> None:
-    """Refuse a base whose axes, which are those of the ground then, change an angle by which something else goes.
-
-    In the plane a pin has no direction from which its angle counts, so that it counts from the axes of its bodies.
-    """
-    if base == GROUND or m.pose_size == poses.SPATIAL or not nominal[base, 2]:
-        return
-    spec = m.spec()
-    pins = {
-        k
-        for k, joint in enumerate(spec["joints"])
-        if joint["kind"] == "revolute" and base in [spec["points"][joint[end]]["body"] for end in ENDS]
-    }
-    by_drive = (move["joint"] for drive in spec["drives"] if "also" in drive for move in (drive, *drive["also"]))
-    laws = (joint["follows"] for joint in spec["joints"] if "follows" in joint)
-    by_law = (k for law in laws for k in (law["of"], law["leader"]))
-    turned = sorted(pins & {*by_drive, *by_law, *(spring["joint"] for spring in spec["torsions"])})
-    if turned:
-        problem = (
-            f"its angle in the drawing changes that of {m.joints[turned[0]]}, by which a drive of several joints,"
-            ' a follower or a spring goes; take another base, such as "ground"'
-        )
-        raise InputError(problem, file=m.file, key="assembly.base")
 
 
 def order(m: Mechanism) -> tuple[int, tuple[tuple[int, ...], ...]]:

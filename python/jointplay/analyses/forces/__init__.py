@@ -141,16 +141,11 @@ def compute(
     probability: float | None = None,
     at: Nominal | None = None,
     progress: Progress | None = None,
-    limited: bool = False,
 ) -> Result:
-    """The light form of `forces`; with `limited` it is refused where the file limits none."""
-    if limited and not m.limits.forces:
-        problem = "the file limits no force: say [limits] with drive_torques or reactions"
-        raise InputError(problem, file=m.file, key="limits")
+    """The light form of `forces`."""
     require_known(question, asked_by("forces"))
     for name, value in (("offsets", offsets), ("deviations", deviations)):
-        is_given = value is not None and not (isinstance(value, Mapping) and not value)
-        if is_given and name not in options_of(question):
+        if value is not None and name not in options_of(question):
             owners = [one for one in asked_by("forces") if name in options_of(one)]
             raise InputError(f"goes with the question {listed(owners)}, not with {question}", key=name)
     if probability is not None and question != "random":
@@ -172,6 +167,26 @@ def compute(
         at=at,
         progress=progress,
     )
+
+
+@typed
+def limited(m: Mechanism, *, of: str | Sequence[str] | None = None) -> xr.Dataset:
+    """What `allow`, maps and sweeps ask: forces in the worst case, of a file that limits some."""
+    return to_dataset(compute_limited(m, of=of))
+
+
+def compute_limited(
+    m: Mechanism,
+    *,
+    of: str | Sequence[str] | None = None,
+    at: Nominal | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """The light form of `limited`."""
+    if not m.limits.forces:
+        problem = "the file limits no force: say [limits] with drive_torques or reactions"
+        raise InputError(problem, file=m.file, key="limits")
+    return compute(m, of=of, at=at, progress=progress)
 
 
 def is_judged(m: Mechanism) -> bool:

@@ -68,11 +68,7 @@ __all__ = [
 ]
 
 
-#: questions that keep to the limits of errors, and what is said where the file limits forces, too
-LIMITED = (
-    *("loaded", "worst", "random", "given", "compensate"),
-    *("allow", "allocate", "life", "workspace"),
-)
+#: what is said where the file limits forces, too
 FORCES = Sentence("Limits of forces do not count here; `forces` judges them.", is_answer=True, is_common=True)
 
 
@@ -93,7 +89,7 @@ def conclude(result: Result) -> Conclusion:
 
 def _of_one(result: Result) -> Conclusion:
     found = _answer(result)
-    if FORCES_APART in result.attrs and result.attrs["question"] in LIMITED:
+    if FORCES_APART in result.attrs and QUESTIONS[str(result.attrs["question"])].is_of_errors:
         first, rest = found.sentences[:1], found.sentences[1:]
         found = replace(found, sentences=(*first, FORCES, *rest))
     return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
