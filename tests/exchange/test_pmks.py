@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import random
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def changed(payload: str, old: str, new: str) -> str:
     """A payload with a change, and the check character that goes with its length."""
     assert payload.count(old) == 1
     text = payload[:-1].replace(old, new)
-    return text + DIGITS[len(text) % 62]
+    return text + DIGITS[len(text.encode("utf-16-le")) // 2 % 62]
 
 
 def decoded(payload: str) -> dict[str, complex]:
@@ -141,6 +142,8 @@ def test_welded_links_are_one_body_with_the_mass_of_the_whole() -> None:
     body = m.value("bodies.BCD")
     assert body == {"mass": 0.00725, "centre": [20, 7.5], "rotational_inertia": pytest.approx(37.5)}
     assert m.value("loads") == [{"body": "BCD", "at": [20, 7.5], "force": [0, -10]}]
+    # What only a part holds is held by the whole.
+    assert jp.read(HOST + changed(WELDED, "26a69a,B,C,D,", "26a69a,B,C,")).joints == m.joints
 
 
 def test_units_and_sides_of_forces() -> None:
@@ -161,6 +164,8 @@ def test_a_crank_holds_the_force_on_a_slider_by_a_torque() -> None:
     force = changed(SLIDER, "C,D,,...JA", "C,D,,..2F1,BC,F1,il,H-,-il,H-,Fe..JA")
     m = jp.read(HOST + force, drives={"A": [-0.01, 0, 0.01]}, output="C")
     x = np.asarray(jp.solve(m)["nominal"])[:, 0]
+    # 1 g at the pin; the text has no centre.
+    assert m.value("bodies.CD") == {"mass": 0.001, "centre": [28.63, 11.51]}
     torque = jp.forces(m, "loaded", of=["drives.A"]).force.values[1, 0]
     # The difference is of the second order: (2e-4)^2.
     assert torque == pytest.approx(-(x[2] - x[0]) / np.radians(0.02), rel=1e-6)
@@ -176,16 +181,16 @@ def test_pins_of_three_links_and_names_that_are_there_twice() -> None:
 
 
 def test_files_and_links_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
-    payload = changed(TEMPLATES["four-bar"], "YRAB,AB", "YRAB,the crank é")
+    payload = changed(TEMPLATES["four-bar"], "YRAB,AB", "YRAB,the crank \N{HAMMER AND WRENCH}")
     Path("a.pmks").write_text(payload + "\n", encoding="utf-8")
-    link = HOST + payload.replace(" ", "%20").replace("é", "%C3%A9")
+    link = HOST + quote(payload, safe=",.-_")
     Path("b.url").write_text(f"[InternetShortcut]\r\nURL={link}\r\n", encoding="utf-8")
     texts = []
     for place, name in (("a.pmks", "a"), ("b.url", "b"), (link, "pmks")):
         assert run(["import", place, "--clearance", "revolute={radial=0.05}", "--drives", "A=0:-90:3"]) == 0
         texts.append(Path(f"{name}.toml").read_text(encoding="utf-8").split("space ")[1])
     assert texts[0] == texts[1] == texts[2]
-    assert "the_crank_é" in texts[0]
+    assert "the_crank_\N{HAMMER AND WRENCH}" in texts[0]
     said = capsys.readouterr()
     assert "A turns at 20 rpm clockwise, against the values of its drive; the speed is left out." in said.out + said.err
     assert run(["error", "pmks.toml"]) == 0

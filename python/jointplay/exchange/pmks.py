@@ -79,7 +79,7 @@ class DrawnLink:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class SharedDrawing:
     """What a text holds. Joints and links are by their identifiers, numbers in SI units."""
 
     joints: Mapping[str, DrawnJoint]
@@ -125,7 +125,7 @@ def linked(link: str, options: Options, title: str = "PMKS+") -> Skeleton:
 # --- the text -------------------------------------------------------------------------------------------------------
 
 
-def _drawing(text: str) -> Drawing:
+def _drawing(text: str) -> SharedDrawing:
     in_range(len(text), "", "a length that is read", 2, LONGEST)
     if text.startswith("pmks") or "*" in text:
         raise InputError("is of a coming version of PMKS+, whose format may still change; links of PMKS+ 2 are read")
@@ -144,7 +144,7 @@ def _drawing(text: str) -> Drawing:
         raise InputError("is of a development version of PMKS+, which is not read; links of PMKS+ 2 are read")
     bits = _digits(flags, "settings")
     length_unit, mass_unit, inertia_unit = UNITS[int(units[0])]
-    return Drawing(
+    return SharedDrawing(
         joints=dict(_joint(fields, length_unit) for fields in joints),
         links=dict(_link(fields, length_unit, mass_unit, inertia_unit) for fields in links),
         forces=tuple(_force(fields, length_unit, FORCE_UNITS[int(units[2])]) for fields in forces),
@@ -242,7 +242,7 @@ def _force(fields: list[str], unit: float, force_unit: float) -> tuple[str, Appl
 # --- the mechanism --------------------------------------------------------------------------------------------------
 
 
-def _skeleton(drawing: Drawing, options: Options, title: str) -> Skeleton:
+def _skeleton(drawing: SharedDrawing, options: Options, title: str) -> Skeleton:
     joints, links = drawing.joints, drawing.links
     body_of = _bodies(drawing)
     held = {own: _held(own, drawing) for own, link in links.items() if link.is_root}
@@ -281,7 +281,7 @@ def _skeleton(drawing: Drawing, options: Options, title: str) -> Skeleton:
     )
 
 
-def _bodies(drawing: Drawing) -> dict[str, str]:
+def _bodies(drawing: SharedDrawing) -> dict[str, str]:
     """The root link of every link."""
     body_of: dict[str, str] = {own: own for own, link in drawing.links.items() if link.is_root}
     for own, link in drawing.links.items():
@@ -296,7 +296,7 @@ def _bodies(drawing: Drawing) -> dict[str, str]:
     return body_of
 
 
-def _held(own: str, drawing: Drawing) -> dict[str, None]:
+def _held(own: str, drawing: SharedDrawing) -> dict[str, None]:
     """The joints of a body, by their identifiers."""
     link = drawing.links[own]
     held = dict.fromkeys(joint for one in (own, *link.parts) for joint in drawing.links[one].joints)
@@ -338,7 +338,7 @@ def _on(link: str, body_of: Mapping[str, str]) -> str:
     return body_of[link]
 
 
-def _said(drawing: Drawing) -> Iterator[str]:
+def _said(drawing: SharedDrawing) -> Iterator[str]:
     turning = [joint.name for joint in drawing.joints.values() if joint.is_input and not joint.slides]
     if turning:
         way = "clockwise, against the values of its drive" if drawing.is_clockwise else "counter-clockwise"
