@@ -37,12 +37,15 @@ values = {ANGLES.tolist()}
 body = "rod"
 between = ["pin", "wrist"]
 tolerance = {TOLERANCE}
+"""
+LOADED = f"""
 [output]
 body = "piston"
 [[loads]]
 body = "piston"
 force = [{-FORCE}, 0]
 """
+CRANK_FILE += LOADED
 
 
 def torque(angle, x=0.0, y=0.0, longer=0.0):
@@ -69,6 +72,15 @@ def test_the_torque_of_a_crank_is_that_of_its_closed_form():
     assert np.allclose(result.force_first_order[:, 0], torque(angles) + slope, rtol=1e-8)
     assert np.allclose(result.contribution.sum("source")[:, 0], slope, rtol=1e-5)
     assert str(result.quantity_unit[0].item()) == "N mm"
+
+
+@pytest.mark.parametrize("question", ["worst", "random", "loaded", "given"])
+def test_without_play_forces_are_those_of_the_closed_form(question):
+    """A file as it is imported, before clearances are written: there was a traceback."""
+    m = jp.loads(CRANK_FILE.replace(f"clearance = {{ radial = {PLAY} }}", "").split("[dimensions")[0] + LOADED)
+    result = jp.forces(m, question, of=["drives.theta"])
+    found = result.force.values.reshape(len(ANGLES), -1)
+    assert np.allclose(found, torque(np.radians(ANGLES))[:, None], rtol=1e-9)
 
 
 def test_the_largest_torque_is_that_of_brute_force():

@@ -12,7 +12,7 @@ import typer
 from jointplay.errors import JointplayError
 
 #: of files that can be imported
-EXTENSIONS = (".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".dxf", ".json", ".fcstd", ".asmt", ".pyslvs")
+EXTENSIONS = (".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".dxf", ".json", ".fcstd", ".asmt", ".pyslvs", ".pmks")
 
 
 def files(incomplete: str) -> list[str]:

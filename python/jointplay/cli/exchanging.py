@@ -39,7 +39,7 @@ def import_(
         typer.Argument(
             metavar="FOREIGN",
             help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd, .asmt); DXF (.dxf);"
-            " pylinkage (.json), Pyslvs (.pyslvs).",
+            " pylinkage (.json), Pyslvs (.pyslvs), PMKS+ (.pmks, or its link).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -98,12 +98,13 @@ def import_(
     """
     from jointplay.basics.files import require_writable
     from jointplay.exchange.options import Options
+    from jointplay.exchange.pmks import is_link
     from jointplay.exchange.reading import imported
     from jointplay.result.write import create
 
-    path = output or Path(Path(file).stem + ".toml")
+    path = output or Path(("pmks" if is_link(file) else Path(file).stem) + ".toml")
     if require_writable(path).is_file():
-        if Path(file).exists() and path.samefile(file):
+        if not is_link(file) and Path(file).exists() and path.samefile(file):
             raise InputError("is the file that is read; name another one", file=os.fspath(path), key="--output")
         if not force:
             raise InputError("exists already; --force replaces it", file=os.fspath(path))
@@ -120,7 +121,7 @@ def import_(
         density=_densities(density),
     )
     try:
-        found = imported(Path(file), options)
+        found = imported(file, options)
     except InputError as problem:
         word, _, rest = problem.key.partition(" ")
         key = " ".join([OPTIONS.get(word, word), rest]).strip()

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from jointplay.errors import InputError, listed
+
 from .skeleton import Attachment, Joint, Vector
 
 #: the normal of the plane
@@ -29,3 +31,16 @@ def connected(ground: str, joints: Iterable[Joint]) -> set[str]:
             if found & {*pair}:
                 found |= {*pair}
     return found
+
+
+def require_connected(links: Iterable[str], ground: str, joints: Iterable[Joint], key: str = "") -> None:
+    """Refuse links that no joints connect with the ground.
+
+    Raises
+    ------
+    InputError
+    """
+    inside = connected(ground, joints)
+    apart = [name for name in links if name not in inside]
+    if apart:
+        raise InputError(f"nothing joins these links with the ground: {listed(apart)}", key=key)

@@ -21,7 +21,7 @@ from jointplay.file.schema.values import is_finite, is_number
 from jointplay.file.toml import read as read_text
 
 from .options import Options
-from .pins import connected, pins
+from .pins import pins, require_connected
 from .skeleton import Attachment, Body, Frame, Joint, Skeleton, Vector
 
 MILLIMETRE = 1e-3
@@ -60,10 +60,7 @@ def read(path: Path, options: Options) -> Skeleton:
     driven = {link["motor_joint"] for link in links.values() if link.get("motor_joint")}
     found = [*_joints(joints, held, body_of, ground, at, driven)]
     bodies = [ground, *(name for name in links if body_of[name] == name and name != ground)]
-    inside = connected(ground, found)
-    apart = [name for name in bodies if name not in inside]
-    if apart:
-        raise InputError(f"nothing joins these links with the ground: {listed(apart)}", key="links")
+    require_connected(bodies, ground, found, "links")
     points = {name: _point(name, joint, held, body_of) for name, joint in joints.items()}
     frames = {name: (body, Frame(at[name])) for name, body in points.items() if body is not None}
     trackers = [name for name in frames if joints[name].get("type") == "tracker"]

@@ -20,7 +20,7 @@ from jointplay.file import toml
 
 from .fcstd import MM
 from .options import Options
-from .pins import connected, pins
+from .pins import pins, require_connected
 from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector
 from .xml import Reading
 
@@ -58,10 +58,7 @@ def read(path: Path, options: Options) -> Skeleton:
         raise InputError("has no link called ground", file=name)
     joints = [joint for point in points for joint in _joints(point)]
     in_range(len(joints), "", "a number of joints that is read", 0, MOST_POINTS)
-    inside = connected(GROUND, joints)
-    apart = [link for link in links if link not in inside]
-    if apart:
-        raise InputError(f"nothing joins these links with the ground: {listed(apart)}", file=name)
+    require_connected(links, GROUND, joints)
     # A point is carried by the link that is farthest from the ground in its list.
     frames = {
         point.name: (point.links[-1], Frame(point.at)) for point in points if point.links and point.links != (GROUND,)

@@ -25,6 +25,7 @@ from .lost import settled, with_backlash, with_lost_motion
 from .options import Options
 from .pairing import EQUAL
 from .planar import projected
+from .pmks import LINK_NAME, is_link, linked
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
@@ -81,7 +82,8 @@ def read(
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
         An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`;
-        needs the extra `dxf`), or a linkage of pylinkage (`.json`) or Pyslvs (`.pyslvs`).
+        needs the extra `dxf`), or a linkage of pylinkage (`.json`), Pyslvs (`.pyslvs`) or PMKS+
+        (`.pmks`), also as its link: `"https://app.pmksplus.com/?0P..."`, from which nothing is fetched.
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
         is called output, or the body that most joints separate from the ground.
@@ -142,27 +144,32 @@ def read(
     options = Options(
         output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit, dense
     )
-    return imported(Path(path), options).mechanism
+    return imported(path, options).mechanism
 
 
-def imported(path: Path, options: Options) -> Imported:
-    """The mechanism file of a foreign one.
+def imported(path: str | os.PathLike[str], options: Options) -> Imported:
+    """The mechanism file of a foreign one, or of a link.
 
     Raises
     ------
     InputError
     """
-    file = os.fspath(path)
+    place = os.fspath(path)
     try:
-        return _imported(path, options)
+        return _imported(place, options)
     except InputError as error:
+        file = LINK_NAME if is_link(place) else place
         raise error if error.file else InputError(error.problem, file=file, key=error.key) from None
 
 
-def _imported(path: Path, options: Options) -> Imported:
+def _imported(place: str, options: Options) -> Imported:
+    path = Path(place)
     if options.density and path.suffix.lower() != ".fcstd":
         raise InputError("is of assemblies with shapes, .FCStd", key="density")
-    skeleton = reader(path)(path, options)
+    if is_link(place):
+        skeleton, source = linked(place, options), LINK_NAME
+    else:
+        skeleton, source = reader(path)(path, options), path.name
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     require_bounded(skeleton)
     skeleton = _with_sound_inertia(skeleton)
@@ -179,7 +186,7 @@ def _imported(path: Path, options: Options) -> Imported:
     leaders = {joint.follows[0]: None for joint in skeleton.joints if joint.follows}
 
     def draft() -> Mechanism:
-        return loads(text(skeleton, path.name, leaders, output, {}), path.name)
+        return loads(text(skeleton, source, leaders, output, {}), source)
 
     chosen = choose(skeleton, drives, draft)
     loose = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in chosen]
@@ -196,9 +203,9 @@ def _imported(path: Path, options: Options) -> Imported:
     skeleton, values = settled(with_backlash(skeleton, options.backlash, moved), values)
     clearance, options_of = _clearances(skeleton, options.clearance)
     skeleton, clearance, options_of = _drawn(skeleton, clearance, options_of, options.fit)
-    written = text(skeleton, path.name, values, output, clearance)
+    written = text(skeleton, source, values, output, clearance)
     try:
-        m = loads(written, path.name)
+        m = loads(written, source)
     except InputError as error:
         raise _as_asked(error, options_of) from None
     mobility = examine(m)
@@ -209,8 +216,8 @@ def _imported(path: Path, options: Options) -> Imported:
         remarks = (*remarks, misfit_words(m, mobility.misfit))
     if remarks:
         skeleton = noted(skeleton, *(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
-        written = text(skeleton, path.name, values, output, clearance)
-        m = loads(written, path.name)
+        written = text(skeleton, source, values, output, clearance)
+        m = loads(written, source)
     return Imported(written, m, skeleton.notes)
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from jointplay.errors import InputError, listed
 from jointplay.file import toml
 
-from . import asmt, dxf, freecad, mjcf, pylinkage, pyslvs, sdf, urdf, xacro
+from . import asmt, dxf, freecad, mjcf, pmks, pylinkage, pyslvs, sdf, urdf, xacro
 from .options import Options
 from .skeleton import Skeleton
 from .xml import parsed
@@ -28,6 +28,8 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".fcstd": freecad.read,
         ".asmt": asmt.read,
         ".pyslvs": pyslvs.read,
+        ".pmks": pmks.read,
+        ".url": pmks.read,
     }
 )
 #: formats of `.xml` by their root element

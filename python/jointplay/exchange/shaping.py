@@ -66,6 +66,7 @@ def renamed(skeleton: Skeleton) -> Skeleton:
         joints=tuple(joint(old) for old in skeleton.joints),
         ground=GROUND,
         frames=named,
+        forces=tuple(force.on(bodies[force.body]) for force in skeleton.forces),
         other_links=links,
         other_joints=others,
         notes=(*skeleton.notes, *([f"Another one has the name already: {listed(said)}."] if said else ())),
@@ -147,6 +148,9 @@ def grounded(skeleton: Skeleton, name: str) -> Skeleton:
         ground=body,
         frames={name: (body, back @ frame) for name, (body, frame) in skeleton.frames.items()},
         gravity=(float(gx), float(gy), float(gz)),
+        forces=tuple(
+            replace(force, at=back.point(force.at), force=back.axes @ force.force) for force in skeleton.forces
+        ),
     )
 
 
@@ -190,6 +194,7 @@ def merged(skeleton: Skeleton) -> Skeleton:
         bodies={body: _one([skeleton.bodies[name] for name in (body, *group)]) for body, group in groups.items()},
         joints=tuple(kept),
         frames={name: (found(body), frame) for name, (body, frame) in frames.items()},
+        forces=tuple(force.on(found(force.body)) for force in skeleton.forces),
         notes=notes,
     )
 

@@ -200,6 +200,31 @@ class Joint:
         return replace(self, coordinate=self.coordinate + shift, limits=limits, spring=spring, motion=motion)
 
 
+@dataclass(frozen=True)
+class AppliedForce:
+    """A force on a body.
+
+    Attributes
+    ----------
+    body : str
+    at : ndarray
+        Its point in the drawing.
+    force : ndarray
+        N, in the axes of the drawing.
+    is_follower : bool
+        Whether it turns with the body.
+    """
+
+    body: str
+    at: Vector
+    force: Vector
+    is_follower: bool = False
+
+    def on(self, body: str) -> AppliedForce:
+        """The same on a body of this name."""
+        return replace(self, body=body)
+
+
 def fixed(one: str, other: str) -> Joint:
     """A joint that makes one body of two; where it is does not matter."""
     return Joint(f"{other}-fixed", "fixed", (one, other), Attachment(np.zeros(3)))
@@ -247,6 +272,7 @@ class Skeleton:
         Whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
     gravity : tuple
         m/s^2, axes of the drawing.
+    forces : tuple of AppliedForce
     other_links, other_joints : mapping
         What the format calls links, frames and joints whose legal names others have: the names that they have instead.
     notes : tuple of str
@@ -262,6 +288,7 @@ class Skeleton:
     starts_drawn: bool = False
     has_origins: bool = True
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    forces: tuple[AppliedForce, ...] = ()
     other_links: Mapping[str, str] = field(default_factory=dict)
     other_joints: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -69,7 +69,7 @@ def text(
     parts = ["\n".join(_head(skeleton, source, drives, clearance)), "\n".join(_top(skeleton))]
     parts += [_joint(skeleton, joint, clearance.get(joint.name)) for joint in skeleton.joints]
     parts += [*_start(skeleton), *_drives(skeleton, drives), *_followers(skeleton), _output(skeleton, *output)]
-    parts += [*_bodies(skeleton), *_springs(skeleton), *_limits(skeleton, drives)]
+    parts += [*_bodies(skeleton), *_loads(skeleton), *_springs(skeleton), *_limits(skeleton, drives)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -366,6 +366,17 @@ def _moments(skeleton: Skeleton, body: Body) -> Iterator[str]:
     across = matrix[[0, 0, 1], [1, 2, 2]]
     across[np.abs(across) < EVEN * np.abs(matrix).max()] = 0.0
     yield f"rotational_inertia = {numbers([*np.diag(matrix), *(across if across.any() else ())])}"
+
+
+def _loads(skeleton: Skeleton) -> Iterator[str]:
+    for load in skeleton.forces:
+        if load.body == GROUND:
+            continue
+        back = skeleton.bodies[load.body].frame.inverse()
+        lines = ["[[loads]]", f"body  = {_string(load.body)}", f"at    = {_length(skeleton, back.point(load.at))}"]
+        force = (back.axes @ load.force if load.is_follower else load.force) / UNITS.force
+        axes = ['axes  = "body"'] if load.is_follower else []
+        yield "\n".join([*lines, f"force = {_vector(skeleton, force)}", *axes])
 
 
 def _springs(skeleton: Skeleton) -> Iterator[str]:

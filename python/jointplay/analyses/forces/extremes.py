@@ -11,6 +11,7 @@ where it is nominal, as near a dead centre, is left. That no offsets give more i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,11 +73,11 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
         return np.asarray(found[np.arange(len(rows)), column[rows]])
 
     every = np.arange(sign.size)
-    u = firsts.reshape(sign.size, -1)
+    u = firsts.reshape(sign.size, len(m.parameters))
     best = value(every, u)
     lost = np.isnan(best)
     noise = np.random.default_rng(SEED).normal(size=(STARTS, len(m.parameters)))
-    sizes = np.abs(np.nan_to_num(weights)).max(axis=-1, keepdims=True)
+    sizes = np.abs(np.nan_to_num(weights)).max(axis=-1, keepdims=True, initial=0.0)
     tilted = (_supports(of, weights + TILT * np.where(sizes > 0.0, sizes, 1.0) * row) for row in noise)
     for start in (each.reshape(u.shape) for each in (_supports(of, -weights), *tilted)):
         there = value(every, start)
@@ -88,7 +89,7 @@ def extremes(of: Balances, which: Ints, forces: Ints) -> Extremes:
     return Extremes(
         best.reshape(shape),
         nominal[..., None] + parts.sum(axis=-1),
-        u.reshape(*shape, -1),
+        u.reshape(parts.shape),
         parts,
         unsettled.reshape(len(which), -1).sum(axis=1),
     )
@@ -131,7 +132,7 @@ def _climb(of: Balances, case: Ints, column: Ints, sign: Floats, u: Floats, nomi
 
 def _supports(of: Balances, weights: Floats) -> Floats:
     """Where the sets reach farthest along weights of the parameters, which are last."""
-    rows = np.ascontiguousarray(weights.reshape(-1, weights.shape[-1]))
+    rows = np.ascontiguousarray(weights.reshape(math.prod(weights.shape[:-1]), weights.shape[-1]))
     loosest = np.tile(centre(of.m, "largest"), (len(rows), 1))
     known = np.where(np.isfinite(rows), rows, 0.0)
     return np.asarray(of.m.core.at_supports(loosest, known, all=True)).reshape(weights.shape)

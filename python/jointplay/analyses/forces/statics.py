@@ -83,15 +83,16 @@ class Balances:
             Values of all parameters, shape (case, parameter).
         """
         size = max(NUMBERS // max(len(self.m.core.rows) ** 2, 1), 1)
-        return np.concatenate([self._forces(which[k : k + size], u[k : k + size]) for k in range(0, len(u), size)])
+        starts = range(0, max(len(u), 1), size)
+        return np.concatenate([self._forces(which[k : k + size], u[k : k + size]) for k in starts])
 
     def slopes(self, which: Ints, u: Floats) -> Floats:
         """Derivatives of the forces by all parameters at offsets, shape (case, force, parameter)."""
         count = len(self._steps)
         ends = []
         for sign in (1.0, -1.0):
-            moved = (u[:, None] + sign * np.diag(self._steps)).reshape(-1, count)
-            ends.append(self.forces(np.repeat(which, count), moved).reshape(len(u), count, -1))
+            moved = (u[:, None] + sign * np.diag(self._steps)).reshape(len(u) * count, count)
+            ends.append(self.forces(np.repeat(which, count), moved).reshape(len(u), count, len(self.named.labels)))
         return np.swapaxes((ends[0] - ends[1]) / (2.0 * self._steps[:, None]), 1, 2)
 
     @cached_property
