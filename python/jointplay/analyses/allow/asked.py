@@ -119,9 +119,8 @@ class Asked:
         parts = self.parts(m)
         self.has_limits = any(self._is_limited(one.part) for one in parts)
         if needs_limits and not self.has_limits:
-            what, names = ("forces", ("drive_torques", "reactions"))
-            if question != "forces":
-                what, names = ("the error", ("position", "rotation", *m.components))
+            of_error = ("the error", ("position", "rotation", *m.components))
+            what, names = ("forces", ("drive_torques", "reactions")) if question == "forces" else of_error
             problem = f"the file has no limits of {what}; say what is acceptable: [limits] with one of"
             raise InputError(f"{problem} {', '.join(names)}", file=m.file, key="limits")
         self.at = places_of([one.part for one in parts])
