@@ -24,7 +24,7 @@ from jointplay.result.table import VERDICTS
 from .bodies import outline, put_outline
 from .layout import columns_of
 from .names import write as write_names
-from .scene import PLAN, around, contour, places, written
+from .scene import PLAN, contour, drawn_points, places, written
 from .solid import OBLIQUE, Solid
 from .style import INCH, Style, StyledFigure, current, theme, using
 from .words import automatic, check_exaggeration, headline, light, title
@@ -152,7 +152,7 @@ class _Drawing:
     @property
     def height(self) -> float:
         """Height of a panel that has no empty space beside the mechanism."""
-        width, height = np.ptp(self.view.flat(around(self.m, self.poses)), axis=0) + 2.0 * MARGIN * self.extent
+        width, height = np.ptp(self.view.flat(drawn_points(self.m, self.poses)), axis=0) + 2.0 * MARGIN * self.extent
         return LABELS + (WIDTH - LABELS) * float(height / width)
 
     def _errors(self) -> list[Floats]:
@@ -186,7 +186,7 @@ class _Drawing:
 
     def _limits(self) -> tuple[Floats, Floats]:
         """The same place in every panel."""
-        flat = self.view.flat(around(self.m, self.poses))
+        flat = self.view.flat(drawn_points(self.m, self.poses))
         return flat.min(axis=0) - MARGIN * self.extent, flat.max(axis=0) + MARGIN * self.extent
 
     def _solid(self, axes: Axes, before: set[str], new: set[str]) -> None:
