@@ -68,7 +68,7 @@ def rectangle(low: tuple[float, float], high: tuple[float, float]) -> list[tuple
     return [low, (high[0], low[1]), high, (low[0], high[1])]
 
 
-#: a ball of radius 5, a tube of radius 3 and length 20, a cone from radius 6 to 2 along 8, a ring of 10 with a tube of 2
+#: a ball of radius 5, a tube of radius 3 and length 20, a cone from radius 6 to 2 along 8, a ring of radii 10 and 2
 BALL = part((f"4 {UNIT} 5", rectangle((0, -QUARTER), (TURN, QUARTER))))
 TUBE = part((f"2 {UNIT} 3", rectangle((0, -10), (TURN, 10))))
 SLOPE = np.arctan2(-4, 8)

@@ -279,7 +279,7 @@ def contour(m: Mechanism, at: Floats, body: int) -> list[Floats]:
 
 
 def drawn_points(m: Mechanism, at: Floats) -> Floats:
-    """All points of the specification and of outlines, ground axes, file units; the poses end with that of the ground."""
+    """All points of the specification and of outlines, as `places` and `contour` have them."""
     lines = [line for body in range(-1, len(m.bodies)) for line in contour(m, at, body)]
     return np.concatenate([places(m, at), *lines])
 
