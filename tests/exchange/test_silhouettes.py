@@ -12,6 +12,7 @@ from matplotlib.path import Path as Region
 from scipy.spatial.transform import Rotation
 
 import jointplay as jp
+from helpers.brep import BrepText
 from helpers.freecad import Document, pose
 from jointplay.exchange.brep import PartShape, Unreadable
 from jointplay.exchange.options import Options
@@ -38,30 +39,8 @@ def text(name: str) -> str:
 
 def part(*faces: tuple[str, list[tuple[float, float]]]) -> str:
     """A shape of faces: the surface, and the corners of the face in its parameters, in turn."""
-    flat, surfaces, shapes, edges = [], [], [], []
-    for surface, corners in faces:
-        surfaces.append(surface)
-        own = []
-        for one, other in zip(corners, corners[1:] + corners[:1], strict=True):
-            way = np.subtract(other, one)
-            length = float(np.hypot(*way))
-            flat.append(f"1 {one[0]:.17g} {one[1]:.17g} {way[0] / length:.17g} {way[1] / length:.17g}")
-            own.append(f"Ed\n 1e-07 1 1 0\n2  {len(flat)} {len(surfaces)} 0 0 {length:.17g}\n0\n\n0101000\n*")
-        edges.append((len(shapes), len(own)))
-        shapes += own
-        shapes.append(f"Wi\n\n0101100\n{{edges{len(edges) - 1}}} *")
-        shapes.append(f"Fa\n0  1e-07 {len(surfaces)} 0\n\n0111000\n{{wire{len(edges) - 1}}} *")
-    count = len(shapes) + 1
-    names: dict[str, str] = {}
-    for k, (start, size) in enumerate(edges):
-        names[f"edges{k}"] = " ".join(f"+{count - number} 0" for number in range(start, start + size))
-        names[f"wire{k}"] = f"+{count - start - size} 0"
-    whole = " ".join(f"+{count - start - size - 1} 0" for start, size in edges)
-    listed = [("Locations", []), ("Curve2ds", flat), ("Curves", []), ("Polygon3D", [])]
-    listed += [("PolygonOnTriangulations", []), ("Surfaces", surfaces), ("Triangulations", [])]
-    head = "".join(f"{name} {len(entries)}\n" + "".join(f"{one}\n" for one in entries) for name, entries in listed)
-    body = "\n".join([*shapes, f"Co\n\n1100000\n{whole} *"]).format(**names)
-    return f"\nCASCADE Topology V1, (c) Matra-Datavision\n{head}\nTShapes {count}\n{body}\n+1 0\n"
+    made = BrepText()
+    return made.text([f"+@{made.patch(*face)}" for face in faces])
 
 
 def rectangle(low: tuple[float, float], high: tuple[float, float]) -> list[tuple[float, float]]:

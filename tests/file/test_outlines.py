@@ -24,8 +24,8 @@ SQUARE = [[0, 0], [50, 0], [50, 20], [0, 20]]
         ([[*SQUARE, [0, 0, 0]]], "outline.0.4: 2 values are needed"),
         ([], "outline: the list is empty"),
         ("part.csv", "outline: a list in brackets is needed"),
-        ([SQUARE * MOST_CORNERS], f"outline.0: at most {MOST_CORNERS} are possible, not {4 * MOST_CORNERS}"),
-        ([SQUARE] * (MOST_LINES + 1), f"outline: at most {MOST_LINES} are possible, not {MOST_LINES + 1}"),
+        ([SQUARE * MOST_CORNERS], f"outline.0: at most {MOST_CORNERS} values are possible, not [[0, 0], [50, 0]"),
+        ([SQUARE] * (MOST_LINES + 1), f"outline: at most {MOST_LINES} values are possible, not [[[0, 0], [50"),
     ],
 )
 def test_what_is_no_outline_is_refused(outline: Any, said: str) -> None:

@@ -15,9 +15,7 @@ from jointplay.plot.style import Style, using
 from jointplay.show.viewer import DisplacedScene, scene
 
 #: of the coupler: a plate and a hole in it, both counter-clockwise, and a nut in the hole
-PLATE, HOLE, NUT = (
-    [[x, y] for x, y in ((-s, -s), (100 + s, -s), (100 + s, s), (-s, s))] for s in (20.0, 10.0, 5.0)
-)
+PLATE, HOLE, NUT = ([[x, y] for x, y in ((-s, -s), (100 + s, -s), (100 + s, s), (-s, s))] for s in (20.0, 10.0, 5.0))
 TIMES = 30.0
 
 
@@ -33,11 +31,8 @@ def placed(pose: np.ndarray, corners: list[list[float]]) -> np.ndarray:
 
 def lines_of(axes: Axes) -> list[list[np.ndarray]]:
     """Closed lines of every outline that is drawn, the ground first."""
-    found = []
-    for patch in axes.patches:
-        if patch.get_zorder() == 0.6:
-            found.append([line[:-1] for line in patch.get_path().to_polygons(closed_only=True)])
-    return found
+    drawn = [patch.get_path() for patch in axes.patches if patch.get_zorder() == 0.6]
+    return [[line[:-1] for line in path.to_polygons(closed_only=True)] for path in drawn]
 
 
 def same(one: np.ndarray, other: np.ndarray) -> bool:

@@ -102,7 +102,7 @@ def _bent(line: Matrix) -> Matrix:
     along = np.diff(line, axis=0)
     turn = np.abs(_cross(along[:-1], along[1:]))
     sharp = turn > STRAIGHT * np.hypot(*along[:-1].T) * np.hypot(*along[1:].T)
-    return line[np.concatenate([[True], sharp, [True]])]
+    return np.asarray(line[np.concatenate([[True], sharp, [True]])])
 
 
 def _cross(a: Matrix, b: Matrix) -> Vector:
@@ -153,7 +153,7 @@ def _covered(ends: Matrix, weights: Vector, heights: Vector) -> _Slabs:
 
     def across(height: Vector) -> Vector:
         (x, y), (dx, dy) = low[edge].T, (high - low)[edge].T
-        return np.where(height == last[edge], high[edge, 0], x + (heights[height] - y) / dy * dx)
+        return np.asarray(np.where(height == last[edge], high[edge, 0], x + (heights[height] - y) / dy * dx))
 
     places = np.stack([across(slab), across(slab + 1)], axis=1)
     steps = np.where(downward, weights, -weights)[edge]

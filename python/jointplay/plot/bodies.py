@@ -63,13 +63,14 @@ def drawn_outline(m: Mechanism, body: int) -> list[Floats]:
 
 def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
     """Draw closed lines of a body behind all else: filled, but for lines within lines."""
-    paths = [Path(np.vstack([line, line[:1]]), closed=True) for line in lines]
     turned = []
-    for k, path in enumerate(paths):
-        inside = sum(other.contains_point(path.vertices[0]) for other in paths[:k] + paths[k + 1 :])
+    for k, line in enumerate(lines):
+        start = (float(line[0, 0]), float(line[0, 1]))
+        depth = sum(Path(other).contains_point(start) for other in lines[:k] + lines[k + 1 :])
+        area = float(sum(_turn(line[0], one, other) for one, other in pairwise(line)))
         # What turns against the line around it is a hole of it, in all formats that are written.
-        area = sum(_turn(path.vertices[0], a, b) for a, b in pairwise(path.vertices))
-        turned.append(path if (area > 0.0) == (inside % 2 == 0) else Path(path.vertices[::-1], path.codes))
+        way = 1 if (area > 0.0) == (depth % 2 == 0) else -1
+        turned.append(Path(np.vstack([line, line[:1]])[::way], closed=True))
     if turned:
         whole = Path.make_compound_path(*turned)
         axes.add_patch(PathPatch(whole, facecolor=mixed(colour, theme().paper, FAINT), edgecolor="none", zorder=0.4))

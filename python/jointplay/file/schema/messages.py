@@ -93,7 +93,7 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
         case "too_long":
             needed = int(context["max_length"])
             if needed > LONGEST_ROW:
-                return f"at most {needed} are possible, not {len(given)}"
+                return f"at most {needed} values are possible, not {value}"
             return f"{needed} values are needed, not {value}{split_hint(given, needed)}"
         case "too_short":
             least = int(context["min_length"])
