@@ -74,8 +74,8 @@ def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
     if turned:
         whole = Path.make_compound_path(*turned)
         axes.add_patch(PathPatch(whole, facecolor=mixed(colour, theme().paper, FAINT), edgecolor="none", zorder=0.4))
-        line = mixed(colour, theme().paper, LIGHT)
-        axes.add_patch(PathPatch(whole, fill=False, edgecolor=line, linewidth=scaled(0.9), zorder=0.6))
+        light = mixed(colour, theme().paper, LIGHT)
+        axes.add_patch(PathPatch(whole, fill=False, edgecolor=light, linewidth=scaled(0.9), zorder=0.6))
 
 
 def outline(points: Floats, near: float) -> Floats:
