@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers.brep import BrepText
-from helpers.freecad import Document, pose
+from helpers.freecad import Document, pose, pump
 from jointplay.exchange.brep import PartShape, Unreadable
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
@@ -259,6 +259,19 @@ def test_an_assembly_has_the_outlines_of_its_parts_in_their_axes() -> None:
         assert np.hypot(*(outer - [x, y]).T).min() < (2e-3 if corner[0] < 30 else 0.3)
     assert not [note for note in found.notes if "outlines" in note]
     assert "bodies" not in jp.read(path, output="Arm").raw
+
+
+def test_the_pump_of_the_documentation_is_covered_and_filled_as_by_hand() -> None:
+    """Bars with round ends, a pin on one of them; a shaft from its side."""
+    m = jp.read(pump().write("pump.FCStd"), planar=True, output="Slider", density=1000)
+    crank, rod = (length * 2 * r + np.pi * r**2 for length, r in ((15, 7.5), (50, 6)))
+    covered = {"Crank": crank - np.pi * 16, "Rod": rod - np.pi * (4.01**2 + 16), "Slider": 12 * 80, "ground": 84 * 24}
+    for name, wanted in covered.items():
+        lines = [np.array(line) for line in m.value(f"bodies.{name}.outline")]
+        assert sum(map(area, lines)) == pytest.approx(wanted, rel=4e-3)
+    volumes = {"Crank": 10 * crank, "Rod": 8 * covered["Rod"], "Slider": np.pi * (16 * 12 + 36 * 80)}
+    for name, volume in volumes.items():
+        assert m.value(f"bodies.{name}.mass") == pytest.approx(1e-6 * volume, rel=1e-9)
 
 
 def test_parts_whose_outline_is_not_known_are_named() -> None:
