@@ -223,13 +223,13 @@ def test_damaged_shapes_have_no_outline_or_one(name: str) -> None:
             assert all(np.isfinite(line).all() for line in lines)
 
 
-@pytest.mark.parametrize("quarters", range(4))
-def test_parts_that_touch_are_one(quarters: int) -> None:
+@pytest.mark.parametrize("angle", [0.0, QUARTER, np.pi, *np.linspace(0.1, 6.0, 12)])
+def test_parts_that_touch_are_one(angle: float) -> None:
     """Boxes side by side, each smaller than the one before: no line between them, and no corner but their own."""
     made = BrepText()
     boxes = [rectangle((10 * k, k), (10 * k + 10, 10 - k)) for k in range(4)]
     shape = made.text([f"+@{made.prism(np.eye(3), np.zeros(3), box, 0, 5)}" for box in boxes])
-    (line,) = seen(shape, (0, 0, quarters * QUARTER))
+    (line,) = seen(shape, (0, 0, angle))
     assert len(line) == 16
     assert area(line) == pytest.approx(10 * (10 + 8 + 6 + 4), rel=1e-5)
 

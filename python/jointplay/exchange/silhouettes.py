@@ -27,6 +27,8 @@ from .solids import Patch, curve_of
 ROUND, CHORDS = 96, 2
 #: how far an outline may be off, as a part of the size of its body
 TOLERANCE = 1e-3
+#: gaps as wide as this are rounding, in parts of `SAME`
+NARROW = 3.0
 #: an area that is thinner than two of these parts of the size is rounding
 THIN = 5e-5
 #: what is at one place: as a part of the size of a face, and of a body
@@ -139,8 +141,8 @@ def _cut(patch: Patch, loops: Matrix) -> Matrix:
 # --- what they cover ------------------------------------------------------------------------------------------------
 
 
-def _covered(ends: Matrix, weights: Vector, heights: Vector) -> _Slabs:
-    """What closed lines have inside, where every end of an edge is at one of the heights."""
+def _covered(ends: Matrix, weights: Vector, heights: Vector, narrow: float = 0.0) -> _Slabs:
+    """What closed lines have inside, where every end of an edge is at one of the heights; without narrow gaps."""
     ends, weights = (given[ends[:, 0, 1] != ends[:, 1, 1]] for given in (ends, weights))
     downward = ends[:, 0, 1] > ends[:, 1, 1]
     low, high = (np.where(downward[:, None], ends[:, k], ends[:, 1 - k]) for k in (1, 0))
@@ -157,14 +159,17 @@ def _covered(ends: Matrix, weights: Vector, heights: Vector) -> _Slabs:
 
     places = np.stack([across(slab), across(slab + 1)], axis=1)
     steps = np.where(downward, weights, -weights)[edge]
-    # What is at one place covers before it uncovers, so that no gap is left between two pieces.
     middle = places.mean(axis=1)
-    near = np.rint(middle / (SAME * (np.abs(middle).max(initial=0.0) or 1.0)))
-    order = np.lexsort((-steps, near, slab))
-    slab, places, depth = slab[order], places[order], np.cumsum(steps[order])
-    if depth[np.append(slab[1:] != slab[:-1], True)[: len(slab)]].any():
+    order = np.lexsort((middle, slab))
+    slab, places, middle, depth = slab[order], places[order], middle[order], np.cumsum(steps[order])
+    is_last = np.append(slab[1:] != slab[:-1], True)[: len(slab)]
+    if depth[is_last].any():
         raise Unreadable("a face does not close")
-    inside = depth != 0
+    # What rounding leaves open between two pieces is no gap: it is as narrow across both of their edges.
+    rise = heights[slab + 1] - heights[slab]
+    steep = rise / np.hypot(rise, places[:, 1] - places[:, 0])
+    gaps = np.append(np.diff(middle) * np.maximum(steep[1:], steep[:-1]), 0.0)[: len(slab)]
+    inside = (depth != 0) | (~is_last & (gaps <= narrow))
     before = np.append(False, inside[:-1])[: len(inside)]
     return _Slabs(slab[inside & ~before], places[inside & ~before], places[before & ~inside])
 
@@ -190,7 +195,7 @@ def silhouette(seen: Facets) -> list[Matrix]:
         return []
     step = TOLERANCE / SAME
     heights = np.unique(np.concatenate([ends[..., 1].ravel(), np.arange(0.0, ends[..., 1].max(), step)]))
-    lines = [*_around(_covered(ends, weights, heights), heights)]
+    lines = [*_around(_covered(ends, weights, heights, NARROW), heights)]
     lines = [line for line in lines if abs(_area(line)) > THIN / SAME * _length(line)]
     off = step / 2.0
     while sum(map(len, found := _simplified(lines, off))) > MOST_POINTS:
