@@ -299,6 +299,22 @@ def test_parts_whose_outline_is_not_known_are_named() -> None:
     assert area(np.array(found.mechanism.value("bodies.Arm.outline.0"))) == pytest.approx(np.pi * 25, rel=3e-3)
 
 
+@pytest.mark.parametrize(
+    ("bound", "value", "said"),
+    [
+        ("MOST_MEETINGS", 1200, "too large or too detailed, are left out: ground, Arm."),
+        ("FARTHEST", 0.01, "too large or too detailed, are left out: ground, Arm."),
+        ("MOST_EDGES", 1200, "spheres and tori: Bolt."),
+    ],
+)
+def test_outlines_that_would_take_long_are_left_out(
+    bound: str, value: float, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"jointplay.exchange.silhouettes.{bound}", value)
+    found = imported(assembly().write("a.FCStd"), Options(planar=True, output="Arm"))
+    assert said in " ".join(found.notes)
+
+
 def test_moments_of_inertia_turn_with_the_part_that_is_fixed() -> None:
     """A base that stands on its side: the arm on it had the moments about the axes of the drawing."""
     moments = []

@@ -18,9 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jointplay.errors import listed
+
+from .bounds import FARTHEST
 from .brep import Met, PartShape, Unreadable
 from .fcstd import MM
-from .skeleton import Facets, Matrix, Skeleton, Vector
+from .skeleton import Facets, Matrix, Skeleton, Vector, noted
 from .solids import Patch, curve_of
 
 #: strips of a whole turn, which are off by 5e-4 of its radius; chords of an edge for each point of its integrals
@@ -38,7 +41,7 @@ STRAIGHT = 1e-9
 #: turns around a face: those of a kernel have one
 MOST_TURNS = 2
 #: edges of the pieces of a body, how often edges meet slabs, and points of an outline; seconds are taken at most
-MOST_EDGES, MOST_MEETINGS, MOST_POINTS = 1_000_000, 4_000_000, 2_000
+MOST_EDGES, MOST_MEETINGS, MOST_POINTS = 500_000, 2_000_000, 2_000
 
 
 class _Slabs(NamedTuple):
@@ -180,9 +183,11 @@ def silhouette(seen: Facets) -> list[Matrix]:
     Raises
     ------
     Unreadable
-        When there are too many edges.
+        When it is too large, or has too many edges.
     """
     flat = seen.ends[..., :2]
+    if len(flat) > MOST_EDGES or np.abs(flat).max(initial=0.0) > FARTHEST:
+        raise Unreadable("it is too large")
     size = float(np.ptp(flat, axis=(0, 1)).max()) if len(flat) else 0.0
     if not size > 0.0:
         return []
@@ -205,8 +210,14 @@ def silhouette(seen: Facets) -> list[Matrix]:
 
 def outlined(skeleton: Skeleton) -> Skeleton:
     """With the outlines of the bodies in the plane."""
-    bodies = {name: replace(body, outline=tuple(silhouette(body.facets))) for name, body in skeleton.bodies.items()}
-    return replace(skeleton, bodies=bodies)
+    bodies, unknown = dict(skeleton.bodies), []
+    for name, body in skeleton.bodies.items():
+        try:
+            bodies[name] = replace(body, outline=tuple(silhouette(body.facets)))
+        except Unreadable:
+            unknown.append(name)
+    notes = [f"Outlines of these bodies, which are too large or too detailed, are left out: {listed(unknown)}."]
+    return noted(replace(skeleton, bodies=bodies), *notes[: len(unknown)])
 
 
 def _left_over(ends: Matrix, weights: Vector) -> tuple[Matrix, Vector]:
