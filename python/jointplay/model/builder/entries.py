@@ -1129,8 +1129,8 @@ class Parts(Writing):
             Second moment of area of the section: with E it can be bent; in space: second moment of area; two of
             them for bending about `side` and about the direction across.
         outline : optional
-            Closed lines that are drawn, holes too, each a list of corners in body axes; no answer has it (in the
-            plane only).
+            What drawings show of it: closed lines, of holes too, each a list of corners in body axes (in the plane
+            only).
         G : optional
             Shear modulus, force per length squared (in space only).
         torsion : optional
