@@ -18,6 +18,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
+DOCS = Path(__file__).resolve().parents[1]
 #: figure -> the commands that draw it, `--plot` apart
 FIGURES = {
     "img/home.png": (
@@ -25,6 +26,10 @@ FIGURES = {
         "error four-bar.toml --panel mechanism --configuration 0 --size 100x90mm --dpi 250",
     ),
     "img/four-bar.png": ("new four-bar", "error four-bar.toml --size 200mm --dpi 220"),
+    "img/pump.png": (
+        "import {docs}/cad/pump.FCStd --planar --fit H7/g6 --drives Main=0:360:13 --output-point Slider",
+        "error pump.toml --panel mechanism --configuration 1 --size 160x80mm --dpi 220",
+    ),
     "img/map.png": ("new 3-rrr", "map 3-rrr.toml -g x=-150:150:151 -g y=-150:150:151 -g angle=0"),
 }
 STYLES = ("light", "dark")
@@ -40,7 +45,7 @@ def drawn(name: str, style: str) -> bytes:
         figure = Path(folder) / Path(name).name
         for command in FIGURES[name]:
             plot = ("--plot", str(figure), "--style", style) if command == FIGURES[name][-1] else ()
-            call = [sys.executable, "-m", "jointplay", *command.split(), *plot]
+            call = [sys.executable, "-m", "jointplay", *(word.format(docs=DOCS) for word in command.split()), *plot]
             done = subprocess.run(call, cwd=folder, check=False, capture_output=True, text=True)
             if done.returncode not in DRAWN:
                 raise PluginError(f"{command}: {done.stderr}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -12,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from helpers.brep import Arc, BrepText, words
 from jointplay.basics import poses
+from jointplay.exchange.brep import PartShape
 from jointplay.model.mechanism import loads
 
 Floats = NDArray[np.float64]
@@ -197,65 +200,53 @@ def cylinder(
     return radius, low, high, is_hole, at or Pose()
 
 
-def shape(*elements: Round | str) -> str:
-    """A compound in the text format of Open CASCADE: cylinders, and by their name a plane, a sphere, a line, a circle
-    and a point. Edges and vertices that bound a face come with it."""
-    curves: list[str] = []
-    surfaces: list[str] = []
-    shapes: list[str] = []
-    inside: list[int] = []
+@dataclass(frozen=True)
+class Prism:
+    """A solid along the z axis of a placement: a line of corners and arcs, from low to high, and round holes in it."""
+
+    line: Sequence[tuple[float, float] | Arc]
+    low: float
+    high: float
+    holes: Sequence[tuple[tuple[float, float], float]] = ()
+    at: Pose = field(default_factory=Pose)
+
+
+def shape(*elements: Round | Prism | str) -> str:
+    """A compound in the text format of Open CASCADE: round faces, solids, and by their name a plane, a sphere, a line,
+    a circle and a point. Edges and vertices that bound a face come with it."""
+    made = BrepText()
 
     def frame(placed: Pose) -> str:
-        y = placed.turn.apply([0.0, 1.0, 0.0])
-        return " ".join(f"{number:.17g}" for number in (*placed.at, *placed.z, *placed.x, *y))
-
-    def add(text: str, flags: str, made_of: Sequence[str] = ()) -> int:
-        shapes.append(f"{text}\n\n{flags}\n{' '.join(made_of)} *")
-        return len(shapes) - 1
-
-    def vertex(at: Floats) -> int:
-        return add(f"Ve\n1e-07\n{' '.join(f'{x:.17g}' for x in at)}\n0 0", "0101101")
-
-    def edge(curve: str, ends: Sequence[int]) -> int:
-        curves.append(curve)
-        return add(f"Ed\n 1e-07 1 1 0\n1  {len(curves)} 0 0 1\n0", "0101000", [f"+@{end} 0" for end in ends])
+        return words(placed.at, placed.z, placed.x, placed.turn.apply([0.0, 1.0, 0.0]))
 
     def face(surface: str, edges: Sequence[int] = ()) -> int:
-        surfaces.append(surface)
-        wire = [f"+@{add('Wi', '0101100', [f'+@{one} 0' for one in edges])} 0"] if edges else []
-        return add(f"Fa\n0  1e-07 {len(surfaces)} 0", "0111000", wire)
+        return made.face(made.surface(surface), [[f"+@{one}" for one in edges]])
 
-    unit = frame(Pose())
-    signs = []
+    unit, inside = frame(Pose()), []
     for element in elements:
         if isinstance(element, tuple):
             radius, low, high, is_hole, at = element
             ends = []
             for height in (low, high):
                 end = at @ pose(0, 0, height)
-                corner = vertex((end @ pose(radius, 0, 0)).at)
-                ends.append(edge(f"2 {frame(end)} {radius}", [corner]))
-            inside.append(face(f"2 {frame(at)} {radius}", ends))
-            signs.append("-" if is_hole else "+")
+                corner = made.vertex((end @ pose(radius, 0, 0)).at)
+                ends.append(made.edge(f"2 {frame(end)} {radius}", [corner]))
+            inside.append(f"{'-' if is_hole else '+'}@{face(f'2 {frame(at)} {radius}', ends)}")
             continue
-        made = {
-            "plane": lambda: face(f"1 {unit}"),
-            "sphere": lambda: face(f"4 {unit} 2"),
-            "line": lambda: edge("1 0 0 0 0 0 1", []),
-            "circle": lambda: edge(f"2 {unit} 2.5", []),
-            "point": lambda: vertex(np.zeros(3)),
-        }[element]
-        inside.append(made())
-        signs.append("+")
-    whole = add("Co", "1100000", [f"{sign}@{one} 0" for sign, one in zip(signs, inside, strict=True)])
-    text = "\n".join(shapes) + f"\n+@{whole} 0"
-    count = len(shapes)
-    for number in reversed(range(count)):
-        text = text.replace(f"@{number} ", f"{count - number} ")
-    lists = [("Locations", []), ("Curve2ds", []), ("Curves", curves), ("Polygon3D", [])]
-    lists += [("PolygonOnTriangulations", []), ("Surfaces", surfaces), ("Triangulations", [])]
-    head = "".join(f"{name} {len(entries)}\n" + "".join(f"{one}\n" for one in entries) for name, entries in lists)
-    return f"\nCASCADE Topology V1, (c) Matra-Datavision\n{head}\nTShapes {count}\n{text}\n"
+        if isinstance(element, Prism):
+            at = element.at
+            number = made.prism(at.turn.as_matrix(), at.at, element.line, element.low, element.high, element.holes)
+        else:
+            write = {
+                "plane": lambda: face(f"1 {unit}"),
+                "sphere": lambda: face(f"4 {unit} 2"),
+                "line": lambda: made.edge("1 0 0 0 0 0 1", []),
+                "circle": lambda: made.edge(f"2 {unit} 2.5", []),
+                "point": lambda: made.vertex(np.zeros(3)),
+            }[element]
+            number = write()
+        inside.append(f"+@{number}")
+    return made.text(inside)
 
 
 # --- the example of the documentation --------------------------------------------------------------------------------
@@ -265,21 +256,41 @@ def pump() -> Document:
     """`docs/cad/pump.FCStd`: a crank of 15 mm and a rod of 50 mm, at 28 degrees."""
     angle, reach = np.radians(28.0), 50.0
     wrist = 15 * np.cos(angle) + np.sqrt(reach**2 - (15 * np.sin(angle)) ** 2)
-    pin = 15 * np.array([np.cos(angle), np.sin(angle), 0.0])
+    pin = np.array([15 * np.cos(angle), 15 * np.sin(angle), 16.0])
     rod = np.degrees(np.arctan2(-pin[1], wrist - pin[0]))
     along = Pose(np.zeros(3), Rotation.from_rotvec([0, 90, 0], degrees=True))
     guide = pose(40, 0, 20) @ along
+    pin_of = partial(Prism, [((0.0, 0.0), 4.0, 0.0, 360.0)])
+    plate = Prism([(-12, -12), (72, -12), (72, 12), (-12, 12)], -4, 0)
+    sleeve = Prism([(-8.5, -8.5), (20, -8.5), (20, 8.5), (-8.5, 8.5)], 0, 30, [((0, 0), 6.015)], guide)
+    shaft = Prism([((0, 0), 6, 0, 360)], -20, 60, (), pose(0, 0, -8) @ along)
+    arm, link = ([((0, 0), r, 90, 270), ((length, 0), r, -90, 90)] for length, r in ((15, 7.5), (reach, 6)))
+    shapes = {
+        "Base": shape(plate, pin_of(0, 15), sleeve),
+        "Crank": shape(Prism(arm, 0, 10, [((0, 0), 4)]), pin_of(10, 20, (), pose(15, 0, 0))),
+        "Rod": shape(Prism(link, 0, 8, [((0, 0), 4.01), ((reach, 0), 4)])),
+        "Slider": shape(pin_of(-12, 0), shaft),
+    }
     document = Document()
-    document.part("Base", pose(), shape(cylinder(4, 0, 15), cylinder(6.015, 0, 30, True, guide)))
-    crank = shape(cylinder(4, 0, 10, True), cylinder(4, 10, 20, at=pose(15, 0, 0)))
-    document.part("Crank", pose(0, 0, 5, about=(0, 0, 28.0)), crank)
-    holes = cylinder(4.01, 0, 8, True), cylinder(4, 0, 8, True, pose(reach, 0, 0))
-    document.part("Rod", Pose(pin + np.array([0.0, 0.0, 16.0]), pose(about=(0, 0, rod)).turn), shape(*holes))
-    slider = shape(cylinder(4, -12, 0), cylinder(6, -20, 60, at=pose(0, 0, -8) @ along))
-    document.part("Slider", pose(wrist, 0, 28), slider)
+    placed = pose(), pose(0, 0, 5, about=(0, 0, 28)), pose(*pin, about=(0, 0, rod)), pose(wrist, 0, 28)
+    for (name, own), place in zip(shapes.items(), placed, strict=True):
+        document.part(name, place, own)
+
+    def circle(part: str, at: Pose, radius: float) -> tuple[str, Pose]:
+        """A side of a joint on a circle about its axis."""
+        known = PartShape(shapes[part])
+        for number in range(1, 99):
+            found = known.element(f"Edge{number}")
+            if found is not None and found.kind == "circle" and abs(found.radius - radius / 1e3) < 1e-9:
+                away = found.at * 1e3 - at.at
+                if np.linalg.norm(np.cross(away, at.z)) < 1e-6:
+                    return f"{part}.Edge{number}", at
+        raise AssertionError(part)
+
     document.ground("Base")
-    document.joint("Main", "Revolute", ("Base.Edge1", pose(0, 0, 15)), ("Crank.Edge2", pose(0, 0, 10)))
-    document.joint("Pin", "Revolute", ("Crank.Edge3", pose(15, 0, 11)), ("Rod.Edge1", pose()))
-    document.joint("Wrist", "Revolute", ("Rod.Edge4", pose(reach, 0, 8)), ("Slider.Edge1", pose(0, 0, -4)))
-    document.joint("Guide", "Slider", ("Base.Edge3", guide), ("Slider.Face2", pose(0, 0, -8) @ along))
+    document.joint("Main", "Revolute", circle("Base", pose(0, 0, 15), 4), circle("Crank", pose(0, 0, 10), 4))
+    document.joint("Pin", "Revolute", circle("Crank", pose(15, 0, 11), 4), circle("Rod", pose(), 4.01))
+    document.joint("Wrist", "Revolute", circle("Rod", pose(reach, 0, 8), 4), circle("Slider", pose(0, 0, -4), 4))
+    end = pose(0, 0, -8) @ along
+    document.joint("Guide", "Slider", circle("Base", guide, 6.015), circle("Slider", end, 6))
     return document

@@ -14,7 +14,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import jointplay as jp
-from helpers.browser import needs_browser
+from helpers.browser import needs_browser, opened
 from jointplay import cli, examples
 from jointplay.errors import InputError
 from jointplay.plot.animation import motion_of
@@ -260,6 +260,28 @@ class TestInABrowser:
         path = tmp_path / "page.html"
         path.write_text(of_example(name), encoding="utf-8")
         assert [*in_browser(path)] == []
+
+    def test_outlines_are_drawn_through_the_pins_of_their_bodies(self, tmp_path: Path) -> None:
+        """Corners at both pins of the crank, with errors as large as the page begins with."""
+        m = jp.loads(examples.text("four-bar"))
+        pins = [m.value(f"joints.{name}.on.crank") for name in ("J1", "J2")]
+        path = tmp_path / "page.html"
+        jp.report(m.with_({"bodies.crank.outline": [[*pins, [20, 30]]]}), path, samples=FEW)
+        with opened(tmp_path / "profile") as browser:
+            shown = browser.page(path.as_uri())
+            shown.wait("document.querySelector('.jp-outline')")
+            corners = re.findall(
+                r"[ML]([\d.-]+) ([\d.-]+)", shown.run("document.querySelector('.jp-outline').getAttribute('d')")
+            )
+            circles = shown.run(
+                "[...document.querySelectorAll('.jp-pin')].map((c) => [c.cx.baseVal.value, c.cy.baseVal.value])"
+            )
+        places = np.array(corners, dtype=float)
+        assert np.hypot(*(np.array(circles) - places[0]).T).min() < 0.1
+        # However errors are magnified, the triangle keeps its shape; a page looks down on it from above.
+        sides, seen = ([*map(complex, *np.transpose(one))] for one in ([*pins, [20, 30]], places * [1, -1]))
+        turned = (seen[2] - seen[0]) / (seen[1] - seen[0])
+        assert abs(turned - (sides[2] - sides[0]) / (sides[1] - sides[0])) < 1e-3
 
     def test_what_is_wrong_is_found(self, tmp_path: Path) -> None:
         text = of_example("four-bar")

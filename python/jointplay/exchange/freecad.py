@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -25,7 +25,8 @@ from .constraints import Chain, at_a_distance, at_an_angle, form_of
 from .fcstd import MM, Archive, Budget, DocumentItem, shape_member
 from .options import Options
 from .pairing import balls, bores, pair
-from .skeleton import Body, Frame, Joint, PinAndHole, Skeleton, fixed, free
+from .silhouettes import facets
+from .skeleton import Body, Facets, Frame, Joint, PinAndHole, Skeleton, fixed, free
 from .solids import SolidPart, solid
 
 #: the fixed body
@@ -50,6 +51,8 @@ LONGEST_CHAIN, MOST_DOCUMENTS = 50, 500
 LONGEST_PATH = 200
 #: kg/m^3, twice as dense as any metal
 DENSEST = 5e4
+#: what has a volume and an outline
+KINDS_READ = "closed shapes of planes, cylinders, cones, spheres and tori"
 #: joints as the mechanism file has them
 KINDS = {
     "Fixed": "fixed",
@@ -91,7 +94,7 @@ def read(path: Path, options: Options) -> Skeleton:
     InputError
         When the document has none, or a joint that is not read.
     """
-    return _Assembly(path).skeleton(options.ground, options.density)
+    return _Assembly(path).skeleton(options)
 
 
 class _Assembly(AssemblyDraft):
@@ -109,7 +112,6 @@ class _Assembly(AssemblyDraft):
         #: names of bodies by those of objects
         self.parts: dict[str, str] = {}
         self.shapes: dict[tuple[str, str], PartShape | None] = {}
-        self.solid: dict[tuple[str, str], SolidPart | None] = {}
         #: sleeves with limits of their angle
         self.turning: list[str] = []
         #: documents that are named and not there
@@ -250,20 +252,22 @@ class _Assembly(AssemblyDraft):
 
     # --- all of it --------------------------------------------------------------------------------------------------
 
-    def skeleton(self, ground: str | None, density: Mapping[str, float]) -> Skeleton:
+    def skeleton(self, options: Options) -> Skeleton:
         """All of it."""
         held = list(dict.fromkeys(self._grounded()))
         # A mechanism has the axes of what is fixed, and those of the assembly where several parts are.
-        is_world = len(held) > 1 and ground is None
+        is_world = len(held) > 1 and options.ground is None
         joints = [fixed(WORLD, name) for name in held] if is_world else [fixed(held[0], name) for name in held[1:]]
         joints += self._joints()
         for item in self._members(self.top):
             self._unjoined(item)
         if not is_world:
             del self.bodies[WORLD]
-        base = WORLD if is_world else self._fixed(ground, held)
-        if density:
-            self._weigh(density, base)
+        base = WORLD if is_world else self._fixed(options.ground, held)
+        if options.density:
+            self._weigh(options.density, base)
+        if options.planar:
+            self._outline()
         title = self.top.label if self.top.label != "Assembly" else self.archive.path.stem
         return self.closed(title, joints, base)
 
@@ -284,15 +288,17 @@ class _Assembly(AssemblyDraft):
             if name == base or not rho:
                 continue
             body = self.bodies[name]
-            own = [self._massive(frame, solid, rho) for frame, solid in self._solids(self.archive, item, body.frame, 0)]
+            own = [
+                self._massive(frame, None if shape is None else self._solid(shape), rho)
+                for frame, shape in self._placed(self.archive, item, body.frame, 0)
+            ]
             if own and None not in own:
                 weighed = True
                 self.bodies[name] = body.with_masses_of([one for one in own if one is not None])
             else:
                 unknown.append(name)
         if unknown:
-            kinds = "closed shapes of planes, cylinders, cones, spheres and tori"
-            self.notes.append(f"These parts have no masses, because they are not {kinds}: {listed(unknown)}.")
+            self.notes.append(f"These parts have no masses, because they are not {KINDS_READ}: {listed(unknown)}.")
         if weighed:
             self.notes.append("Weight acts against z of the drawing.")
 
@@ -303,10 +309,10 @@ class _Assembly(AssemblyDraft):
         inertia = density * frame.axes @ found.inertia @ frame.axes.T
         return Body(frame, density * found.volume, frame.point(found.centre), inertia)
 
-    def _solids(
+    def _placed(
         self, archive: Archive, item: DocumentItem, frame: Frame, depth: int
-    ) -> Iterator[tuple[Frame, SolidPart | None]]:
-        """The solids that a part shows, with their frames; None of what has no volume that is known."""
+    ) -> Iterator[tuple[Frame, PartShape | None]]:
+        """The shapes that a part shows, with their frames; None of one that is not known."""
         there, found = self._shown(archive, item)
         if there is None or found is None or depth > LONGEST_CHAIN:
             yield frame, None
@@ -315,18 +321,39 @@ class _Assembly(AssemblyDraft):
                 inner = there.items.get(name)
                 if inner is not None and inner.holds("Visibility", default=True) and _has_shape(inner):
                     within = frame if inner.kind in GROUPS[:2] else frame @ self._frame(there, inner)
-                    yield from self._solids(there, inner, within, depth + 1)
+                    yield from self._placed(there, inner, within, depth + 1)
         else:
-            yield frame, self._solid(there, found)
+            yield frame, self._shape_of(there, found)
 
-    def _solid(self, archive: Archive, item: DocumentItem) -> SolidPart | None:
-        key = (archive.file, item.name)
-        if key not in self.solid:
-            shape = self._shape_of(archive, item)
-            self.solid[key] = None
-            with suppress(Unreadable):
-                self.solid[key] = None if shape is None else solid(shape)
-        return self.solid[key]
+    @cache  # noqa: B019 - as long as the import
+    def _solid(self, shape: PartShape) -> SolidPart | None:
+        with suppress(Unreadable):
+            return solid(shape)
+        return None
+
+    # --- outlines ---------------------------------------------------------------------------------------------------
+
+    def _outline(self) -> None:
+        """Give the parts their surfaces, whose outline is drawn."""
+        unknown = []
+        for name, item in self.shown.items():
+            frame = self.bodies[name].frame
+            try:
+                own = [
+                    self._facets(shape).within(placed)
+                    for placed, shape in self._placed(self.archive, item, frame, 0)
+                    if shape is not None
+                ]
+            except Unreadable:
+                unknown.append(name)
+                continue
+            self.bodies[name] = replace(self.bodies[name], facets=Facets.joined(own))
+        if unknown:
+            self.notes.append(f"These parts have no outlines, because they are not {KINDS_READ}: {listed(unknown)}.")
+
+    @cache  # noqa: B019 - as long as the import
+    def _facets(self, shape: PartShape) -> Facets:
+        return facets(shape)
 
     def _unjoined(self, item: DocumentItem) -> None:
         """Take over a part without a joint, so that it can be said that it is left out."""

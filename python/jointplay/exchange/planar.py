@@ -213,5 +213,6 @@ def _closed(joint: Joint, angles: dict[str, float]) -> Joint:
 def _body(body: Body, plane: Matrix, angle: float) -> Body:
     c, s = np.cos(angle), np.sin(angle)
     axes = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    about = np.diag([0.0, 0.0, plane[2] @ body.inertia @ plane[2]])
-    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre), about, body.is_between)
+    seen = body.within(Frame(axes=plane))
+    about = np.diag([0.0, 0.0, seen.inertia[2, 2]])
+    return replace(seen, frame=Frame(_flat(plane, body.frame.at), axes), centre=seen.centre * [1, 1, 0], inertia=about)

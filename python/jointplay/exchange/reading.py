@@ -28,6 +28,7 @@ from .planar import projected
 from .pmks import LINK_NAME, is_link, linked
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
+from .silhouettes import outlined
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
 from .writing import EXAMPLE, sized, text, unit_of
 
@@ -181,7 +182,7 @@ def _imported(place: str, options: Options) -> Imported:
         raise InputError("has no joint that lets something move")
     drives = _drives(skeleton, options)
     if options.planar:
-        skeleton = merged(projected(skeleton, drives or ()))
+        skeleton = outlined(merged(projected(skeleton, drives or ())))
     output = _output(skeleton, options.output)
     leaders = {joint.follows[0]: None for joint in skeleton.joints if joint.follows}
 

@@ -68,10 +68,7 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
 
     return replace(
         skeleton,
-        bodies={
-            name: replace(body, frame=moves[name] @ body.frame, centre=moves[name].point(body.centre))
-            for name, body in skeleton.bodies.items()
-        },
+        bodies={name: body.within(moves[name]) for name, body in skeleton.bodies.items()},
         joints=tuple(moved(old) for old in skeleton.joints),
     )
 

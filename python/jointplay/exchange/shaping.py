@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 
 from jointplay.errors import InputError, listed, not_known
 
-from .skeleton import GROUND, Body, Frame, Joint, Skeleton
+from .skeleton import GROUND, Body, Facets, Frame, Joint, Skeleton
 
 #: what a name of the mechanism file cannot have
 FORBIDDEN = re.compile(r"""[\s\x00-\x1f\x7f./*"'=\[\]]+""")
@@ -141,9 +141,7 @@ def grounded(skeleton: Skeleton, name: str) -> Skeleton:
     gx, gy, gz = back.axes @ np.array(skeleton.gravity)
     return replace(
         skeleton,
-        bodies={
-            name: replace(b, frame=back @ b.frame, centre=back.point(b.centre)) for name, b in skeleton.bodies.items()
-        },
+        bodies={name: body.within(back) for name, body in skeleton.bodies.items()},
         joints=tuple(joint(old) for old in skeleton.joints),
         ground=body,
         frames={name: (body, back @ frame) for name, (body, frame) in skeleton.frames.items()},
@@ -200,8 +198,8 @@ def merged(skeleton: Skeleton) -> Skeleton:
 
 
 def _one(bodies: list[Body]) -> Body:
-    """The first of them, which comes again in its place, with the mass of all."""
-    return bodies[0].with_masses_of(bodies[1:])
+    """The first of them, which comes again in its place, with the mass and the surface of all."""
+    return replace(bodies[0].with_masses_of(bodies[1:]), facets=Facets.joined(body.facets for body in bodies[1:]))
 
 
 def leading(skeleton: Skeleton) -> Skeleton:

@@ -53,6 +53,35 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Facets:
+    """The surface of a body in flat pieces.
+
+    Attributes
+    ----------
+    ends : ndarray
+        Of the directed edges around the pieces, in the drawing: shape (edge, end, axis).
+    piece : ndarray
+        The piece of each edge, by its number.
+    """
+
+    ends: Matrix = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    piece: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def within(self, frame: Frame) -> Facets:
+        """The same, where a frame is given instead of its own axes."""
+        return replace(self, ends=self.ends @ frame.axes.T + frame.at)
+
+    @classmethod
+    def joined(cls, several: Iterable[Facets]) -> Facets:
+        """All pieces of some surfaces."""
+        found = cls()
+        for one in several:
+            start = int(found.piece.max(initial=-1)) + 1
+            found = cls(np.concatenate([found.ends, one.ends]), np.concatenate([found.piece, start + one.piece]))
+        return found
+
+
+@dataclass(frozen=True)
 class Body:
     """One rigid body.
 
@@ -68,6 +97,10 @@ class Body:
         Matrix of its moments of inertia about the centre of mass, kg m^2, axes of the drawing.
     is_between : bool
         Whether it is no part of the drawing, but stands between joints that together hold what one holds there.
+    facets : Facets
+        Its surface, where it is known.
+    outline : tuple of ndarray
+        Closed lines around what is seen of it along z, x and y in the drawing.
     """
 
     frame: Frame = field(default_factory=Frame)
@@ -75,6 +108,14 @@ class Body:
     centre: Vector = field(default_factory=lambda: np.zeros(3))
     inertia: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
     is_between: bool = False
+    facets: Facets = field(default_factory=Facets)
+    outline: tuple[Matrix, ...] = ()
+
+    def within(self, frame: Frame) -> Body:
+        """The same, where a frame is given instead of the axes of the drawing."""
+        inertia = np.asarray(frame.axes @ self.inertia @ frame.axes.T)
+        placed = replace(self, frame=frame @ self.frame, centre=frame.point(self.centre), inertia=inertia)
+        return replace(placed, facets=self.facets.within(frame))
 
     def with_masses_of(self, bodies: Sequence[Body]) -> Body:
         """The same body with the masses of some bodies in place of its own."""

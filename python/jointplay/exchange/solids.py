@@ -76,9 +76,9 @@ def _solid(shape: PartShape) -> SolidPart:
     for face in shape.faces():
         own = np.zeros((5, 3))
         sign = -1.0 if face.is_reversed else 1.0
-        patch = _Patch(shape, face, start)
+        patch = Patch(shape, face, start)
         for trace in shape.boundary(face):
-            curve = _curve_of(patch, trace)
+            curve = curve_of(patch, trace)
             pieces += len(curve[1])
             if pieces > MOST_PIECES:
                 raise Unreadable(f"its edges have more than {MOST_PIECES} pieces")
@@ -98,7 +98,7 @@ def _solid(shape: PartShape) -> SolidPart:
     return SolidPart(volume * MM**3, (centre + start) * MM, inertia * MM**5)
 
 
-class _Patch:
+class Patch:
     """The surface of a face, mm."""
 
     def __init__(self, shape: PartShape, face: Met, start: Vector) -> None:
@@ -123,6 +123,10 @@ class _Patch:
                 inner = self._inner(points)
                 found += np.einsum("n,nij->ij", half * weights * tangents[:, 1], inner)
         return found
+
+    def places(self, u: Matrix, v: Matrix) -> Matrix:
+        """Points at parameters, in the axes of the part."""
+        return np.asarray(self._surface(u[..., None], v[..., None])[0] @ self.matrix[:3, :3].T + self.matrix[:3, 3])
 
     def _inner(self, points: Matrix) -> Matrix:
         """G at points of an edge, shape (point, field, axis)."""
@@ -157,7 +161,7 @@ class _Patch:
         return self.at + radius * out + tube * np.sin(v) * self.axis, radius * around, along
 
 
-def _curve_of(patch: _Patch, trace: Trace) -> tuple[Plane2, list[tuple[float, float]], int]:
+def curve_of(patch: Patch, trace: Trace) -> tuple[Plane2, list[tuple[float, float]], int]:
     """The curve of an edge on a surface, the pieces on which it is smooth, and how many points each needs."""
     low, high = trace.ends
     if trace.curve is None:

@@ -17,6 +17,7 @@ from jointplay.file.toml import number, numbers
 
 from .driving import has_loops
 from .rotations import across, aligning
+from .silhouettes import TOLERANCE
 from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector, free
 
 #: of every file that is written
@@ -349,10 +350,28 @@ def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
 
 def _bodies(skeleton: Skeleton) -> Iterator[str]:
     for name, body in skeleton.bodies.items():
+        lines = []
         if body.mass and name != GROUND:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
-            lines = [f"[bodies.{key(name)}]", f"mass   = {number(body.mass)}", f"centre = {centre}"]
-            yield "\n".join([*lines, *_moments(skeleton, body)])
+            lines = [f"mass   = {number(body.mass)}", f"centre = {centre}", *_moments(skeleton, body)]
+        lines += _outline(body)
+        if lines:
+            yield "\n".join([f"[bodies.{key(name)}]", *lines])
+
+
+def _outline(body: Body) -> Iterator[str]:
+    """The lines of the outline, where there is one: rounded to what can be seen."""
+    if not body.outline:
+        return
+    size = max(float(np.ptp(line, axis=0).max()) for line in body.outline) / UNITS.length
+    digits = 1 - int(np.floor(np.log10(size * TOLERANCE)))
+    back = body.frame.inverse()
+    yield "outline = ["
+    for line in body.outline:
+        own = (np.pad(line, ((0, 0), (0, 1))) @ back.axes.T + back.at) / UNITS.length
+        corners = ", ".join(numbers(corner[:2]) for corner in np.round(own, digits) + 0.0)
+        yield f"  [{corners}],"
+    yield "]"
 
 
 def _moments(skeleton: Skeleton, body: Body) -> Iterator[str]:

@@ -50,6 +50,8 @@ PUBLIC = (
 )
 #: tables that say nothing of the mechanism: who approves it does not make another one of it
 ASIDE = ("board", "document")
+#: the same of a key of bodies
+DRAWN = "outline"
 #: extensions of other formats, which are known far above this layer
 FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
@@ -84,7 +86,7 @@ class Mechanism(Compiled):
         Units of the file.
     hash : str
         Eight digits by which results and figures name it; the same for all files with the same mechanism,
-        whatever their ``[document]`` says.
+        whatever their ``[document]`` and the outlines of their bodies say.
     outputs, load_cases : tuple of str
         Names of the outputs and of the load cases that questions are asked of; empty where the file has ``[output]``
         and no load cases, or where `only` has chosen one.
@@ -505,7 +507,7 @@ class Mechanism(Compiled):
     @cached_property
     def hash(self) -> str:
         """Eight digits that are the same for files of the same mechanism, by which results and figures name it."""
-        content = json.dumps(_canonical({key: v for key, v in self.raw.items() if key not in ASIDE}), sort_keys=True)
+        content = json.dumps(_canonical(_without_asides(self.raw)), sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()[:8]
 
     def _is(self, text: str, path: str) -> bool:
@@ -656,6 +658,19 @@ def _hashable(value: object) -> object:
     if isinstance(value, Mapping):
         return frozenset((key, _hashable(one)) for key, one in value.items())
     return tuple(map(_hashable, value)) if isinstance(value, list) else value
+
+
+def _without_asides(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """What of the tables of a file, or of a pattern in it, is of the mechanism."""
+    found = {key: value for key, value in tables.items() if key not in ASIDE}
+    if "patterns" in found:
+        found["patterns"] = {name: _without_asides(table) for name, table in found["patterns"].items()}
+    if any(DRAWN in body for body in found.get("bodies", {}).values()):
+        bare = {name: {k: v for k, v in body.items() if k != DRAWN} for name, body in found.pop("bodies").items()}
+        # A body that has nothing else is as well without a table.
+        if bodies := {name: body for name, body in bare.items() if body}:
+            found["bodies"] = bodies
+    return found
 
 
 def _canonical(value: object) -> object:

@@ -34,7 +34,7 @@ from jointplay.result import Result, commanded
 from .bodies import on_ground, outline, path_of_output
 from .linkage import kind_of
 from .movies import MOVIES, Picture, check_tool
-from .scene import Scene, Sight, places
+from .scene import Scene, Sight, drawn_points, places
 from .style import Style, as_style, theme, using
 from .words import automatic, check_exaggeration, headline, legend
 
@@ -295,8 +295,9 @@ def _limits(motion: Motion, view: Sight) -> tuple[Floats, Floats]:
         for end, radius in zip(ENDS, joint["coupling"]["radii"], strict=False)
     ]
     for k in np.flatnonzero(np.isfinite(motion.at.poses).all(axis=(1, 2))).tolist():
-        own = places(m, np.vstack([motion.at.poses[k], ground]))
-        every.append(view.flat(own))
+        at = np.vstack([motion.at.poses[k], ground])
+        own = places(m, at)
+        every.append(view.flat(drawn_points(m, at)))
         every += [view.flat(own[point] + corner) for point, radius in wheels for corner in radius * CORNERS]
         moved = motion.moved_at(k)
         if moved is not None:

@@ -21,10 +21,10 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result
 from jointplay.result.table import VERDICTS
 
-from .bodies import outline
+from .bodies import outline, put_outline
 from .layout import columns_of
 from .names import write as write_names
-from .scene import PLAN, places, written
+from .scene import PLAN, contour, drawn_points, places, written
 from .solid import OBLIQUE, Solid
 from .style import INCH, Style, StyledFigure, current, theme, using
 from .words import automatic, check_exaggeration, headline, light, title
@@ -142,7 +142,8 @@ class _Drawing:
         at, number = nominal(m), int(result.attrs["at_configuration"])
         self.at = at.at(number)
         self.view = OBLIQUE if self.size == 3 else PLAN
-        self.places = places(m, np.vstack([at.poses[number], poses.ground(m.pose_size)]))
+        self.poses = np.vstack([at.poses[number], poses.ground(m.pose_size)])
+        self.places = places(m, self.poses)
         self.extent = float(np.ptp(self.places, axis=0).max()) or 1.0
         self.members = [str(cell).split(", ") for cell in result.get("members").tolist()]
         largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
@@ -151,7 +152,7 @@ class _Drawing:
     @property
     def height(self) -> float:
         """Height of a panel that has no empty space beside the mechanism."""
-        width, height = np.ptp(self.view.flat(self.places), axis=0) + 2.0 * MARGIN * self.extent
+        width, height = np.ptp(self.view.flat(drawn_points(self.m, self.poses)), axis=0) + 2.0 * MARGIN * self.extent
         return LABELS + (WIDTH - LABELS) * float(height / width)
 
     def _errors(self) -> list[Floats]:
@@ -185,7 +186,7 @@ class _Drawing:
 
     def _limits(self) -> tuple[Floats, Floats]:
         """The same place in every panel."""
-        flat = self.view.flat(self.places)
+        flat = self.view.flat(drawn_points(self.m, self.poses))
         return flat.min(axis=0) - MARGIN * self.extent, flat.max(axis=0) + MARGIN * self.extent
 
     def _solid(self, axes: Axes, before: set[str], new: set[str]) -> None:
@@ -203,6 +204,8 @@ class _Drawing:
         """A body in the plane, in axes with equal scales."""
         (left, low), (right, high) = self._limits()
         unit = self.m.units.length_name
+        colour, width = (colour_of(NEW), 3.0) if new else (theme().grey, 1.6)
+        put_outline(axes, [self.view.flat(line) for line in contour(self.m, self.poses, body)], colour)
         axes.set(xlim=(left, right), ylim=(low, high), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
         axes.set_aspect("equal")
         used = {*(point for points in self.m.joint_points for point in points), self.m.output_point}
@@ -212,7 +215,6 @@ class _Drawing:
             axes.plot(*self.view.flat(corners).T, marker="s", markersize=6, linestyle="none", color=theme().grey)
             axes.plot(*around.T, linestyle=":", color=theme().grey)
             return
-        colour, width = (colour_of(NEW), 3.0) if new else (theme().grey, 1.6)
         axes.plot(*around.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2)
 
     def _names(self, axes: Axes, new: set[str]) -> None:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.file.schema import PlanarBody
 
-from .style import mixed, theme
+from .style import mixed, scaled, theme
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
@@ -17,6 +22,8 @@ if TYPE_CHECKING:
 
 #: what is left of a colour when all colours have been used
 PALER = 0.6
+#: what is left of it in the area and the lines of an outline
+FAINT, LIGHT = 0.12, 0.6
 
 
 def body_colour(m: Mechanism, body: int) -> str:
@@ -41,6 +48,34 @@ def path_of_output(m: Mechanism, at: Nominal) -> Floats:
     """The place of the output point in every configuration, ground axes, metres; three coordinates."""
     point = m.points[m.output_point]
     return poses.place(at.poses[:, point.body], point.at)
+
+
+def drawn_outline(m: Mechanism, body: int) -> list[Floats]:
+    """The closed lines that a file has of a body, by its index, in body axes: (corner, axis), three coordinates, SI.
+
+    A piece of an elastic body has none: its body has them.
+    """
+    name = m.bodies[body] if body >= 0 else "ground"
+    table = m.data.bodies.get(name)
+    lines = (table.outline or ()) if isinstance(table, PlanarBody) else ()
+    return [np.pad(m.units.length * np.array(line), ((0, 0), (0, 1))) for line in lines]
+
+
+def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
+    """Draw closed lines of a body behind all else: filled, but for lines within lines."""
+    turned = []
+    for k, line in enumerate(lines):
+        start = (float(line[0, 0]), float(line[0, 1]))
+        depth = sum(Path(other).contains_point(start) for other in lines[:k] + lines[k + 1 :])
+        area = float(sum(_turn(line[0], one, other) for one, other in pairwise(line)))
+        # What turns against the line around it is a hole of it, in all formats that are written.
+        way = 1 if (area > 0.0) == (depth % 2 == 0) else -1
+        turned.append(Path(np.vstack([line, line[:1]])[::way], closed=True))
+    if turned:
+        whole = Path.make_compound_path(*turned)
+        axes.add_patch(PathPatch(whole, facecolor=mixed(colour, theme().paper, FAINT), edgecolor="none", zorder=0.4))
+        light = mixed(colour, theme().paper, LIGHT)
+        axes.add_patch(PathPatch(whole, fill=False, edgecolor=light, linewidth=scaled(0.9), zorder=0.6))
 
 
 def outline(points: Floats, near: float) -> Floats:

@@ -20,7 +20,7 @@ from jointplay.model.mobility import Attempt
 from jointplay.result import Result
 
 from . import springs
-from .bodies import body_colour, on_ground, outline, path_of_output
+from .bodies import body_colour, drawn_outline, on_ground, outline, path_of_output, put_outline
 from .clearances import DrawnClearance, shapes
 from .names import write as write_names
 from .style import alarm, scaled, theme
@@ -91,9 +91,11 @@ class Scene(ABC):
         self.path = path_of_output(m, at) / m.units.length
         every = np.vstack([self.places, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
+        #: poses in the place of the nominal ones, and how many times the way to them is drawn
+        self.moved, self.times = self.poses, times
         if moved is not None:
-            there = places(m, np.vstack([moved[0], ground]), moved[1])
-            self.places = self.places + times * (there - self.places)
+            self.moved = np.vstack([moved[0], ground])
+            self.places = self.places + times * (places(m, self.moved, moved[1]) - self.places)
         inner = {member.joint for member in m.members}
         #: joints of the file; the pieces of elastic bodies hang together by others
         self.joints_drawn = [
@@ -136,6 +138,12 @@ class Scene(ABC):
             return np.zeros((0, 3))
         found = outline(points, STRAIGHT * self.extent)
         return found[:1] if np.ptp(found, axis=0).max() <= STRAIGHT * self.extent else found
+
+    def contour(self, body: int) -> None:
+        """What the file says is the outline of a body."""
+        here, there = (contour(self.m, at, body) for at in (self.poses, self.moved))
+        lines = [self.view.flat(a + self.times * (b - a)) for a, b in zip(here, there, strict=True)]
+        put_outline(self.axes, lines, self.tint(body))
 
     def label(self, body: int) -> str | None:
         """What the legend calls a body; a piece of an elastic body is drawn as that body."""
@@ -262,6 +270,18 @@ def written(m: Mechanism, joint: int) -> str:
     name = m.joints[joint].split("/")[0]
     whole, _, part = name.rpartition(".")
     return whole if part in ("first", "second") and whole and m.joint_kinds[joint] == "revolute" else name
+
+
+def contour(m: Mechanism, at: Floats, body: int) -> list[Floats]:
+    """The outline of a body that the file has, ground axes, file units; the poses end with that of the ground."""
+    turn, start = poses.matrix(at[body]).T, poses.position(at[body])
+    return [(line @ turn + start) / m.units.length for line in drawn_outline(m, body)]
+
+
+def drawn_points(m: Mechanism, at: Floats) -> Floats:
+    """All points of the specification and of outlines, as `places` and `contour` have them."""
+    lines = [line for body in range(-1, len(m.bodies)) for line in contour(m, at, body)]
+    return np.concatenate([places(m, at), *lines])
 
 
 def places(m: Mechanism, at: Floats, on_bodies: Floats | None = None) -> Floats:

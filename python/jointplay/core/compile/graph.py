@@ -255,9 +255,9 @@ class Graph:
         for section, names in (("bodies", data.bodies), ("start", data.start)):
             for name in names:
                 if name == GROUND:
-                    if section == "bodies" and data.bodies[name].model_fields_set <= {"expansion"}:
+                    if section == "bodies" and data.bodies[name].model_fields_set <= {"expansion", "outline"}:
                         continue
-                    only = "; it has no key but expansion" if section == "bodies" else "; leave it out"
+                    only = "; it has no key but expansion and outline" if section == "bodies" else "; leave it out"
                     raise self.refuse(f"'{GROUND}' is fixed{only}", f"{section}.{name}")
                 self.body_index(name, f"{section}.{name}")
         self._check_strays(data)

@@ -14,6 +14,7 @@ from jointplay.errors import shown
 
 from .values import (
     EXPRESSION,
+    IN_PLANE,
     IN_SPACE,
     Direction,
     NonNegative,
@@ -32,6 +33,8 @@ NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"]
 
 #: the coefficient of thermal expansion; polymers go to a few 1e-4 per kelvin, some ceramics shrink
 Expansion = Annotated[float, Field(ge=-0.01, le=0.01), EXPRESSION]
+#: closed lines of an outline, and corners of each: more cannot be told apart on a drawing
+MOST_LINES, MOST_CORNERS = 1000, 5000
 #: part of the largest moment of inertia by which rounding may miss what a body can have
 ROUNDED = 1e-6
 
@@ -85,6 +88,24 @@ def _of_a_body(given: tuple[float, ...]) -> tuple[float, ...]:
 #: all six, of which the last three may be left out
 InertiaMatrix = Annotated[
     tuple[Number, ...], Field(strict=False, min_length=3, max_length=6), AfterValidator(_of_a_body)
+]
+
+
+def _is_corner(value: Any) -> bool:
+    return isinstance(value, list | tuple) and len(value) == 2 and not any(isinstance(x, list | tuple) for x in value)
+
+
+def _of_lines(value: Any) -> Any:
+    """Refuse a single closed line, whose corners would be taken for lines."""
+    if isinstance(value, list | tuple) and value and _is_corner(value[0]):
+        raise problem("closed lines are needed, each a list of corners: [[[0, 0], [50, 0], [50, 20]]]")
+    return value
+
+
+#: a closed line, whose last corner is joined to the first one
+OutlineCorners = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3, max_length=MOST_CORNERS)]
+OutlineLines = Annotated[
+    tuple[OutlineCorners, ...], Field(strict=False, min_length=1, max_length=MOST_LINES), BeforeValidator(_of_lines)
 ]
 
 
@@ -144,7 +165,7 @@ class PlanarBody(BodyTable):
     """Mass of a body, for its weight and its inertia, and what makes it elastic."""
 
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] } or { stiffness = 5e4 }"
-    elsewhere: ClassVar[Mapping[str, str]] = {"G": IN_SPACE, "torsion": IN_SPACE, "side": IN_SPACE}
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("G", "torsion", "side"), IN_SPACE)
 
     centre: Pair = Field((0.0, 0.0), description="centre of mass in body axes")
     rotational_inertia: NonNegative | SkipJsonSchema[None] = Field(
@@ -153,12 +174,16 @@ class PlanarBody(BodyTable):
     inertia: Positive | SkipJsonSchema[None] = Field(
         None, description="second moment of area of the section: with E it can be bent"
     )
+    outline: OutlineLines | SkipJsonSchema[None] = Field(
+        None, description="what drawings show of it: closed lines, of holes too, each a list of corners in body axes"
+    )
 
 
 class SpatialBody(BodyTable):
     """Mass of a body, for its weight and its inertia, and what makes it elastic."""
 
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0, 0] } or { stiffness = 5e4 }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"outline": IN_PLANE}
 
     centre: Triple = Field((0.0, 0.0, 0.0), description="centre of mass in body axes")
     rotational_inertia: InertiaMatrix | SkipJsonSchema[None] = Field(

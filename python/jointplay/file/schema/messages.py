@@ -8,6 +8,8 @@ from pydantic import ValidationError
 from jointplay.errors import comma_hint, shown, split_hint, suggestion
 
 COUNTS = {2: "two", 3: "three"}
+#: values of a list of fixed length
+LONGEST_ROW = 9
 WORDS = {1: "one value is", 2: "two values are"}
 
 
@@ -90,6 +92,8 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
             return f"a list in brackets is needed, not {value}"
         case "too_long":
             needed = int(context["max_length"])
+            if needed > LONGEST_ROW:
+                return f"at most {needed} values are possible, not {value}"
             return f"{needed} values are needed, not {value}{split_hint(given, needed)}"
         case "too_short":
             least = int(context["min_length"])

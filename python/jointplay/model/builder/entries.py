@@ -1098,6 +1098,7 @@ class Parts(Writing):
         E: NumberLike | None = None,
         area: NumberLike | None = None,
         inertia: NumberLike | NumbersLike | None = None,
+        outline: Sequence[RowsLike] | None = None,
         G: NumberLike | None = None,
         torsion: NumberLike | None = None,
         side: NumbersLike | None = None,
@@ -1127,6 +1128,9 @@ class Parts(Writing):
         inertia : optional
             Second moment of area of the section: with E it can be bent; in space: second moment of area; two of
             them for bending about `side` and about the direction across.
+        outline : optional
+            What drawings show of it: closed lines, of holes too, each a list of corners in body axes (in the plane
+            only).
         G : optional
             Shear modulus, force per length squared (in space only).
         torsion : optional
@@ -1146,6 +1150,7 @@ class Parts(Writing):
                 "E": E,
                 "area": area,
                 "inertia": inertia,
+                "outline": outline,
                 "G": G,
                 "torsion": torsion,
                 "side": side,

@@ -17,7 +17,7 @@ from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot import couplings, springs
-from jointplay.plot.bodies import body_colour, outline
+from jointplay.plot.bodies import body_colour, drawn_outline, outline
 from jointplay.plot.plan import SLIDER
 from jointplay.plot.sketch import AXIS, SLIDING
 from jointplay.plot.style import using
@@ -36,6 +36,8 @@ class Stand(NamedTuple):
 #: places of some points by how all bodies stand: (configuration, point, 3), in units of the file
 Places = Callable[[Stand], Floats]
 
+#: decimals of the corners of an outline, as parts of its size
+FINE = 4
 #: points of a circle
 ROUND = 72
 #: how the pins of a universal joint are called
@@ -127,6 +129,7 @@ class Geometry:
         used = sorted({joint[end] for joint in self.spec["joints"] for end in ("first", "second")})
         output = self.spec["output"]["point"]
         for body, name in [(-1, "ground"), *enumerate(self.m.bodies)]:
+            self._contour(body, name)
             mine = [k for k in used if self.spec["points"][k]["body"] == body]
             # In space a plate has its joints as corners, and may carry the output anywhere.
             if self.spec["points"][output]["body"] == body and (self.planar or len(mine) < 3):
@@ -137,6 +140,27 @@ class Geometry:
             shape = {"kind": "body", "name": name if body == -1 else self.m.owners[body]}
             points = [mine[k] for k in order]
             self.shapes.append({**shape, "points": points, **self._tint(body), "ground": body == -1})
+
+    def _contour(self, body: int, name: str) -> None:
+        """The outline of a body that the file has: its corners as parts of the way along two sides of a rectangle.
+
+        Three corners of the rectangle move with the body, and with them all that is drawn, also magnified.
+        """
+        lines = drawn_outline(self.m, body)
+        if not lines:
+            return
+        every = np.concatenate(lines)
+        low, size = every.min(axis=0), np.maximum(np.ptp(every, axis=0), np.finfo(float).tiny)
+        frame = low + np.array([[0.0, 0.0, 0.0], [size[0], 0.0, 0.0], [0.0, size[1], 0.0]])
+
+        def corners(at: Stand) -> Floats:
+            here = at.poses[:, body]
+            turned = frame @ np.swapaxes(poses.matrix(here), 1, 2)
+            return np.asarray(poses.position(here)[:, None] + turned) / self.m.units.length
+
+        own = [np.round((line - low)[:, :2] / size[:2], FINE).tolist() for line in lines]
+        shape = {"kind": "outline", "name": name, "points": self._add(corners, 3), "lines": own}
+        self.shapes.append({**shape, **self._tint(body)})
 
     def _tint(self, body: int) -> dict[str, str]:
         """The colours of a body on a light and on a dark page."""

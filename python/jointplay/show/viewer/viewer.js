@@ -261,6 +261,13 @@ class Viewer {
         make("title", {}, path).textContent = shape.name;
         return path;
       }
+      case "outline": {
+        // What holds for three corners of a rectangle that moves with the body holds for all.
+        if (seen.length < 3) return null;
+        const [start, right, up] = seen;
+        const along = ([a, b]) => [0, 1].map((k) => start[k] + a * (right[k] - start[k]) + b * (up[k] - start[k]));
+        return tinted(at(shape.lines.map((line) => way(line.map(along), true)).join("")), shape, true);
+      }
       case "guide":
       case "strut":
       case "box":
@@ -353,7 +360,7 @@ class Viewer {
 }
 
 // In the plane: what lies over what.
-const ORDER = { guide: 1, strut: 1, support: 1, strand: 1, wheel: 1, body: 2, spring: 3, box: 4, play: 5, axis: 6, pin: 6, ball: 6, cross: 6, free: 6, output: 7 };
+const ORDER = { outline: 0, guide: 1, strut: 1, support: 1, strand: 1, wheel: 1, body: 2, spring: 3, box: 4, play: 5, axis: 6, pin: 6, ball: 6, cross: 6, free: 6, output: 7 };
 
 const known = (place) => place.every((value) => value !== null);
 
