@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import jointplay as jp
-from harness import Contender, Report, Spread, Target, interleave, ratio
+from harness import Contender, Report, Spread, Target, interleave, number, ratio
 
 CONFIGURATIONS = 9
 SPECIMENS = 512
@@ -67,10 +67,10 @@ def trains(k: int, before: str, at: np.ndarray, values: np.ndarray) -> Iterator[
 
 def serial(k: int, at: np.ndarray) -> Iterator[str]:
     """Two more links behind a joint, with a drive each."""
-    for number, axis in ((1, {"x": "y", "y": "x", "z": "x"}[AXES[k]]), (2, AXES[k])):
-        own, before = f"link{k}_{number}", f"link{k}" if number == 1 else f"link{k}_1"
-        yield f"{pin(f'of_{own}', before, own, at + 3.0 * number, axis)}\n[bodies.{own}]\nmass = 0.5"
-        yield drive(f"{k}_{number}", f"of_{own}", np.zeros(CONFIGURATIONS))
+    for which, axis in ((1, {"x": "y", "y": "x", "z": "x"}[AXES[k]]), (2, AXES[k])):
+        own, before = f"link{k}_{which}", f"link{k}" if which == 1 else f"link{k}_1"
+        yield f"{pin(f'of_{own}', before, own, at + 3.0 * which, axis)}\n[bodies.{own}]\nmass = 0.5"
+        yield drive(f"{k}_{which}", f"of_{own}", np.zeros(CONFIGURATIONS))
 
 
 def arm(kind: str) -> jp.Mechanism:
@@ -83,7 +83,7 @@ def arm(kind: str) -> jp.Mechanism:
             pin(f"J{k}", before, link, at, AXES[k]),
             f"[bodies.{link}]\nmass = {3 - 0.4 * k:g}\ncentre = {centre}",
         ]
-        values = np.linspace(0.0, FAR[k], CONFIGURATIONS)
+        values = np.linspace(0.3 * FAR[k], FAR[k], CONFIGURATIONS)
         if kind == "gears":
             parts += trains(k, before, at, values)
         else:
@@ -117,7 +117,8 @@ def measure(rounds: int) -> Report:
     for name in asked["plain"]:
         seconds = interleave([Contender(kind, asked[kind][name], 1) for kind in arms], rounds)
         ratios = {kind: ratio(seconds, kind, "plain") for kind in arms if kind != "plain"}
-        rows.append([f"`{name}`", Spread.of(seconds["plain"]).text(1e3), *(one.text() for one in ratios.values())])
+        times = (number(one.median) for one in ratios.values())
+        rows.append([f"`{name}`", Spread.of(seconds["plain"]).text(1e3), *times])
         most = {kind: max(one, ratios[kind].median) for kind, one in most.items()}
     targets = [
         Target("W12: lost motion, the most", 1.2, True, most["lost motion"]),
