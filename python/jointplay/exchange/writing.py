@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
@@ -348,8 +349,14 @@ def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
 
 
 def _bodies(skeleton: Skeleton) -> Iterator[str]:
+    on = Counter(name for joint in skeleton.joints for name in joint.bodies)
     for name, body in skeleton.bodies.items():
-        if body.mass and name != GROUND:
+        if name == GROUND:
+            continue
+        if not body.mass and on[name] == 1:
+            # With an entry it is not taken for another body whose name is mistyped.
+            yield f"[bodies.{key(name)}]"
+        elif body.mass:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
             lines = [f"[bodies.{key(name)}]", f"mass   = {number(body.mass)}", f"centre = {centre}"]
             yield "\n".join([*lines, *_moments(skeleton, body)])

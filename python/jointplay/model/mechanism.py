@@ -51,7 +51,7 @@ PUBLIC = (
 #: tables that say nothing of the mechanism: who approves it does not make another one of it
 ASIDE = ("board", "document")
 #: extensions of other formats, which are known far above this layer
-FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".sdf", ".mjcf", ".dxf")
+FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".linkage2", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
