@@ -110,10 +110,11 @@ def test_a_four_bar_with_a_link_that_nothing_joins(capsys: pytest.CaptureFixture
 
 
 def test_two_inputs_move_the_point_of_a_link_with_three_connectors() -> None:
-    """Whatever the unit says that the program shows, and beside drawings and measurements."""
+    """Whatever the unit is that the program shows, beside drawings, measurements, and a pin that is traced, too."""
     more = '<Link id="9" layer="1"><connector id="1"/><connector id="9"/></Link><connector id="9" layer="1" x="?"/>'
     more += '<Link id="9" measurementelement="true"><connector id="7"/><connector id="3"/></Link>'
-    text = drawing(PICK_AND_PLACE, ["1 6", "6 10", "5 7", "6 7 8", "10 3", "0 5"], more).replace("Millim", "Inches")
+    traced = PICK_AND_PLACE | {10: (PICK_AND_PLACE[10][0], 'draw="true"')}
+    text = drawing(traced, ["1 6", "6 10", "5 7", "6 7 8", "10 3", "0 5"], more).replace("Millim", "Inches")
     at = {own: point for own, (point, _) in PICK_AND_PLACE.items()}
     one, other = np.array([0.0, 8, 8, -5]), np.array([0.0, 0, 6, 9])
     found = moved(text, drives={"B": one.tolist(), "A": other.tolist()})
@@ -155,15 +156,28 @@ def test_a_slider_that_two_links_share_is_a_pin_of_theirs() -> None:
     assert ((slider - at[3]) / (at[4] - at[3])).imag == pytest.approx(0, abs=1e-8)
 
 
+def test_a_rod_slides_through_a_pin_on_the_ground() -> None:
+    """Its end is in the direction of the anchor, seen from the pin of the crank."""
+    at = {0: 0j, 1: 20 + 10j, 2: 140 - 20j, 3: 100 - 10j}
+    keys = [f"{INPUT} rpm='1'", "", "", 'anchor="true" slider="true"|<slidelimit id="1"/><slidelimit id="2"/>']
+    text = drawing({own: (at[own], keys[own]) for own in at}, ["0 1", "1 2", "3"])
+    turns = np.array([0.0, 20, -30])
+    pin = turned(at[1], at[0], turns)
+    expected = pin + abs(at[2] - at[1]) * (at[3] - pin) / abs(at[3] - pin)
+    np.testing.assert_allclose(moved(text, output="C", drives={"A": turns.tolist()}), expected, atol=1e-9)
+
+
 def test_links_with_like_names_and_connectors_with_the_same_name() -> None:
-    """A second crank, link_11, was taken for link_1 with a slip of the pen."""
-    more = SLIDING_CRANK | {k: (complex(200 + k, 0), 'name="P"') for k in range(20, 26)}
-    more[30] = (300 + 0j, f"{INPUT} name='a/b'")
-    text = drawing(more, ["1 2", "3 4", "6 2", *["20"] * 7, "30 20"])
+    """A second crank on a pin of its own was taken for the first one with a slip of the pen."""
+    more = {30: (300 + 0j, f"{INPUT} name='a/b'"), 31: (340 + 0j, 'name="P"'), 32: (350 + 0j, 'name="P"')}
+    text = drawing(SLIDING_CRANK | more, ["1 2", "3 4", "6 2", "30 31 32"])
+    for own, name in (("0", "crank"), ("3", "cranck")):
+        text = text.replace(f'<Link id="{own}"', f'<Link id="{own}" name="{name}"')
     Path("a.linkage2").write_text(text, encoding="utf-8")
-    m = jp.read("a.linkage2", output="P")
-    assert m.bodies == ("link_1", "link_3", "link_11")
+    m = jp.read("a.linkage2", output="C")
+    assert m.bodies == ("crank", "link_3", "cranck")
     assert m.drives == ("B", "a_b")
+    assert jp.read("a.linkage2", output="P_").value("output.at") == pytest.approx([350 * UNIT, 0])
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,8 @@ def read(path: Path, options: Options) -> Skeleton:
     called = free_names({own: one.name for own, one in connectors.items()}, [GROUND, *names])
     bodies = {GROUND: [own for own, one in connectors.items() if one.is_anchor]}
     for name, link in zip(names, links, strict=True):
-        bodies.setdefault(GROUND if _is_fixed(link, connectors) else name, []).extend(link.connectors)
+        is_fixed = sum(connectors[own].is_anchor for own in link.connectors) > 1
+        bodies.setdefault(GROUND if is_fixed else name, []).extend(link.connectors)
     on: dict[str, dict[str, None]] = {own: {} for own in connectors}
     for body, held in bodies.items():
         for own in held:
@@ -177,12 +178,6 @@ def _links(reading: Reading, elements: list[Element], connectors: Mapping[str, C
         if len(held) > 1:
             found.append(ConnectedLink(name, tuple(held)))
     return found
-
-
-def _is_fixed(link: ConnectedLink, connectors: Mapping[str, Connector]) -> bool:
-    """Whether it has two anchors; it slides in one that is a slider."""
-    held = [connectors[own] for own in link.connectors]
-    return sum(one.is_anchor and not one.limits for one in held) > 1
 
 
 def _joints(
