@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import random
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,10 +74,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def moved(text: str, **options: object) -> np.ndarray:
+def moved(text: str, **options: Any) -> np.ndarray:
     """The output as a complex number, in the unit of the files."""
     Path("a.linkage2").write_text(text, encoding="utf-8")
-    return np.asarray(jp.solve(jp.read("a.linkage2", **options))["nominal"])[:, :2] @ [1, 1j] / UNIT  # type: ignore[arg-type]
+    return np.asarray(jp.solve(jp.read("a.linkage2", **options))["nominal"])[:, :2] @ [1, 1j] / UNIT
 
 
 def turned(point: complex, about: complex, degrees: np.ndarray) -> np.ndarray:
