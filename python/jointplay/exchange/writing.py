@@ -12,7 +12,7 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.units import Units
-from jointplay.errors import one_line
+from jointplay.errors import nearest, one_line
 from jointplay.file.schema.kinds import PLANAR, SPATIAL
 from jointplay.file.toml import number, numbers
 
@@ -353,8 +353,9 @@ def _bodies(skeleton: Skeleton) -> Iterator[str]:
     for name, body in skeleton.bodies.items():
         if name == GROUND:
             continue
-        if not body.mass and on[name] == 1:
-            # With an entry it is not taken for another body whose name is mistyped.
+        others = [other for other in skeleton.bodies if other != name]
+        if not body.mass and on[name] == 1 and nearest(name, others, slips_only=True):
+            # With an entry it is not taken for the other one, mistyped.
             yield f"[bodies.{key(name)}]"
         elif body.mass:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
