@@ -12,7 +12,9 @@ import typer
 from jointplay.errors import JointplayError
 
 #: of files that can be imported
-EXTENSIONS = (".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".dxf", ".json", ".fcstd", ".asmt", ".pyslvs", ".pmks")
+EXTENSIONS = (
+    *(".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".dxf", ".json", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".linkage2"),
+)
 
 
 def files(incomplete: str) -> list[str]:

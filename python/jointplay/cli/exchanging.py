@@ -39,7 +39,7 @@ def import_(
         typer.Argument(
             metavar="FOREIGN",
             help="URDF (.urdf, .xacro), SDF (.sdf), MJCF (.mjcf), or as .xml; FreeCAD (.FCStd, .asmt); DXF (.dxf);"
-            " pylinkage (.json), Pyslvs (.pyslvs), PMKS+ (.pmks, or its link).",
+            " pylinkage (.json), Pyslvs (.pyslvs), Linkage (.linkage2), PMKS+ (.pmks, or its link).",
             show_default=False,
             autocompletion=completing.foreign,
         ),

@@ -1,4 +1,4 @@
-"""Pins of planar drawings, also of several bodies, and what they connect."""
+"""Pins of planar drawings, also of several bodies, what they connect, and what else drawings have in common."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import numpy as np
 
 from jointplay.errors import InputError, listed
 
-from .skeleton import Attachment, Joint, Vector
+from .skeleton import Attachment, Frame, Joint, Vector
 
 #: the normal of the plane
 Z = np.array([0.0, 0.0, 1.0])
+#: the point that is the output
+OUTPUT = "output"
 
 
 def pins(name: str, bodies: Sequence[str], at: Vector, is_driven: bool = False) -> Iterator[Joint]:
@@ -44,3 +46,22 @@ def require_connected(links: Iterable[str], ground: str, joints: Iterable[Joint]
     apart = [name for name in links if name not in inside]
     if apart:
         raise InputError(f"nothing joins these links with the ground: {listed(apart)}", key=key)
+
+
+def choose_output(
+    frames: dict[str, tuple[str, Frame]], traced: Sequence[str], joints: Iterable[Joint]
+) -> Iterator[str]:
+    """Call a traced point the output where none is called so, and say which one."""
+    if OUTPUT in frames or not frames:
+        return
+    # A point that only one link has is there to be traced.
+    pinned = {joint.name for joint in joints}
+    chosen = ([name for name in traced if name not in pinned] or traced or [*frames])[-1]
+    frames[OUTPUT] = frames[chosen]
+    yield f"The output is {chosen}; --output-point names another joint."
+
+
+def said_of_speed(turning: Iterable[str], speed: object, is_clockwise: bool) -> str:
+    """What is said of inputs that turn, in rpm."""
+    way = "clockwise, against the values of its drive" if is_clockwise else "counter-clockwise"
+    return f"{listed(turning)} turns at {speed} rpm {way}; the speed is left out."

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
@@ -24,8 +24,20 @@ from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.file import toml
 
 from .options import Options
-from .pins import pins, require_connected
-from .skeleton import GROUND, STANDARD_GRAVITY, AppliedForce, Attachment, Body, Frame, Joint, Skeleton, Vector, free
+from .pins import choose_output, pins, require_connected, said_of_speed
+from .skeleton import (
+    GROUND,
+    STANDARD_GRAVITY,
+    AppliedForce,
+    Attachment,
+    Body,
+    Frame,
+    Joint,
+    Skeleton,
+    Vector,
+    free,
+    free_names,
+)
 
 #: what a link is called in messages and in the file
 LINK_NAME = "link of PMKS+"
@@ -48,7 +60,6 @@ UNITS = (
 FORCE_UNITS = (FORCES["lbf"], FORCES["N"])
 #: flags of links that are bodies, and of those that others are welded of
 ROOTS, PARTS = "YAMG0123", "Namg4567"
-OUTPUT = "output"
 
 
 @dataclass(frozen=True)
@@ -246,8 +257,8 @@ def _skeleton(drawing: SharedDrawing, options: Options, title: str) -> Skeleton:
     joints, links = drawing.joints, drawing.links
     body_of = _bodies(drawing)
     held = {own: _held(own, drawing) for own, link in links.items() if link.is_root}
-    names = _names((own, links[own].name) for own in held)
-    called = _names((own, joint.name) for own, joint in joints.items())
+    names = free_names({own: links[own].name for own in held}, [GROUND])
+    called = free_names({own: joint.name for own, joint in joints.items()}, [GROUND])
     found: list[Joint] = []
     frames: dict[str, tuple[str, Frame]] = {}
     traced: list[str] = []
@@ -261,13 +272,10 @@ def _skeleton(drawing: SharedDrawing, options: Options, title: str) -> Skeleton:
             frames[called[own]] = (names[on[-1]], Frame(joint.at))
             traced += [called[own]] * joint.is_traced
     require_connected(names.values(), GROUND, found, "links")
-    notes = [*_said(drawing)]
-    if options.output is None and OUTPUT not in frames and frames:
-        # A point that only one link has is there to be traced.
-        alone = [name for name in traced if not any(one.name == name for one in found)]
-        chosen = (alone or traced or [*frames])[-1]
-        notes.append(f"The output is {chosen}; --output-point names another joint.")
-        frames[OUTPUT] = frames[chosen]
+    turning = [joint.name for joint in joints.values() if joint.is_input and not joint.slides]
+    notes = [said_of_speed(turning, drawing.speed, drawing.is_clockwise)] if turning else []
+    if options.output is None:
+        notes += choose_output(frames, traced, found)
     return Skeleton(
         title=title,
         bodies={GROUND: Body(), **{names[own]: _body(links[own], joints) for own in held}},
@@ -306,14 +314,6 @@ def _held(own: str, drawing: SharedDrawing) -> dict[str, None]:
     return held
 
 
-def _names(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """What users call things, by identifier; where a name is there twice the others have underscores."""
-    found: dict[str, str] = {}
-    for own, name in pairs:
-        found[own] = free(name, {GROUND, *found.values()})
-    return found
-
-
 def _made(name: str, joint: DrawnJoint, bodies: list[str], links: list[DrawnLink]) -> Iterator[Joint]:
     """The joint of the mechanism file; a slider is a body of its own, which the next link turns on."""
     if not joint.slides:
@@ -336,10 +336,3 @@ def _on(link: str, body_of: Mapping[str, str]) -> str:
     if link not in body_of:
         raise InputError(not_known(link, "a link", body_of), key="forces")
     return body_of[link]
-
-
-def _said(drawing: SharedDrawing) -> Iterator[str]:
-    turning = [joint.name for joint in drawing.joints.values() if joint.is_input and not joint.slides]
-    if turning:
-        way = "clockwise, against the values of its drive" if drawing.is_clockwise else "counter-clockwise"
-        yield f"{listed(turning)} turns at {drawing.speed} rpm {way}; the speed is left out."

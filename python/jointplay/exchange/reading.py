@@ -83,7 +83,7 @@ def read(
         A robot in URDF (`.urdf`; `.xacro` needs the program xacro), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra
         `robots`); `.xml` may be any of them.
         An assembly of FreeCAD 1.0 or later (`.FCStd`), also as its solver has it (`.asmt`). A skeleton in DXF (`.dxf`;
-        needs the extra `dxf`), or a linkage of pylinkage (`.json`), Pyslvs (`.pyslvs`) or PMKS+
+        needs the extra `dxf`), or a linkage of pylinkage (`.json`), Pyslvs (`.pyslvs`), Linkage (`.linkage2`) or PMKS+
         (`.pmks`), also as its link: `"https://app.pmksplus.com/?0P..."`, from which nothing is fetched.
     output : str, optional
         The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from jointplay.errors import InputError, listed
 from jointplay.file import toml
 
-from . import asmt, dxf, freecad, mjcf, pmks, pylinkage, pyslvs, sdf, urdf, xacro
+from . import asmt, dxf, freecad, linkage, mjcf, pmks, pylinkage, pyslvs, sdf, urdf, xacro
 from .options import Options
 from .skeleton import Skeleton
 from .xml import parsed
@@ -29,6 +29,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".asmt": asmt.read,
         ".pyslvs": pyslvs.read,
         ".pmks": pmks.read,
+        ".linkage2": linkage.read,
         ".url": pmks.read,
     }
 )

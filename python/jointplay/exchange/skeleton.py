@@ -278,6 +278,14 @@ def free(name: str, taken: Container[str]) -> str:
     return name
 
 
+def free_names(names: Mapping[str, str], taken: Iterable[str]) -> dict[str, str]:
+    """Names by identifier; of those that are there twice the later ones have underscores."""
+    found: dict[str, str] = {}
+    for own, name in names.items():
+        found[own] = free(name, {*taken, *found.values()})
+    return found
+
+
 def floating(bodies: Iterable[str], joints: Iterable[Joint], ground: str) -> list[list[str]]:
     """Groups of bodies that joints connect with one another, but not with the ground."""
     group = {name: [name] for name in bodies}

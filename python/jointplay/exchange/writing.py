@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.units import Units
-from jointplay.errors import one_line
+from jointplay.errors import nearest, one_line
 from jointplay.file.schema.kinds import PLANAR, SPATIAL
 from jointplay.file.toml import number, numbers
 
@@ -349,13 +350,17 @@ def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
 
 
 def _bodies(skeleton: Skeleton) -> Iterator[str]:
+    on = Counter(name for joint in skeleton.joints for name in joint.bodies)
     for name, body in skeleton.bodies.items():
         lines = []
+        others = [other for other in skeleton.bodies if other != name]
         if body.mass and name != GROUND:
             centre = _length(skeleton, body.frame.inverse().point(body.centre))
             lines = [f"mass   = {number(body.mass)}", f"centre = {centre}", *_moments(skeleton, body)]
         lines += _outline(body)
-        if lines:
+        # With an entry a body is not taken for another one, mistyped.
+        is_like = name != GROUND and not lines and on[name] == 1 and nearest(name, others, slips_only=True)
+        if lines or is_like:
             yield "\n".join([f"[bodies.{key(name)}]", *lines])
 
 

@@ -53,7 +53,7 @@ ASIDE = ("board", "document")
 #: the same of a key of bodies
 DRAWN = "outline"
 #: extensions of other formats, which are known far above this layer
-FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".sdf", ".mjcf", ".dxf")
+FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".linkage2", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
