@@ -55,6 +55,46 @@ def test_an_outline_changes_no_answer_and_no_hash() -> None:
     assert drawn.data.bodies["tube_3"].outline == ((*map(tuple, SQUARE),),)
 
 
+DRAWN_ASSEMBLED = """
+format = 1
+space = "planar"
+title = "two copies"
+units = { length = "mm", angle = "deg", force = "N" }
+[patterns.arm]
+count = 3
+about = { point = [0, 0] }
+[patterns.arm.joints.pin]
+type = "revolute"
+bodies = ["ground", "rod"]
+at = [50, 0]
+clearance = { radial = 0.5 }
+[patterns.arm.joints.tip]
+type = "revolute"
+bodies = ["rod", "end"]
+at = [150, 0]
+clearance = { radial = 0.5 }
+[patterns.arm.bodies.rod]
+mass = 1
+centre = [100, 0]
+outline = [[[40, -10], [160, -10], [160, 10], [40, 20]]]
+[patterns.arm.drives.q]
+joint = "pin"
+values = [0, 20]
+[patterns.arm.drives.r]
+joint = "tip"
+values = [0, 20]
+[output]
+body = "end_3"
+at = [150, 0]
+"""
+
+
+def test_it_turns_with_the_copy_of_a_body_that_is_drawn_assembled() -> None:
+    bodies = jp.loads(DRAWN_ASSEMBLED).data.bodies
+    first, second, _ = (np.array(vars(bodies[f"rod_{k}"])["outline"][0]) @ [1.0, 1j] for k in (1, 2, 3))
+    np.testing.assert_allclose(second, first * np.exp(2j * np.pi / 3.0), atol=1e-9)
+
+
 def test_it_is_written_by_the_builder_and_read_again() -> None:
     build = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
     build.revolute("J1", ground=(0, 0), arm=(0, 0))

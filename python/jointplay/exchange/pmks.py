@@ -267,6 +267,7 @@ def _skeleton(drawing: SharedDrawing, options: Options, title: str) -> Skeleton:
         made = [*_made(called[own], joint, [names[link] for link in on], [links[link] for link in on])]
         if joint.is_input and not any(one.is_driven for one in made):
             raise InputError("is an input, but does not join exactly two links", key=f"joints.{own}")
+        in_range(len(found) + len(made), "joints", "a number of pins that is read", 0, MOST_RECORDS)
         found += [replace(one, name=free(one.name, {other.name for other in found})) for one in made]
         if on and (joint.slides or not joint.is_grounded) and names[on[-1]] != options.ground:
             frames[called[own]] = (names[on[-1]], Frame(joint.at))

@@ -253,6 +253,8 @@ def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
     if wanted is None and OUTPUT in skeleton.frames:
         wanted = OUTPUT
     if wanted is None:
+        if not frames:
+            raise InputError("has no point that moves, which could be the output")
         far = distances(skeleton)
         body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)
         return body, frames[body][1].at

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import REVERSING, InputError, listed, not_known
 
 from .skeleton import GROUND, Body, Facets, Frame, Joint, Skeleton
 
 #: what a name of the mechanism file cannot have
-FORBIDDEN = re.compile(r"""[\s\x00-\x1f\x7f./*"'=\[\]]+""")
+FORBIDDEN = re.compile(rf"""[\s\x00-\x1f\x7f{REVERSING}./*"'=\[\]]+""")
 LONGEST = 100
 #: larger limits of a coordinate (rad, m) are none: formats write 1e16 for a joint that turns without end
 LARGEST_LIMIT = 1e4

@@ -64,9 +64,10 @@ def drawn_outline(m: Mechanism, body: int) -> list[Floats]:
 def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
     """Draw closed lines of a body behind all else: filled, but for lines within lines."""
     turned = []
+    starts = np.array([line[0] for line in lines])
+    within = np.array([Path(line).contains_points(starts) for line in lines])
     for k, line in enumerate(lines):
-        start = (float(line[0, 0]), float(line[0, 1]))
-        depth = sum(Path(other).contains_point(start) for other in lines[:k] + lines[k + 1 :])
+        depth = int(within[:, k].sum() - within[k, k])
         area = float(sum(_turn(line[0], one, other) for one, other in pairwise(line)))
         # What turns against the line around it is a hole of it, in all formats that are written.
         way = 1 if (area > 0.0) == (depth % 2 == 0) else -1

@@ -34,7 +34,7 @@ NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"]
 #: the coefficient of thermal expansion; polymers go to a few 1e-4 per kelvin, some ceramics shrink
 Expansion = Annotated[float, Field(ge=-0.01, le=0.01), EXPRESSION]
 #: closed lines of an outline, and corners of each: more cannot be told apart on a drawing
-MOST_LINES, MOST_CORNERS = 1000, 5000
+MOST_LINES, MOST_CORNERS = 100, 2000
 #: part of the largest moment of inertia by which rounding may miss what a body can have
 ROUNDED = 1e-6
 

@@ -1804,7 +1804,7 @@ class Whole(Parts):
         weights : optional
             Instead of aim: several, each times its weight, whose sum is to be small.
         question : optional
-            In which question the limits of the error have to hold.
+            In which question the limits of the error and of forces have to hold.
         transmission : optional
             Smallest acceptable transmission angle, by joint: between the lines along its two bodies.
         """

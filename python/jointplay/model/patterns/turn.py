@@ -269,6 +269,8 @@ def turned_body(data: Data, turn: Turn, refuse: Any) -> Data:
     new = dict(data)
     if "centre" in data:
         new["centre"] = turn.point(data["centre"])
+    if "outline" in data:
+        new["outline"] = [[turn.point(corner) for corner in line] for line in data["outline"]]
     if "side" in data:
         new["side"] = turn.direction(data["side"])
     elif isinstance(data.get("inertia"), list) and len(set(data["inertia"])) > 1:
