@@ -209,7 +209,15 @@ def test_what_does_not_judge_forces_says_so(tmp_path, capsys):
     assert code == 1
     assert "all Limits missed: for forces in the worst case (drives.theta" in text
     assert "Held: under the load and in the worst case" in text
-    # Where no pose decides the forces, nothing is known of them.
+    # Where no pose decides the forces, or nothing acts, nothing is known of them.
+    limited(drive_torques__theta=1.0, position=5.0).with_({"loads": []}).write(path)
+    code, text = said("error")
+    assert code == 1
+    assert "all Not shown: whether limits hold for forces" in text
+    page = tmp_path / "page.html"
+    assert run(["report", str(path), "-o", str(page)]) == 1
+    assert "Not shown: whether limits hold for forces" in page.read_text(encoding="utf-8")
+    capsys.readouterr()
     jp.loads(jp.examples.text("redundant-bar")).with_({"limits.position": 1e3, "limits.reactions.P": 1.0}).write(path)
     code, text = said("error")
     assert code == 1

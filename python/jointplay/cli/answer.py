@@ -168,7 +168,17 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
             show(results, [*_explained(m, results)])
     if interrupted:
         return INTERRUPTED
-    return DONE if all(_is_good(result) for result in results.values()) else NOT_OK
+    return DONE if all(map(_is_good, results.values())) and _holds_as_a_whole(results) else NOT_OK
+
+
+def _holds_as_a_whole(results: Mapping[str, Result]) -> bool:
+    """Whether no limit is left that none of the questions has judged."""
+    from jointplay.result import parts
+    from jointplay.result.conclusions import decide
+    from jointplay.result.verdict import NOT_SHOWN
+
+    whole = decide({name: parts(result) for name, result in results.items()})
+    return whole is None or whole.state != NOT_SHOWN
 
 
 def changed(

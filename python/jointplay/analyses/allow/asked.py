@@ -136,6 +136,9 @@ class Asked:
         if self.contacts:
             return assumptions(m, self.contacts)
         whole = m if self.has_loads else m.without_load_cases()
+        if self.question == "forces" and m.outputs:
+            # No force depends on which point is the output.
+            whole = m.only(output=m.outputs[0])
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
     def pressed(self, parts: Sequence[Assumed]) -> list[tuple[Mechanism, Nominal]]:
@@ -192,7 +195,8 @@ class Asked:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
                 quantity = ASSEMBLY if failed[k] or jammed else names[int(np.argmax(used[k]))]
-                output, case = one.part.of[0], one.load_case if self.by_load else ""
+                output = "" if self.question == "forces" else one.part.of[0]
+                case = one.load_case if self.by_load else ""
                 best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
         kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
@@ -240,7 +244,7 @@ class Asked:
 def used_of_limits(part: Mechanism, result: Result) -> Floats:
     """What errors or forces use of every limit, shape (configuration, quantity); none of what has no limit."""
     if "limit_used" in result.data:
-        return np.maximum(np.nan_to_num(result.get("limit_used"), nan=0.0) - ROUNDING, 0.0)
+        return np.maximum(np.nan_to_num(result.get("limit_used"), nan=0.0, posinf=np.inf) - ROUNDING, 0.0)
     below, above = result.get("limit").T
     lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
     slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)

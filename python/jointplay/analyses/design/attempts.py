@@ -171,6 +171,9 @@ class Attempts:
             raise InputError(f"{listed(loaded)}: nothing loads the mechanism", file=m.file, key="design.aim")
         if "outside" in self.aims and not any(part.limits.errors for part in every):
             raise InputError("outside counts specimens outside limits: say [limits]", file=m.file, key="design.aim")
+        for part in every if m.limits.forces else ():
+            # Refuses what has no forces, and no attempt changes.
+            forces.check(part)
         if "cost" in self.aims and self.table.question != "worst":
             problem = "cost: sizes are chosen for the worst case; leave out question"
             raise InputError(problem, file=m.file, key="design.question")

@@ -206,7 +206,10 @@ class _Planes:
         """A box, smaller where a facet reaches into it."""
         middle, half = ends.mean(axis=0), 0.5 * (ends[1] - ends[0])
         while self.gaps(ends)[0].min() < 0.0:
-            half = half * SHRINK
+            # On a facet there is room for nothing.
+            half = half * (SHRINK if (half > TIE * self.most).any() else 0.0)
+            if not half.any():
+                return np.stack([middle, middle])
             ends = np.stack([middle - half, middle + half])
         return ends
 
@@ -242,6 +245,8 @@ def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
             and planes.gaps(moved)[0].min() >= 0.0
         ):
             ends = moved
+            # A slim box may have far to go.
+            step = max(step, min(2.0 * step, float(planes.most.max()) / 8.0))
         else:
             step *= 0.25
     return ends

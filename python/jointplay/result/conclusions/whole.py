@@ -38,8 +38,8 @@ def decide(answers: Mapping[str, NamedResults]) -> Sentence | None:
             heading, part, found = max(_judged(parts), key=lambda one: (RANK[one[2].outcome], one[2].used))
             if found.outcome:
                 told[found.outcome].append(rests(question, part, found, heading))
-    if any(FORCES_APART in part.attrs for parts in answers.values() for _, part in parts) and "forces" not in answers:
-        told[NOT_SHOWN].append(f"{QUESTIONS['forces'].judged} (redundant or elastic members share them, or none acts)")
+    if any(FORCES_APART in part.attrs for parts in answers.values() for _, part in parts) and not answers.get("forces"):
+        told[NOT_SHOWN].append(f"{QUESTIONS['forces'].judged} (`forces` judges them, or says why it cannot)")
     missed, unknown, held = told.values()
     out = _left_out(answers)
     if missed:

@@ -239,7 +239,10 @@ def _allowed(chapter: Chapter) -> str:
 
 
 def _forces(chapter: Chapter) -> str:
-    return "".join(_concluded(part) + _table(part) for _, part in chapter.parts("forces"))
+    every = chapter.parts("forces")
+    return "".join(
+        paragraphs([heading] if heading else []) + _concluded(part) + _table(part) for heading, part in every
+    )
 
 
 def _structural(chapter: Chapter) -> str:
