@@ -44,6 +44,8 @@ def mapped(question: str, m: jp.Mechanism, grid: dict[str, Any], **options: Any)
     if question == "structural" and not m.has_target:
         at = [0.0] * (2 if m.pose_size == 3 else 3)
         m = m.with_({"target": {"points": [at, [1.0, *at[1:]]], "timed": False}})
+    if question == "forces":
+        m = m.with_({f"limits.drive_torques.{m.drives[0]}": 1e9})
     return jp.map(m, question, grid, **options_of(question, m), **options)
 
 
