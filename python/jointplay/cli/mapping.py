@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -100,6 +101,8 @@ def map_(
     if overwrite and output is None:
         raise InputError("says what may be replaced; -o says where the map goes", key="--overwrite")
     kept = Kept(output, overwrite, chunk, scheduler)
+    # Of several writes that fail beside one another one is told; asyncio, on which Zarr writes, would tell the others.
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)
     return _answered(m, question, ranges, options.of(m, question), kept, plot, variable)
 
 
