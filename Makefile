@@ -60,8 +60,8 @@ check-rust: | needs
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-quick: $(STAMPS)/build $(STAMPS)/develop  ## less of the Python tests: a tenth of the time for each function
-	$(BIN)/python -m pytest -n auto --dist worksteal --budget 0.3
+quick: $(STAMPS)/build $(STAMPS)/develop  ## less of the Python tests: a thirtieth of the time for each function
+	$(BIN)/python -m pytest -n auto --dist worksteal --budget 0.1
 
 fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged and unusual files in every command, random commands, damaged maps, signals, for SECONDS=600 from SEED=0
 	cd tests && ../$(BIN)/python -m helpers.fuzz --seconds $(SECONDS) --seed $(SEED)
