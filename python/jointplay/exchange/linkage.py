@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from string import ascii_lowercase, ascii_uppercase
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -28,7 +29,7 @@ UNIT = LENGTHS["in"] / 96
 #: connectors and links, each
 MOST_ELEMENTS = 1000
 #: what the program calls connectors without a name
-LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+LETTERS = ascii_uppercase + ascii_lowercase
 #: bits of layers that are for drawing; without any layer it is the mechanism's
 DRAWING_LAYERS = 0xF
 #: how far a slider may be off its line, by its length; the files have six decimals

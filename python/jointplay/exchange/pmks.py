@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from string import ascii_lowercase, ascii_uppercase, digits
 from typing import NoReturn
 from urllib.parse import unquote
 
@@ -46,7 +47,7 @@ LINK = re.compile(r"https?://\S*", re.IGNORECASE)
 LONGEST = 1 << 20
 #: joints, links and forces, each
 MOST_RECORDS = 1000
-DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+DIGITS = f"{digits}{ascii_uppercase}{ascii_lowercase}_-"
 NUMBER = re.compile(r"[\w-]{1,11}", re.ASCII)
 #: the check character is the length modulo the number of these
 CHECKS = DIGITS[:62]

@@ -21,7 +21,7 @@ from jointplay.file.schema.values import is_finite, is_number
 from jointplay.file.toml import read as read_text
 
 from .options import Options
-from .pins import pins, require_connected
+from .pins import OUTPUT, pins, require_connected
 from .skeleton import Attachment, Body, Frame, Joint, Skeleton, Vector
 
 MILLIMETRE = 1e-3
@@ -30,8 +30,6 @@ MOST_PARTS = 1000
 #: types of joints and links, as the format writes them
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 LINKS = ("ground", "driver", "arc_driver", "link")
-#: points that the format calls by this name are the output
-OUTPUT = "output"
 
 
 def read(path: Path, options: Options) -> Skeleton:

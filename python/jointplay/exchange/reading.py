@@ -24,6 +24,7 @@ from .looping import with_loops
 from .lost import settled, with_backlash, with_lost_motion
 from .options import Options
 from .pairing import EQUAL
+from .pins import OUTPUT
 from .planar import projected
 from .pmks import LINK_NAME, is_link, linked
 from .registry import reader
@@ -32,8 +33,6 @@ from .silhouettes import outlined
 from .skeleton import GROUND, Skeleton, Vector, is_of_a_body, noted
 from .writing import EXAMPLE, sized, text, unit_of
 
-#: the point that is the output where none is asked for
-OUTPUT = "output"
 #: more joints than any robot has; the time to choose drives grows with their square
 MOST_JOINTS = 1000
 

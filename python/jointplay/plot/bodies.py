@@ -63,6 +63,8 @@ def drawn_outline(m: Mechanism, body: int) -> list[Floats]:
 
 def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
     """Draw closed lines of a body behind all else: filled, but for lines within lines."""
+    if not lines:
+        return
     turned = []
     starts = np.array([line[0] for line in lines])
     within = np.array([Path(line).contains_points(starts) for line in lines])
@@ -72,11 +74,10 @@ def put_outline(axes: Axes, lines: list[Floats], colour: str) -> None:
         # What turns against the line around it is a hole of it, in all formats that are written.
         way = 1 if (area > 0.0) == (depth % 2 == 0) else -1
         turned.append(Path(np.vstack([line, line[:1]])[::way], closed=True))
-    if turned:
-        whole = Path.make_compound_path(*turned)
-        axes.add_patch(PathPatch(whole, facecolor=mixed(colour, theme().paper, FAINT), edgecolor="none", zorder=0.4))
-        light = mixed(colour, theme().paper, LIGHT)
-        axes.add_patch(PathPatch(whole, fill=False, edgecolor=light, linewidth=scaled(0.9), zorder=0.6))
+    whole = Path.make_compound_path(*turned)
+    axes.add_patch(PathPatch(whole, facecolor=mixed(colour, theme().paper, FAINT), edgecolor="none", zorder=0.4))
+    light = mixed(colour, theme().paper, LIGHT)
+    axes.add_patch(PathPatch(whole, fill=False, edgecolor=light, linewidth=scaled(0.9), zorder=0.6))
 
 
 def outline(points: Floats, near: float) -> Floats:

@@ -31,10 +31,9 @@ class DrawingPlan(Scene):
 
     def bodies(self) -> None:
         """Every body as the line or the plate through its points."""
-        for body in range(-1, len(self.m.bodies)):
+        self.contour(-1)
+        for body in range(len(self.m.bodies)):
             self.contour(body)
-            if body == -1:
-                continue
             corners = self.view.flat(self.outline(body))
             colour = body_colour(self.m, body)
             if len(corners) > 2:

@@ -140,7 +140,7 @@ class ResultBuilder:
             "jointplay": version(),
             **attrs,
         }
-        if m.limits.forces and question != "forces":
+        if m.limits.forces and "forces" not in (question, attrs.get("asked")):
             self.attrs[FORCES_APART] = 1
 
     def labels(self, dim: str, values: Sequence[object] | Array, long_name: str, units: str = "") -> None:

@@ -24,7 +24,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings, times
-from jointplay.result import FORCES_APART, Result, ResultBuilder, Variable, to_dataset
+from jointplay.result import Result, ResultBuilder, Variable, to_dataset
 
 from .asked import ASSEMBLY, Asked, Use
 from .needed import Needed
@@ -289,8 +289,6 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
         builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
         if m.has_loads:
             builder.attrs["contact"] = ", ".join(every.asked.contacts)
-    if question == "forces":
-        builder.attrs.pop(FORCES_APART)
     if question == "loaded" or "loaded" in str(builder.attrs.get("contact", "")):
         builder.attrs |= speeds(m)
         add_largest_rate(builder, every.asked.pressed(every.asked.parts(m)), "with the sizes as they are")

@@ -114,8 +114,8 @@ class Asked:
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
         self.is_monotone = question in ("worst", "forces") and not m.core.deformations
-        self.has_loads = question in ("loaded", "forces")
-        self.by_load = self.has_loads or "loaded" in self.contacts
+        self.is_under_load = question in ("loaded", "forces")
+        self.by_load = self.is_under_load or "loaded" in self.contacts
         parts = self.parts(m)
         self.has_limits = any(self._is_limited(one.part) for one in parts)
         if needs_limits and not self.has_limits:
@@ -135,7 +135,7 @@ class Asked:
         """The mechanism with each of its outputs, in each of its load cases where loads count."""
         if self.contacts:
             return assumptions(m, self.contacts)
-        whole = m if self.has_loads else m.without_load_cases()
+        whole = m if self.is_under_load else m.without_load_cases()
         if self.question == "forces" and m.outputs:
             # No force depends on which point is the output.
             whole = m.only(output=m.outputs[0])
@@ -179,7 +179,7 @@ class Asked:
         handed the answers and their configurations, also those without limits are.
         """
         every = near is None
-        near = self.every if near is None or self.has_loads else near
+        near = self.every if near is None or self.is_under_load else near
         best = Use(-np.inf, "", -1)
         columns: list[Floats] = []
         for one, at, places in zip(parts, self.at, near, strict=True):
@@ -211,7 +211,7 @@ class Asked:
     ) -> tuple[Sequence[str], Floats, Array, Floats]:
         """The quantities, what is used at some configurations, where it is not known, the share of lost specimens."""
         # Loads may go by the number of the configuration.
-        whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.has_loads
+        whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.is_under_load
         options = self.options | ({"contact": one.contact} if one.contact else {})
         if one.is_loaded:
             options["samples"] = min(options["samples"], max(PRESSED, math.ceil(OUTSIDE / (1.0 - self.probability))))

@@ -234,7 +234,7 @@ class Attempts:
             with within_another():
                 result = computation(question, "design")(m, at=nominals[0][1], **options)
             for (_, each), part in zip(parts(result), self._parts(m, question), strict=True):
-                unreliable.append(float(np.mean(~np.isin(each.get("status"), (*READABLE, "outside_limits")))))
+                unreliable.append(_unreliable(each))
                 for name in self.aims:
                     if ASKS.get(name) == question:
                         aims.setdefault(name, []).append(_figure(each, name, compared(part)[1]))
@@ -244,9 +244,9 @@ class Attempts:
                             used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
         if m.limits.forces:
             with within_another():
-                result = forces.compute(m, self.table.question)
+                result = forces.compute(m, self.table.question, at=nominals[0][1])
             for _, each in parts(result):
-                unreliable.append(float(np.mean(~np.isin(each.get("status"), (*READABLE, "outside_limits")))))
+                unreliable.append(_unreliable(each))
                 for name, share in zip(each.labels("quantity"), used_of_limits(m, each).T, strict=True):
                     if name in m.limits.forces:
                         used.setdefault(_key_of_force(name), []).append(share)
@@ -290,6 +290,11 @@ class Attempts:
         if "size" in self.aims:
             aims["size"] = [np.array([_diagonal(nominals) / nominals[0][0].units.length])]
         return used, aims
+
+
+def _unreliable(result: Result) -> float:
+    """The share of the configurations without numbers that can be relied on."""
+    return float(np.mean(~np.isin(result.get("status"), (*READABLE, "outside_limits"))))
 
 
 def _key_of_force(name: str) -> str:

@@ -89,13 +89,12 @@ def forces(
         Over `configuration` and `quantity`, which are the forces: `nominal_force`; `force`, of worst and random the
         lowest and the highest over `side`; `force_first_order` (not of random); `contribution` per source (parts of the
         difference from the nominal force, to first order; of random parts of the variance); `limit`, `limit_met`,
-        `margin`, and with limits `limit_used` (1 is the limit), the largest
-        of which is `used`.
-        Of given and loaded `offset`; of worst `worst_offset` (what attains each, to be given to `given` or
-        `forces`) and `unsettled` (ascents that reached their number of steps); of random `force_mean`, `force_std`,
-        `force_std_first_order`, `failures` (share of the specimens without a regular pose) and, with limits,
-        `outside` and `outside_quantity` (share of the specimens beyond), with `outside_low` and `outside_high`, the
-        ends of the 95 % confidence interval. `nominal`, `status`.
+        `margin`, and with limits `limit_used` (1 is the limit), the largest of which is `used`. Of given and loaded
+        `offset`; of worst `worst_offset` (what attains each, to be given to `given` or `forces`) and `unsettled`
+        (ascents that reached their number of steps); of random `force_mean`, `force_std`, `force_std_first_order`,
+        `failures` (share of the specimens without a regular pose) and, with limits, `outside` and `outside_quantity`
+        (share of the specimens beyond), with `outside_low` and `outside_high`, the ends of the 95 % confidence
+        interval. `nominal`, `status`.
 
         Forces are those of equilibrium without friction. Those of worst are found by local search from several starts;
         the least size of a reaction that may vanish to some thousandths of its range.
