@@ -7,6 +7,7 @@ import pytest
 from helpers.answers import EXAMPLES, example
 from jointplay import _core
 from jointplay.analyses.nominal import nominal
+from jointplay.analyses.running import drive_units
 
 WIDTHS = ["plain", "avx2", "avx512"]
 #: examples with pins whose axial play moves the output to second order only, or guides that lean to either side
@@ -104,6 +105,26 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
     # An offset within a ball has the direction of a reaction, which is small beside the others in some rods.
     assert apart[decided].max(initial=0.0) < 1e-11
     assert apart.max() < 1e-6
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_loaded_with_drives_beside_the_nominal_ones_equals_the_plain_solver(name):
+    """What a correction asks: errors against the nominal pose, with the drives elsewhere."""
+    mechanism = example(name)
+    if not mechanism.has_loads:
+        pytest.skip("no load")
+    core, drives = mechanism.core, _dense_path(mechanism, 130)
+    poses = core.trace(drives)["poses"]
+    drives = drives + 1e-3 * drive_units(mechanism) * np.sin(np.arange(drives.size)).reshape(drives.shape)
+    result = _on_every_width(lambda: core.loaded(drives, poses, offset=False, details=False))
+    parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
+    size = _scale(mechanism, result["error"].shape[1])
+    for key in ("error", "undetermined"):
+        plain = np.concatenate([part[key] for part in parts])
+        assert (np.abs(plain - result[key]) / size).max() < 1e-12, key
+    assert np.array_equal(np.concatenate([part["status"] for part in parts]), result["status"])
+    if core.isostatic and name not in FLOATING:
+        assert result["fallbacks"] < 0.1 * len(drives)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -2,7 +2,8 @@
 
     dq = -(W J)^+ W (E(q) - target),   q <- q + dq,   J = dE/dq
 
-E is the error of the non-linear model at the drives q, found anew at every step, so that a load may move its contacts.
+E is the error of the non-linear model at the drives q, found anew at every step, so that a load may move its contacts;
+J is found anew where steps do not shrink, and where what is left is not zero.
 A step counts only when it makes |W (E - target)| smaller: where contact flips back and forth the best drives met are
 kept. W weighs lengths against angles. What no drive can remove is what remains of E.
 
@@ -50,6 +51,11 @@ SHORTEST = 2.0**-10
 STILL = 1e-11
 #: the longest step (radians, characteristic lengths)
 FARTHEST = 0.5
+#: derivatives serve the next step too where a step is below this part of the one before; they are those of the place
+#: while no step since is longer than this (radians, characteristic lengths)
+SHRUNK, NEAR = 0.1, 1e-8
+#: two errors are the same up to this part of them
+SAME = 1e-13
 #: rounds in which offsets of the worst case are added, and the part by which the largest error of all may be more than
 #: that of those which were
 ROUNDS, MISSED = 40, 1e-8
@@ -198,9 +204,9 @@ def _of_each_case(
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
-    before, _ = errors(at.drives, np.arange(len(at)))
-    correction = correct(errors, at, weight, wanted, drive_units(m), _ranges(m))
-    result = _report(m, at, question, before, correction, weight, wanted)
+    before = errors(at.drives, np.arange(len(at)))
+    correction = correct(errors, at, before, weight, wanted, drive_units(m), _ranges(m))
+    result = _report(m, at, question, before[0], correction, weight, wanted)
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
@@ -339,11 +345,21 @@ def compute_corrected(
     return compute(m, corrects or known, at=at, **options)
 
 
-def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats) -> Correction:
+def correct(
+    errors: Errors,
+    at: Nominal,
+    before: tuple[Floats, Codes],
+    weight: Floats,
+    wanted: Floats,
+    unit: Floats,
+    ranges: Floats,
+) -> Correction:
     """Damped Gauss-Newton steps on all configurations at once; see the top of the file.
 
     Parameters
     ----------
+    before : (ndarray, ndarray)
+        Errors and status with the drives as they are.
     unit : ndarray
         What makes steps of different drives comparable: one radian, or one characteristic length.
     ranges : ndarray
@@ -352,7 +368,9 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
     low, high = ranges
     drives = np.clip(at.drives, low, high)
     everywhere = np.arange(len(drives))
-    error, status = errors(drives, everywhere)
+    error, status = before[0].copy(), before[1].copy()
+    if len(held := np.flatnonzero((drives != at.drives).any(axis=1))):
+        error[held], status[held] = errors(drives[held], held)
 
     def size(e: Floats, at: PlaceIndices) -> Floats:
         norm = np.linalg.norm(weight * (e - wanted[at]), axis=1)
@@ -361,33 +379,52 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
     merit = size(error, everywhere)
     iterations = np.zeros(len(drives), dtype=np.int64)
     settled = np.zeros(len(drives), dtype=bool)
+    slope = np.zeros((*error.shape, len(unit)))
+    # Derivatives serve while steps shrink; `own` are those of the present place.
+    own, renews = np.zeros(len(drives), dtype=bool), np.ones(len(drives), dtype=bool)
+    last = np.full(len(drives), np.inf)
     active = np.flatnonzero(np.isfinite(merit))
     for _ in range(STEPS):
         if not len(active):
             break
-        slope_of = slopes(errors, drives[active], active, unit)
+        new = active[renews[active]]
+        if len(new):
+            slope[new] = slopes(errors, drives[new], new, unit)
+            own[new], renews[new] = True, False
         step = np.zeros_like(drives)
-        for k, slope in zip(active.tolist(), slope_of, strict=True):
-            outward = _step(slope, weight, error[k] - wanted[k], unit, drives[k], ranges)
+        for k in active.tolist():
+            outward = _step(slope[k], weight, error[k] - wanted[k], unit, drives[k], ranges)
             # Where the output hardly follows, the way to its target is long: as far as errors are linear, and no turns.
             outward *= min(1.0, FARTHEST / max(float(np.abs(outward / unit).max()), FARTHEST))
             step[k] = np.clip(drives[k] + outward, low, high) - drives[k]
         length = np.abs(step / unit).max(axis=1)
-        settled[active] = length[active] <= STILL
-        active = active[length[active] > STILL]  # not where there is no step, nan
-        searching, part = active, 1.0
+        active = active[np.isfinite(length[active])]
+        still = active[length[active] <= STILL]
+        # Where something is left that no step removes, the best drives are those by the derivatives of the place.
+        removed = STILL * np.linalg.norm(weight[:, None] * slope[still] * unit, axis=(1, 2))
+        settled[still[own[still] | (merit[still] <= removed)]] = True
+        renews[still] = True
+        searching, part = active[length[active] > STILL], 1.0
         while len(searching) and part >= SHORTEST:
             trial = drives[searching] + part * step[searching]
             found, outcome = errors(trial, searching)
-            better = size(found, searching) < merit[searching]
-            done = searching[better]
+            there, moved = size(found, searching), part * length[searching]
+            # Near the least error it hardly changes, and the derivatives see more.
+            shrinks = own[searching] & (moved <= NEAR) & (moved <= SHRUNK * last[searching])
+            better = (there < merit[searching]) | (shrinks & (there <= merit[searching] * (1.0 + SAME)))
+            done, moved = searching[better], moved[better]
             drives[done], error[done], status[done] = trial[better], found[better], outcome[better]
-            merit[done] = size(found, searching)[better]
+            merit[done] = there[better]
             iterations[done] += 1
-            searching, part = searching[~better], 0.5 * part
+            own[done] &= moved <= NEAR
+            renews[done] = moved > SHRUNK * last[done]
+            last[done] = moved
+            # Derivatives of another place may lead nowhere better.
+            renews[searching] |= ~better & ~own[searching]
+            searching, part = searching[~better & own[searching]], 0.5 * part
         # Rounding, not contact, stops a search whose steps hardly change anything.
         settled[searching] = length[searching] < 1e3 * STILL
-        active = active[~np.isin(active, searching)]
+        active = active[~settled[active] & ~np.isin(active, searching)]
     return Correction(drives, error, status, iterations, settled)
 
 
@@ -421,7 +458,8 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     loads = loads_of(m, at)
 
     def by_load(drives: Floats, places: PlaceIndices) -> tuple[Floats, Codes]:
-        found = m.core.loaded(drives, at.poses[places], loads=None if loads is None else loads[places])
+        own = None if loads is None else loads[places]
+        found = m.core.loaded(drives, at.poses[places], offset=False, details=False, loads=own)
         return found["error"], at.worse(found["status"], places)
 
     return by_load

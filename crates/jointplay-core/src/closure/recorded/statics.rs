@@ -63,11 +63,17 @@ impl StaticsOutputs {
     #[inline(always)]
     pub fn is_sound<'b>(&self, m: &Mechanism, out: impl Fn(usize) -> &'b Block, lane: usize) -> bool {
         let is_clear = out(self.clear).0[lane].sqrt() >= CLEAR * m.singular_value;
-        let mut is_sound = is_clear && out(self.growth).0[lane] <= LARGEST_GROWTH;
+        is_clear && out(self.growth).0[lane] <= LARGEST_GROWTH && self.is_at_drives(m, out, lane)
+    }
+
+    /// Whether the drive values of a lane are those of its coordinates.
+    #[inline(always)]
+    pub fn is_at_drives<'b>(&self, m: &Mechanism, out: impl Fn(usize) -> &'b Block, lane: usize) -> bool {
+        let mut is_there = true;
         for d in 0..m.n_drives() {
-            is_sound &= out(self.drives + d).0[lane].abs() <= SAME_DRIVES;
+            is_there &= out(self.drives + d).0[lane].abs() <= SAME_DRIVES;
         }
-        is_sound
+        is_there
     }
 }
 

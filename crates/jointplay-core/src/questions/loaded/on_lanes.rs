@@ -2,7 +2,8 @@
 //!
 //! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness to a singular
 //! pose). A second one takes a Newton step of the closure, a third one as well, together with the reactions at the pose it
-//! starts from. Offsets that would turn a body too far for one step are approached in several. A round closes for the
+//! starts from. Offsets that would turn a body too far for one step are approached in several. Drives that are to be elsewhere
+//! than at the nominal pose are there from the first step on; the first-order error of these is left to the plain solver. A round closes for the
 //! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
 //! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
 //! the load decides nothing, contacts flip, the load may hold the mechanism at another place or the closure is in doubt are
@@ -53,6 +54,8 @@ pub(crate) struct Workspace {
     statics: Vec<Block>,
     /// Those of the other programs together.
     step: Vec<Block>,
+    /// Where the steps begin.
+    begin: Vec<Block>,
     /// Where the forces push the offsets.
     pushed: Vec<Block>,
     /// The forces at another place of the play.
@@ -88,7 +91,7 @@ impl<'m> Contact<'m> {
         let n_u = m.n_parameters();
         let [pushed, elsewhere, shares] = [n_u, n_u, m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
         let statics = self.statics.registers(&[]);
-        Workspace { statics, step, pushed, elsewhere, shares, mixing: Mixing::new(m) }
+        Workspace { statics, step, begin: Vec::new(), pushed, elsewhere, shares, mixing: Mixing::new(m) }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -105,13 +108,22 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.steps.mechanism;
         let n_u = m.n_parameters();
-        let Workspace { statics, step, pushed, elsewhere, shares, mixing } = workspace;
+        let Workspace { statics, step, begin, pushed, elsewhere, shares, mixing } = workspace;
         mixing.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
         self.steps.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
         run_at_flanks(m, &self.statics, statics);
         let at = StaticsOutputs::new(m);
+        let moved = self.drives_elsewhere(&at, cases, statics);
+        if !moved.is_empty() && !rows.error_first_order.is_kept() {
+            // Nominal are the coordinates that were given, whatever the drives are to be.
+            for &lane in &moved {
+                let own = m.drive_values(cases[lane].coordinates, cases[lane].drives);
+                Layout::load(m, cases[lane].coordinates, &own, statics, lane);
+            }
+            run_at_flanks(m, &self.statics, statics);
+        }
         let out = |k: usize| self.statics.output(statics, k);
         let mut good = [false; LANES];
         for (i, case) in cases.iter().enumerate() {
@@ -119,6 +131,11 @@ impl<'m> Contact<'m> {
         }
         let inputs = n_u + self.steps.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
+        for &lane in &moved {
+            Layout::load(m, cases[lane].coordinates, cases[lane].drives, step, lane);
+        }
+        begin.clear();
+        begin.extend_from_slice(&step[n_u..inputs]);
         for (p, centre) in m.centre.iter().enumerate() {
             (step[p], pushed[p]) = (Block::splat(*centre), Block::splat(*centre));
         }
@@ -146,7 +163,7 @@ impl<'m> Contact<'m> {
         for round in 0..STEPS {
             self.steps.close.run(step);
             if round == 0 {
-                self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
+                self.approach(begin, sign, step, &mut good, &mut steps);
             }
             self.steps.stay_near(&self.steps.close, step, sign, &mut good);
             if round == 0 && has_corners {
@@ -214,11 +231,20 @@ impl<'m> Contact<'m> {
         }
     }
 
+    /// The lanes whose drives are to be elsewhere than at their coordinates.
+    #[inline(always)]
+    fn drives_elsewhere(&self, at: &StaticsOutputs, cases: &[Case<'_>], statics: &[Block]) -> Vec<usize> {
+        let m = self.steps.mechanism;
+        let out = |k: usize| self.statics.output(statics, k);
+        let is_known = |lane: usize| cases[lane].coordinates.iter().all(|c| c.is_finite());
+        (0..cases.len()).filter(|&lane| is_known(lane) && !at.is_at_drives(m, out, lane)).collect()
+    }
+
     /// After a first step: where it went too far, goes back and takes several, each with a part of the offsets.
     #[inline(always)]
     fn approach(
         &self,
-        nominal: &[Block],
+        begin: &[Block],
         sign: &Block,
         step: &mut [Block],
         good: &mut [bool; LANES],
@@ -240,7 +266,7 @@ impl<'m> Contact<'m> {
             return;
         }
         let offsets = step[..n_u].to_vec();
-        step[n_u..n_u + nominal.len()].copy_from_slice(nominal);
+        step[n_u..n_u + begin.len()].copy_from_slice(begin);
         let mut part = 1.0;
         while part <= most {
             for (offset, whole) in step.iter_mut().zip(&offsets) {
