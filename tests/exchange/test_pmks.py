@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.basics.foreign import EXTENSIONS
 from jointplay.cli import run
+from jointplay.exchange.registry import READERS
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 HOST = "https://app.pmksplus.com/?"
@@ -194,6 +196,19 @@ def test_files_and_links_on_the_command_line(capsys: pytest.CaptureFixture[str])
     said = capsys.readouterr()
     assert "A turns at 20 rpm clockwise, against the values of its drive; the speed is left out." in said.out + said.err
     assert run(["error", "pmks.toml"]) == 0
+
+
+def test_a_link_as_browsers_show_it_is_read_and_others_are_led_there(capsys: pytest.CaptureFixture[str]) -> None:
+    link = HOST + TEMPLATES["four-bar"]
+    short = link.removeprefix("https://")
+    assert jp.read(short).raw == jp.read(link).raw
+    for place in (link, short, "drawing.url"):
+        assert run(["error", place]) == 2
+        assert "`jointplay import FILE` reads it" in capsys.readouterr().err
+
+
+def test_what_is_imported_is_known_where_nothing_is_imported() -> None:
+    assert {*READERS} == {*EXTENSIONS, ".json"}
 
 
 @pytest.mark.parametrize(

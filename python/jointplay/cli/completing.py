@@ -9,12 +9,8 @@ from typing import Any
 
 import typer
 
+from jointplay.basics.foreign import EXTENSIONS
 from jointplay.errors import JointplayError
-
-#: of files that can be imported
-EXTENSIONS = (
-    *(".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".dxf", ".json", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".linkage2"),
-)
 
 
 def files(incomplete: str) -> list[str]:
@@ -24,7 +20,7 @@ def files(incomplete: str) -> list[str]:
 
 def foreign(incomplete: str) -> list[str]:
     """The same of files that can be imported."""
-    return _found(incomplete, EXTENSIONS)
+    return _found(incomplete, (*EXTENSIONS, ".xml", ".json"))
 
 
 def _found(incomplete: str, extensions: tuple[str, ...]) -> list[str]:

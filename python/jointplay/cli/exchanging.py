@@ -97,8 +97,8 @@ def import_(
     Comments of the file name what is left out, and show where clearances are written.
     """
     from jointplay.basics.files import require_writable
+    from jointplay.basics.foreign import is_link
     from jointplay.exchange.options import Options
-    from jointplay.exchange.pmks import is_link
     from jointplay.exchange.reading import imported
     from jointplay.result.write import create
 

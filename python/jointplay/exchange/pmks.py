@@ -20,6 +20,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from jointplay.basics.foreign import LINK
 from jointplay.basics.units import FORCES, LENGTHS
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.file import toml
@@ -42,7 +43,6 @@ from .skeleton import (
 
 #: what a link is called in messages and in the file
 LINK_NAME = "link of PMKS+"
-LINK = re.compile(r"https?://\S*", re.IGNORECASE)
 #: characters, as the program reads them
 LONGEST = 1 << 20
 #: joints, links and forces, each
@@ -100,11 +100,6 @@ class SharedDrawing:
     speed: int
     is_clockwise: bool
     has_gravity: bool
-
-
-def is_link(place: str) -> bool:
-    """Whether it is a link instead of a path."""
-    return bool(LINK.match(place))
 
 
 def read(path: Path, options: Options) -> Skeleton:

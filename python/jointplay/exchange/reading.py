@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
+from jointplay.basics.foreign import is_link
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.file.schema.kinds import PLANAR, SPATIAL
@@ -26,7 +27,7 @@ from .options import Options
 from .pairing import EQUAL
 from .pins import OUTPUT
 from .planar import projected
-from .pmks import LINK_NAME, is_link, linked
+from .pmks import LINK_NAME, linked
 from .registry import reader
 from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .silhouettes import outlined

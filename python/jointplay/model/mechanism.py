@@ -19,6 +19,7 @@ import numpy as np
 from jointplay import _core
 from jointplay.basics import files
 from jointplay.basics.arrays import Floats
+from jointplay.basics.foreign import EXTENSIONS, is_link
 from jointplay.basics.typed import typed
 from jointplay.core.compile import Compiled, CompiledSource, DriveMotion, Loads, compile_file
 from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
@@ -53,7 +54,6 @@ ASIDE = ("board", "document")
 #: the same of a key of bodies
 DRAWN = "outline"
 #: extensions of other formats, which are known far above this layer
-FOREIGN = (".urdf", ".xacro", ".fcstd", ".asmt", ".pyslvs", ".pmks", ".linkage2", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
@@ -581,8 +581,10 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     if carried.is_result(path):
         return loads(carried.text(path), os.fspath(path))
-    if (kind := Path(path).suffix.lower()) in FOREIGN:
-        problem = f"'{kind}' is a format of other programs; jointplay.read(path) or `jointplay import FILE` reads it"
+    suffix = Path(path).suffix.lower()
+    if (linked := is_link(os.fspath(path))) or suffix in EXTENSIONS:
+        what = "is a link" if linked else f"'{suffix}' is a format"
+        problem = f"{what} of other programs; jointplay.read(path) or `jointplay import FILE` reads it"
         raise InputError(problem, file=os.fspath(path))
     name, content = toml.read(path)
     return read_at(content, os.fspath(path), name)
