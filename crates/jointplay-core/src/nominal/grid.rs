@@ -185,7 +185,7 @@ impl Block<'_, '_> {
         for (origin, place) in from {
             match self.followed(place, &to) {
                 Ok(next) => {
-                    let found = Some(self.judged(m.nominal_status(&next.state), next));
+                    let found = Some(self.judged(self.solver.status_at(&next.state), next));
                     return Outcome { found, ended };
                 }
                 Err((last, singular_at)) => {

@@ -37,7 +37,7 @@ impl Mechanism {
                     if missed {
                         return Self::unsolved(Status::NotAssembled);
                     }
-                    let reached = Configuration { status: self.nominal_status(&next), state: Some(next), mismatch };
+                    let reached = Configuration { status: solver.status_at(&next), state: Some(next), mismatch };
                     // From a singular pose the branches part: the next target is reached from the last one before.
                     if let (Status::Ok, Some(regular)) = (reached.status, &reached.state) {
                         state.clone_from(regular);
