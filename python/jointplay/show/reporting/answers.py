@@ -16,6 +16,7 @@ from jointplay.analyses import (
     forces,
     life,
     loaded,
+    pressed,
     random,
     region,
     singularities,
@@ -146,7 +147,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
     return {
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
-        "random": lambda: random.compute(m, samples, seed),
+        "random": lambda: random.compute(m, samples, seed, few=pressed.FEWER),
         "compensate": lambda: compensate.compute(m),
         "region": lambda: region.compute(first, at=chapter.at),
         "sizes": lambda: _sizes(first),
