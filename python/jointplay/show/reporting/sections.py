@@ -28,7 +28,7 @@ from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
 from . import former, maps, ordering
-from .answers import JUDGED, Answers, Chapter
+from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
 from .figures import numbers, picture
 
@@ -144,7 +144,7 @@ def _mechanism(chapter: Chapter) -> str:
         "Move the slider through the configurations; drag to turn (in the plane: to shift), press Ctrl and turn the "
         "wheel to zoom, double-click to start again. Errors and clearances are magnified by the stated factor. "
         "The shaded region is where the output point can be as far as clearances and tolerances let it, on the exact "
-        "closure; dots are random specimens."
+        f"closure, looked for in {directions(m)} directions; dots are random specimens."
     )
     still = Figure(figsize=(7.4, 5.0))
     plot.mechanism(m, _first(chapter), axes=still.add_subplot())
