@@ -49,6 +49,45 @@ def test_a_question_shows_one_bar_until_it_is_done(bars: list[tuple[str, Steps]]
         assert steps == sorted(steps), name
 
 
+def built() -> Iterator[tuple[str, Callable[[], object]]]:
+    """What is asked of a machine that is loaded, corrected and measured."""
+    m = example("five-bar").with_({"loads": None, "load_cases": None})
+    as_drawn = jp.solve(m)
+    places = {name: as_drawn.nominal.sel(component=name).values for name in ("x", "y")}
+    table = {"configuration": [*range(len(places["x"]))], **places}
+    limited, sigma = m.with_({"limits.position": 1.0}), {"length": 0.01}
+    pushed = m.with_({"load_cases": {"push": [{"force": [300, -500]}], "pull": [{"force": [-300, 500]}]}, "gravity": None})
+    both = {"configuration": [*range(5)] * 2, "load_case": ["push"] * 5 + ["pull"] * 5}
+    both |= {name: [*places[name][:5]] * 2 for name in ("x", "y")}
+    yield "loaded", lambda: jp.loaded(example("four-bar"))
+    yield "compensate", lambda: jp.compensate(example("four-bar"))
+    yield "compensate", lambda: jp.compensate(example("four-bar"), "worst")
+    yield "compensate", lambda: jp.compensate(pushed, one_table=True)
+    yield "calibrate", lambda: jp.calibrate(m, table, sigma=sigma)
+    yield "plan", lambda: jp.plan(m, 3, columns=["x", "y"], sigma=sigma)
+    yield "diagnose", lambda: jp.diagnose(pushed, both, sigma=sigma)
+    yield "verify", lambda: jp.verify(limited, table, sigma=sigma)
+
+
+def test_what_is_asked_of_one_machine_shows_how_far_it_is(bars: list[tuple[str, Steps]]) -> None:
+    every = [*built()]
+    for number, (name, ask) in enumerate(every, 1):
+        ask()
+        assert [one for one, _ in bars] == [one for one, _ in every[:number]]
+        steps = bars[-1][1]
+        assert steps, name
+        assert steps == sorted(steps), name
+        assert all(0 <= done <= total for done, total in steps), name
+
+
+def test_steps_without_a_known_end_never_reach_it() -> None:
+    told: Steps = []
+    step = progress.counting(lambda *two: told.append(two), 3)
+    for _ in range(5):
+        step()
+    assert told == [(1, 3), (2, 3), (3, 4), (4, 5), (5, 6)]
+
+
 def test_of_variants_each_is_shown(bars: list[tuple[str, Steps]]) -> None:
     m = example("four-bar")
     jp.compare(m, m, m, "random", samples=64)

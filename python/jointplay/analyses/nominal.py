@@ -318,7 +318,7 @@ def batched(
     parts: list[AnyColumns] = []
     done = 0
     try:
-        while done < count:
+        while done < count or not parts:
             end = min(done + size, count)
             part = run(slice(done, end))
             parts.append(part)
@@ -332,6 +332,8 @@ def batched(
         if not parts:
             raise
     done = sum(len(part["status"]) for part in parts)
+    if len(parts) == 1:
+        return parts[0], done
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return cast("AnyColumns", joined), done
 
