@@ -9,11 +9,12 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import jointplay as jp
 from helpers.answers import example
-from jointplay.analyses import random
+from jointplay.analyses import loaded, random
 from jointplay.basics import progress
 
 Steps = list[tuple[int, int]]
@@ -78,6 +79,24 @@ def test_what_is_asked_of_one_machine_shows_how_far_it_is(bars: list[tuple[str, 
         assert steps, name
         assert steps == sorted(steps), name
         assert all(0 <= done <= total for done, total in steps), name
+
+
+@pytest.mark.parametrize("name", ["four-bar-fits", "3-upu", "redundant-bar"])
+def test_configurations_are_asked_in_parts_that_change_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    m = example(name)
+    whole = loaded.compute(m)
+    monkeypatch.setattr(loaded, "BATCH", 1)
+    told: Steps = []
+    parts = loaded.compute(m, progress=lambda *step: told.append(step))
+    for variable, value in whole.data.items():
+        found = parts.data[variable].values
+        if value.values.dtype.kind == "f":
+            # Many at once are rounded as one is but for the last digits; steps end where 1e-10 of a size is left.
+            size = np.nanmax(np.abs(value.values), initial=0.0)
+            np.testing.assert_allclose(found, value.values, rtol=1e-9, atol=1e-9 * size, err_msg=variable)
+        elif variable != "iterations":
+            np.testing.assert_array_equal(found, value.values, variable)
+    assert told[-1][0] == told[-1][1]
 
 
 def test_steps_without_a_known_end_never_reach_it() -> None:

@@ -334,7 +334,9 @@ def batched(
     done = sum(len(part["status"]) for part in parts)
     if len(parts) == 1:
         return parts[0], done
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    columns = {name: [part[name] for part in parts] for name in parts[0]}
+    # What is of no configuration is counted.
+    joined = {name: np.concatenate(c) if np.ndim(c[0]) else sum(c) for name, c in columns.items()}
     return cast("AnyColumns", joined), done
 
 
