@@ -31,6 +31,7 @@ WORKLOADS = {
     "W10": "w10_tails",
     "W11": "w11_allocation",
     "W12": "w12_arm",
+    "felt": "felt",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported

@@ -5,30 +5,18 @@ Every start is a fresh interpreter; its files are in the page cache of the syste
 
 from __future__ import annotations
 
-import os
-import resource
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from harness import Report, Spread, Target
+from harness import Report, Spread, Target, processor_seconds
 
 COMMAND, BASELINE = "`jointplay error four-bar.toml`", '`python -c "import numpy, scipy.optimize"`'
 
 #: what the command needs of other projects; the names are of the modules that are slow to import
 NEEDED = "import numpy, pydantic.main, rich.console, typer"
 LIBRARIES = f'`python -c "{NEEDED}"`'
-
-
-def _processor_seconds(call: list[str], folder: str) -> float:
-    # Byte code is written in the first round, even where the shell forbids it: pip compiles what it installs.
-    compiled = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    compiled["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "compiled")
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(call, cwd=folder, env=compiled, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def measure(rounds: int) -> Report:
@@ -45,7 +33,8 @@ def measure(rounds: int) -> Report:
         subprocess.run([program, "new", "four-bar"], cwd=folder, check=True, capture_output=True)
         for turn in range(2 * rounds + 1):
             for name, call in calls.items():
-                taken = _processor_seconds(call, folder)
+                taken, code, _ = processor_seconds(call, folder)
+                assert code == 0, name
                 if turn:  # the first one fills the caches
                     seconds[name].append(taken)
     against = {n: Spread.of([a / b for a, b in zip(s, seconds[BASELINE], strict=True)]) for n, s in seconds.items()}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,8 @@ import jointplay as jp
 from helpers.strategies import mechanisms
 from jointplay.analyses.allow import compute
 from jointplay.analyses.allow import keeps as is_kept
+from jointplay.analyses.allow.asked import ASSEMBLY, Use
+from jointplay.analyses.allow.order import _last
 from jointplay.analyses.loaded import compute as loaded
 from jointplay.analyses.nominal import Interrupted
 from jointplay.model.sizing import Sizing, sizings
@@ -399,6 +403,24 @@ def test_fit_is_the_loosest_that_holds() -> None:
     group = str(result.fit.sel(source="J3").item())
     assert keeps(base.with_(one(m, "J3").of_bearing(group)), "worst")
     assert result.fit.sel(source="J1").item() == ""
+
+
+@pytest.mark.parametrize("is_monotone", [True, False])
+def test_fits_are_looked_at_as_few_times_as_needed(is_monotone: bool) -> None:
+    """The last of the names that holds, of every number of names too tight, held and missed; by halves if it can be."""
+    for tight, held, missed in itertools.product(range(4), repeat=3):
+        uses = [Use(np.inf, ASSEMBLY, 0)] * tight + [Use(0.5, "x", 0)] * held + [Use(2.0, "x", 0)] * missed
+        asked: list[int] = []
+
+        def use(changes: dict[str, int], uses: list[Use] = uses, asked: list[int] = asked) -> Use:
+            asked.append(changes["fit"])
+            return uses[changes["fit"]]
+
+        names = [str(k) for k in range(len(uses))]
+        looker: Any = SimpleNamespace(is_monotone=is_monotone, use=use)
+        found = _last(looker, names, lambda name: {"fit": int(name)})
+        assert found == (names[tight + held - 1] if held else "")
+        assert len(asked) <= (len(names).bit_length() if is_monotone else tight + held + 1)
 
 
 def test_loaded_limits_hold_with_every_size_of_a_fit() -> None:

@@ -9,11 +9,12 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import jointplay as jp
 from helpers.answers import example
-from jointplay.analyses import random
+from jointplay.analyses import loaded, random
 from jointplay.basics import progress
 
 Steps = list[tuple[int, int]]
@@ -47,6 +48,63 @@ def test_a_question_shows_one_bar_until_it_is_done(bars: list[tuple[str, Steps]]
         # A map says what is done before each chunk.
         assert steps[-1][0] == steps[-1][1] or name == "map"
         assert steps == sorted(steps), name
+
+
+def built() -> Iterator[tuple[str, Callable[[], object]]]:
+    """What is asked of a machine that is loaded, corrected and measured."""
+    m = example("five-bar").with_({"loads": None, "load_cases": None})
+    as_drawn = jp.solve(m)
+    places = {name: as_drawn.nominal.sel(component=name).values for name in ("x", "y")}
+    table = {"configuration": [*range(len(places["x"]))], **places}
+    limited, sigma = m.with_({"limits.position": 1.0}), {"length": 0.01}
+    pushed = m.with_({"load_cases": {"push": [{"force": [300, -500]}], "pull": [{"force": [-300, 500]}]}, "gravity": None})
+    both = {"configuration": [*range(5)] * 2, "load_case": ["push"] * 5 + ["pull"] * 5}
+    both |= {name: [*places[name][:5]] * 2 for name in ("x", "y")}
+    yield "loaded", lambda: jp.loaded(example("four-bar"))
+    yield "compensate", lambda: jp.compensate(example("four-bar"))
+    yield "compensate", lambda: jp.compensate(example("four-bar"), "worst")
+    yield "compensate", lambda: jp.compensate(pushed, one_table=True)
+    yield "calibrate", lambda: jp.calibrate(m, table, sigma=sigma)
+    yield "plan", lambda: jp.plan(m, 3, columns=["x", "y"], sigma=sigma)
+    yield "diagnose", lambda: jp.diagnose(pushed, both, sigma=sigma)
+    yield "verify", lambda: jp.verify(limited, table, sigma=sigma)
+
+
+def test_what_is_asked_of_one_machine_shows_how_far_it_is(bars: list[tuple[str, Steps]]) -> None:
+    every = [*built()]
+    for number, (name, ask) in enumerate(every, 1):
+        ask()
+        assert [one for one, _ in bars] == [one for one, _ in every[:number]]
+        steps = bars[-1][1]
+        assert steps, name
+        assert steps == sorted(steps), name
+        assert all(0 <= done <= total for done, total in steps), name
+
+
+@pytest.mark.parametrize("name", ["four-bar-fits", "3-upu", "redundant-bar"])
+def test_configurations_are_asked_in_parts_that_change_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    m = example(name)
+    whole = loaded.compute(m)
+    monkeypatch.setattr(loaded, "BATCH", 1)
+    told: Steps = []
+    parts = loaded.compute(m, progress=lambda *step: told.append(step))
+    for variable, value in whole.data.items():
+        found = parts.data[variable].values
+        if value.values.dtype.kind == "f":
+            # Many at once are rounded as one is but for the last digits; steps end where 1e-10 of a size is left.
+            size = np.nanmax(np.abs(value.values), initial=0.0)
+            np.testing.assert_allclose(found, value.values, rtol=1e-9, atol=1e-9 * size, err_msg=variable)
+        elif variable != "iterations":
+            np.testing.assert_array_equal(found, value.values, variable)
+    assert told[-1][0] == told[-1][1]
+
+
+def test_steps_without_a_known_end_never_reach_it() -> None:
+    told: Steps = []
+    step = progress.counting(lambda *two: told.append(two), 3)
+    for _ in range(5):
+        step()
+    assert told == [(1, 3), (2, 3), (3, 4), (4, 5), (5, 6)]
 
 
 def test_of_variants_each_is_shown(bars: list[tuple[str, Steps]]) -> None:

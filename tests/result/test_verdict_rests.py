@@ -111,6 +111,17 @@ def test_as_many_specimens_are_drawn_under_the_load_as_decide() -> None:
     assert close.attrs["samples_loaded"] == 32_768
 
 
+def test_more_specimens_are_drawn_where_few_leave_a_yield_open() -> None:
+    m = jp.loads(jp.examples.text("slider-crank")).with_({"drives.theta.values": [0, 60, 120], "limits.position": 0.1})
+    alone = {count: jp.random(m, count, contact="loaded").outside.values for count in (16_384, 32_768)}
+    k = int(np.argmax(alone[16_384]))
+    result = jp.random(m.with_({"limits.probability": 1.0 - float(alone[16_384][k])}), 32_768)
+    more = result.outside_loaded.values == alone[32_768]
+    assert more[k]
+    assert not more.all()
+    np.testing.assert_array_equal(result.outside_loaded.values, np.where(more, alone[32_768], alone[16_384]))
+
+
 def test_the_play_that_a_specimen_may_have_decides_under_a_load() -> None:
     """With play in the middle of its limits the error was 0.1319 of 0.15, with the largest 0.2105: limits "hold"."""
     m = slide(y=0.055)

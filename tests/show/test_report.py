@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import functools
 import html
+import io
 import re
 import tempfile
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.colors import to_rgb
 
@@ -19,6 +21,8 @@ from jointplay import cli, examples
 from jointplay.errors import InputError
 from jointplay.plot.animation import motion_of
 from jointplay.plot.words import MOST_TIMES
+from jointplay.result import from_dataset
+from jointplay.show.reporting.figures import numbers
 from jointplay.show.reporting.maps import thinned
 from verify_reports import FEW, column, files, in_browser, in_text, scenes
 
@@ -78,6 +82,16 @@ def test_numbers_of_the_page_are_those_of_the_results() -> None:
     table = base64.b64decode(re.findall(r'download="worst.csv" href="[^,]*,([^"]*)"', text)[0]).decode()
     rows = [line for line in table.splitlines() if line.startswith("worst_position,")]
     np.testing.assert_allclose([float(re.findall(r",([\d.]+),,mm", row)[0]) for row in rows], worst.worst_position)
+
+
+def test_numbers_to_take_along_are_those_of_the_table() -> None:
+    result = from_dataset(jp.worst(jp.loads(jp.examples.text("four-bar"))))
+    text = numbers(result, ("worst_position", "worst_component", "status"))
+    whole = jp.frame(result)
+    some = whole[whole.variable.isin(["worst_position", "worst_component", "status"])]
+    found = pd.read_csv(io.StringIO(text))
+    assert [*found.columns] == [name for name in whole.columns if some[name].notna().any()]
+    np.testing.assert_array_equal(found.value, some.value)
 
 
 def test_a_map_is_where_the_file_has_a_grid(tmp_path: Path) -> None:

@@ -209,12 +209,11 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
     """The size of every source's set in units of the file, and those units."""
     sizes: list[float] = []
     units: list[str] = []
-    for s in range(len(m.sources)):
+    kinds, columns = axes_of(m)["parameter"].kinds, np.unique(m.parameter_source, return_index=True)[1]
+    for s, first in enumerate(columns.tolist()):
         shape, size = clearance_of(m, s)
         names = ("low", "high") if shape == "interval" else SIZES
         value = max(abs(size[name]) for name in names if name in size)
-        first = int(np.flatnonzero(m.parameter_source == s)[0])
         sizes.append(value / float(m.parameter_factors[first]))
-        kind = axes_of(m)["parameter"].kinds[first]
-        units.append(str(getattr(m.units, f"{kind}_name")))
+        units.append(str(getattr(m.units, f"{kinds[first]}_name")))
     return np.array(sizes), units

@@ -34,11 +34,11 @@ from . import worst
 from .given import OF_WORST
 from .loaded import loads_of, require_loads
 from .minimax import PlaceIndices, least_largest, slopes
-from .nominal import Nominal, at_drives, nominal, report, without_singular
+from .nominal import Nominal, Progress, at_drives, nominal, report, without_singular
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
 from .running import add_contact, drive_units, motion_of, speeds
-from .several import of_each, of_outputs, places_of
+from .several import of_each, of_outputs, places_of, share
 from .worst import STARTS
 
 if TYPE_CHECKING:
@@ -167,18 +167,25 @@ def compute(
     target: Sequence[float] | NDArray[np.float64] | None = None,
     one_table: bool = False,
     at: Nominal | None = None,
+    progress: Progress | None = None,
 ) -> Result:
     """The light form of `compensate`."""
     if not one_table:
-        return _of_each_case(m, question, offsets, deviations, weights=weights, target=target, at=at)
+        return _of_each_case(
+            m, question, offsets, deviations, weights=weights, target=target, at=at, progress=progress
+        )
     if question != "loaded" or not m.load_cases:
         has = "" if m.load_cases else "; the file has no load cases"
         raise InputError(f"one table is for all load cases of the question 'loaded'{has}", file=m.file, key="one_table")
     if offsets is not None or deviations is not None:
         raise InputError(GIVEN, file=m.file, key="offsets")
     found = [
-        _of_all_cases([m.only(output, case) for case in m.load_cases], m.load_cases, weights, target)
-        for output in m.outputs or (None,)
+        _of_all_cases(
+            [m.only(output, case) for case in m.load_cases],
+            *(m.load_cases, weights, target),
+            progress=None if progress is None else share(progress, k, max(len(m.outputs), 1)),
+        )
+        for k, output in enumerate(m.outputs or (None,))
     ]
     return of_outputs(m, found) if m.outputs else found[0]
 
@@ -193,11 +200,12 @@ def _of_each_case(
     weights: tuple[float, float] | None,
     target: Sequence[float] | NDArray[np.float64] | None,
     at: Nominal | None,
+    progress: Progress | None,
 ) -> Result:
     _require_drives(m)
     at = (at or nominal(m)).with_errors
     if question == "worst":
-        return _of_worst(m, at, offsets, deviations, weights, target)
+        return _of_worst(m, at, offsets, deviations, weights, target, progress=progress)
     of_worst = question == "given" and offsets is None and deviations is None and target is None
     if of_worst:
         offsets = worst.compute(m, at=at).get("worst_offset", extreme="position")
@@ -205,7 +213,7 @@ def _of_each_case(
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
     before = errors(at.drives, np.arange(len(at)))
-    correction = correct(errors, at, before, weight, wanted, drive_units(m), _ranges(m))
+    correction = correct(errors, at, before, weight, wanted, drive_units(m), _ranges(m), progress)
     result = _report(m, at, question, before[0], correction, weight, wanted)
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
@@ -216,7 +224,12 @@ def _require_drives(m: Mechanism) -> None:
 
 
 def _of_all_cases(
-    parts: list[Mechanism], cases: Sequence[str], weights: tuple[float, float] | None, target: Any
+    parts: list[Mechanism],
+    cases: Sequence[str],
+    weights: tuple[float, float] | None,
+    target: Any,
+    *,
+    progress: Progress | None,
 ) -> Result:
     """One table of drive values, with which the largest error over all load cases is least."""
     first = parts[0]
@@ -239,6 +252,7 @@ def _of_all_cases(
         np.broadcast_to(weight, (len(drives), 1, len(weight))),
         drive_units(first),
         _ranges(first),
+        progress,
     )
     answers = []
     for m, at, of_case in zip(parts, places, of_cases, strict=True):
@@ -249,7 +263,9 @@ def _of_all_cases(
     return beside(align(answers), "load_case", cases, "load case", same=("nominal", "limit"))
 
 
-def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights: Any, target: Any) -> Result:
+def _of_worst(
+    m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights: Any, target: Any, *, progress: Progress | None
+) -> Result:
     """Drive values with which the largest error over all offsets is least; see `minimax`."""
     for name, value in (("offsets", offsets), ("deviations", deviations)):
         if value is not None:
@@ -290,6 +306,8 @@ def _of_worst(m: Mechanism, at: Nominal, offsets: Any, deviations: Any, weights:
     best, iterations, settled = drives.copy(), np.zeros(len(at), np.int64), np.zeros(len(at), bool)
     active = np.flatnonzero(np.isfinite(largest))
     for _ in range(ROUNDS):
+        if progress is not None:
+            progress(len(at) - len(active), len(at))
         if not len(active):
             break
         found = least_largest(errors, drives[active], active, measures[active], drive_units(m), low_high)
@@ -353,6 +371,7 @@ def correct(
     wanted: Floats,
     unit: Floats,
     ranges: Floats,
+    progress: Progress | None = None,
 ) -> Correction:
     """Damped Gauss-Newton steps on all configurations at once; see the top of the file.
 
@@ -385,6 +404,8 @@ def correct(
     last = np.full(len(drives), np.inf)
     active = np.flatnonzero(np.isfinite(merit))
     for _ in range(STEPS):
+        if progress is not None:
+            progress(len(drives) - len(active), len(drives))
         if not len(active):
             break
         new = active[renews[active]]

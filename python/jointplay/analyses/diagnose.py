@@ -14,7 +14,7 @@ closure, and what is missed then is fitted again.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,11 @@ import numpy as np
 
 from jointplay.analyses.calibrate.system import EXACT, Combination, Weights, combinations, weights
 from jointplay.analyses.calibrate.unknowns import is_play
+from jointplay.analyses.nominal import Progress
 from jointplay.analyses.readings import ReadingModel, Readings, readings, require_whole
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Flags, Floats
+from jointplay.basics.progress import counting
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.model.gaps import travel
@@ -112,7 +114,7 @@ def diagnose(
 
 
 @recorded
-def compute(m: Mechanism, measured: Any, *, sigma: Any = None) -> Result:
+def compute(m: Mechanism, measured: Any, *, sigma: Any = None, progress: Progress | None = None) -> Result:
     """The light form of `diagnose`."""
     require_whole(m)
     base, sources = sizings(m)
@@ -121,7 +123,7 @@ def compute(m: Mechanism, measured: Any, *, sigma: Any = None) -> Result:
         raise InputError(
             "no joint has a clearance and no drive backlash that could be found", file=m.file, key="joints"
         )
-    fit = _Fit(base, own, readings(base, measured, sigma))
+    fit = _Fit(base, own, readings(base, measured, sigma), counting(progress, 2 * ROUNDS))
     return _told(m, own, fit, fit.solved())
 
 
@@ -171,8 +173,8 @@ class _Diagnosis:
 class _Fit:
     """Least squares of all readings, with what each place has in common."""
 
-    def __init__(self, m: Mechanism, sources: Sequence[Sizing], table: Readings) -> None:
-        self.m, self.sources, self.table = m, sources, table
+    def __init__(self, m: Mechanism, sources: Sequence[Sizing], table: Readings, step: Callable[[], None]) -> None:
+        self.m, self.sources, self.table, self.step = m, sources, table, step
         model = ReadingModel(m, table)
         if not any(load.moves_play for load in model.loads):
             problem = "nothing moves the joints through their play: a column 'load_case' says which load cases act, or"
@@ -215,6 +217,7 @@ class _Fit:
 
     def residual_of(self, found: _Diagnosis) -> Floats:
         """What is missed with the sizes that were found, on the exact closure."""
+        self.step()
         change = found.of_each(len(self.sources)) / self.sizes[:, 0]
         changes: dict[str, object] = {}
         for one, part in zip(self.sources, change.tolist(), strict=True):
@@ -240,6 +243,7 @@ class _Fit:
 
     def _solve(self, used: Flags, residual: Floats) -> tuple[_Diagnosis, Floats]:
         """The fit of some rows, and how far every cell is from it, in its standard deviations."""
+        self.step()
         cells = weights(self.table, self.play, used)
         at = (cells.rows, cells.columns)
         common = self._common(cells)

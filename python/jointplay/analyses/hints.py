@@ -106,31 +106,35 @@ def _thousandth(m: Mechanism) -> Iterator[str]:
         span = float(np.ptp([at for _, at in places], axis=0).max())
         if span > 0.0 and body >= 0:
             sizes[m.bodies[body]] = span
+    if len(sizes) < 3:
+        return
+    least, less, *_ = ordered = sorted(sizes.values())
+    more, most = ordered[-2:]
     for name, own in sizes.items():
-        others = [size for body, size in sizes.items() if body != name]
-        if len(others) < 2:
-            continue
-        for factor, low, high in ((own / max(others), *THOUSANDTH), (min(others) / own, *THOUSANDTH)):
-            if low < factor < high:
-                length, unit = m.units.length, m.units.length_name
-                yield (
-                    f"{name} is {own / length:.3g} {unit} long and the others are {min(others) / length:.3g} to"
-                    f" {max(others) / length:.3g} {unit}: is one of them in another unit?"
-                )
-                return
+        # Of all others; of equal ones there is another.
+        low, high = (less if own == least else least), (more if own == most else most)
+        if any(THOUSANDTH[0] < factor < THOUSANDTH[1] for factor in (own / high, low / own)):
+            length, unit = m.units.length, m.units.length_name
+            yield (
+                f"{name} is {own / length:.3g} {unit} long and the others are {low / length:.3g} to"
+                f" {high / length:.3g} {unit}: is one of them in another unit?"
+            )
+            return
 
 
 def _clearances(m: Mechanism) -> Iterator[str]:
-    spans = _spans(m)
+    links_of: dict[int, list[float]] = {}
+    for places in _spans(m).values():
+        # A joint may be on a body twice; its first place counts.
+        for joint, here in {k: at for k, at in reversed(places)}.items():
+            apart = (float(np.linalg.norm(at - here)) for _, at in places)
+            links_of.setdefault(joint, []).extend(length for length in apart if length > 1e-9 * m.length)
     for source in m.compiled_sources:
         size = source.size if source.shape in ("disc", "ball") else {}
         if source.kind != "clearance" or "radius" not in size or "joint" not in source.spec:
             continue
-        joint, links = source.spec["joint"], []
-        for places in spans.values():
-            here = [at for k, at in places if k == joint]
-            apart = [float(np.linalg.norm(at - here[0])) for _, at in places] if here else []
-            links += [length for length in apart if length > 1e-9 * m.length]
+        joint = source.spec["joint"]
+        links = links_of.get(joint, [])
         if links and size["radius"] > LARGE * min(links):
             radius, link = size["radius"] / m.units.length, min(links) / m.units.length
             yield (

@@ -35,6 +35,8 @@ from .nominal import (
     ON_CLOSURE,
     TO_FIRST_ORDER,
     Nominal,
+    Progress,
+    batched,
     finished,
     nominal,
     report,
@@ -42,12 +44,14 @@ from .nominal import (
 )
 from .recorded import recorded
 from .running import add_contact, add_drives, add_motion, motion_of, moving, speeds
-from .several import of_each
+from .several import of_each, share
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+#: configurations per call of the core: enough for its threads, few enough for a bar to move
+BATCH = 2048
 #: an offset is at an end of its lost motion within this part of the width; cone programs end about there
 AT_END = 1e-6
 
@@ -149,6 +153,7 @@ def compute(
     plays: bool = True,
     follows: bool = True,
     at: Nominal | None = None,
+    progress: Progress | None = None,
 ) -> Result:
     """The light form of `loaded`.
 
@@ -165,10 +170,14 @@ def compute(
     bodies = moving(m, at, motion)
     loads = acting_on(m, at, bodies)
     rubs = approach is not None
-    found = core_with(m, sizes).loaded(
-        drives, poses, exact, offset or details or rubs, details or rubs, partly=True, loads=loads
-    )
-    done = len(found["status"])
+    plays &= sizes == "middle" and "size" in m.source_kinds and bool(m.limits.errors)
+    core, parts = core_with(m, sizes), 1 + len(PLAYS) * plays
+
+    def run(part: slice) -> Loaded:
+        own, every = None if loads is None else loads[part], details or rubs
+        return core.loaded(drives[part], poses[part], exact, offset or every, every, partly=True, loads=own)
+
+    found, done = batched(count, BATCH, run, None if progress is None else share(progress, 0, parts))
     found, at = without_singular(found), at.first(done)
     pressing = None if loads is None else loads[:done]
     asked = friction.setting(m, at, motion, found, sizes, pressing) if approach is not None else None
@@ -210,8 +219,10 @@ def compute(
     builder.add("equilibria", "configuration", found["equilibria"], words)
     judge(builder)
     unfinished = ""
-    if plays and sizes == "middle" and "size" in m.source_kinds and m.limits.errors:
+    if plays:
         unfinished = _plays(m, builder, at, motion, pressing, exact=exact, approach=approach)
+        if progress is not None:
+            progress(parts, parts)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count, unfinished)
 

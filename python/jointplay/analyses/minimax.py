@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Codes, Floats
+from jointplay.basics.progress import TellStep
 
 #: steps, and the largest step at first (radians, characteristic lengths)
 STEPS, TRUST = 60, 0.1
@@ -69,7 +70,13 @@ def slopes(errors: SeveralErrors, drives: Floats, places: PlaceIndices, unit: Fl
 
 
 def least_largest(
-    errors: SeveralErrors, drives: Floats, places: PlaceIndices, weights: Floats, unit: Floats, ranges: Floats
+    errors: SeveralErrors,
+    drives: Floats,
+    places: PlaceIndices,
+    weights: Floats,
+    unit: Floats,
+    ranges: Floats,
+    progress: TellStep | None = None,
 ) -> LeastLargest:
     """Make the largest error least, at some configurations at once.
 
@@ -86,6 +93,8 @@ def least_largest(
         What makes steps of different drives comparable.
     ranges : ndarray
         Lowest and highest value of every drive, shape (2, drive).
+    progress : callable, optional
+        Called with how many configurations are done and how many there are.
     """
     low, high = ranges
     drives = np.clip(drives, low, high)
@@ -106,6 +115,8 @@ def least_largest(
     trust = np.full(count, TRUST)
     active = np.flatnonzero(np.isfinite(merit) & ~settled)
     for _ in range(STEPS):
+        if progress is not None:
+            progress(count - len(active), count)
         if not len(active):
             break
         slope = slopes(errors, drives[active], places[active], unit)

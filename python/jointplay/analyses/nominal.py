@@ -318,7 +318,7 @@ def batched(
     parts: list[AnyColumns] = []
     done = 0
     try:
-        while done < count:
+        while done < count or not parts:
             end = min(done + size, count)
             part = run(slice(done, end))
             parts.append(part)
@@ -332,7 +332,11 @@ def batched(
         if not parts:
             raise
     done = sum(len(part["status"]) for part in parts)
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    if len(parts) == 1:
+        return parts[0], done
+    columns = {name: [part[name] for part in parts] for name in parts[0]}
+    # What is of no configuration is counted.
+    joined = {name: np.concatenate(c) if np.ndim(c[0]) else sum(c) for name, c in columns.items()}
     return cast("AnyColumns", joined), done
 
 

@@ -14,7 +14,7 @@ most away; then each is exchanged for another one as long as that helps. With a 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -25,10 +25,11 @@ from jointplay.analyses.calibrate import fitter_of, freed, several
 from jointplay.analyses.calibrate.fit import Fitter
 from jointplay.analyses.calibrate.unknowns import Unknowns, unknowns_of
 from jointplay.analyses.map import compute as map_nodes
-from jointplay.analyses.nominal import at_drives, nominal
+from jointplay.analyses.nominal import Progress, at_drives, nominal
 from jointplay.analyses.readings import APPROACH, LOAD_CASE, Channel, channel, names_of, readings
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
+from jointplay.basics.progress import counting
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, in_range, not_known, shown
@@ -142,6 +143,7 @@ def compute(
     zeroed: tuple[str, ...] = (),
     sizes: bool = False,
     contact: str | None = None,
+    progress: Progress | None = None,
 ) -> Result:
     """The light form of `plan`."""
     in_range(count, "count", "a number of readings", 1, MOST)
@@ -167,7 +169,8 @@ def compute(
     if measured is not None:
         own = readings(unknowns.m, measured, sigma)
         known = fitter_of(unknowns, own, **(options | {"zeroed": tuple(n for n in zeroed if n in own.names)}))
-    search = _Search(fitter, known, _wanted(unknowns, places))
+    # Each is chosen, exchanged and put in its order.
+    search = _Search(fitter, known, _wanted(unknowns, places), counting(progress, 3 * count))
     chosen = search.chosen(count)
     return _told(m, search, chosen, places, rows, names)
 
@@ -254,9 +257,12 @@ class _Search:
         Of readings that are there already.
     wanted : ndarray
         Derivatives of what is to be known, shape (equation, unknown).
+    step : callable
+        Called at each choice.
     """
 
-    def __init__(self, fitter: Fitter, known: Fitter | None, wanted: Floats) -> None:
+    def __init__(self, fitter: Fitter, known: Fitter | None, wanted: Floats, step: Callable[[], None]) -> None:
+        self.step = step
         count = len(fitter.unknowns) + len(fitter.frame_columns)
         every = np.ones(len(fitter.readings), dtype=bool)
         system = fitter.system(every)
@@ -289,6 +295,7 @@ class _Search:
 
     def best(self, covariance: Floats, among: Sequence[int]) -> tuple[int, float]:
         """Which of some rows takes most away, and how much; of equal ones the first."""
+        self.step()
         gains = np.array([self._gain(covariance, k) for k in among])
         most = float(gains.max())
         k = int(np.flatnonzero(gains >= most - SAME * abs(most))[0])

@@ -4,20 +4,23 @@ outside_loaded = max over the load cases of the share outside under the loads of
 
 A yield is required of the machine that works: where a load presses every joint to one side, specimens whose offsets
 scatter are not those that work. A specimen under load takes ten times as long as one whose offsets are drawn, so that
-as many are drawn as decide whether a required yield is met, of all those that are drawn without the load.
+at every configuration as many are drawn as decide whether a required yield is met, of all those that are drawn without
+the load.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from jointplay.basics.arrays import Flags
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, Variable, coordinate_names
 
-from .nominal import Nominal, Progress, carried
+from .nominal import Nominal, Progress, carried, nominal
 from .running import CONTACT, SPEEDS
 from .several import share
 
@@ -25,8 +28,8 @@ from .several import share
 ENDS = ("", "_low", "_high", "_method")
 #: asks a part of the mechanism at its configurations
 Asker = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
-#: specimens that are drawn first
-FEW = 16_384
+#: specimens that are drawn first, and where somebody waits for a page
+FEW, FEWER = 16_384, 4096
 
 
 def counts_too(m: Mechanism) -> bool:
@@ -41,23 +44,47 @@ def cases(m: Mechanism) -> list[tuple[str, Mechanism]]:
     return [(name, part) for name, part in every if part.has_loads]
 
 
-def in_cases(m: Mechanism, at: Nominal | None, samples: int, ask: Asker, progress: Progress | None) -> list[Result]:
-    """The answers in every load case: of few specimens where they decide, else of all."""
-    found = cases(m)
+def in_cases(
+    m: Mechanism, at: Nominal | None, samples: int, ask: Asker, progress: Progress | None, few: int = FEW
+) -> list[Result]:
+    """The answers in every load case: of few specimens at the configurations where they decide, of all at others."""
+    found = [(part, at if at is None or part is m else carried(at, m, part)) for _, part in cases(m)]
+    count = min(samples, few)
+    answers = [
+        ask(part, here, count, None if progress is None else share(progress, k, len(found) + 1))
+        for k, (part, here) in enumerate(found, 1)
+    ]
+    while count < samples and (is_open := np.any([_is_open(answer) for answer in answers], axis=0)).any():
+        count = min(FEW, samples) if count < FEW else samples
+        answers = [
+            _with_more(answer, part, here, count, np.flatnonzero(is_open), ask)
+            for answer, (part, here) in zip(answers, found, strict=True)
+        ]
+    return answers
 
-    def answers(count: int) -> Iterator[Result]:
-        for k, (_, part) in enumerate(found, 1):
-            here = at if at is None or part is m else carried(at, m, part)
-            yield ask(part, here, count, None if progress is None else share(progress, k, len(found) + 1))
 
-    few = list(answers(min(samples, FEW)))
-    return few if samples <= FEW or all(map(_decide, few)) else list(answers(samples))
-
-
-def _decide(result: Result) -> bool:
-    """Whether a required yield is met, or missed, and not in between."""
+def _is_open(result: Result) -> Flags:
+    """Where a required yield is neither met nor missed for sure, by configuration."""
     outside = 1.0 - float(result.attrs.get("required_yield", np.nan))
-    return not ((result.get("outside_low") < outside) & (outside < result.get("outside_high"))).any()
+    is_open = (result.get("outside_low") < outside) & (outside < result.get("outside_high"))
+    # Of several outputs each counts.
+    return np.asarray(is_open.reshape(-1, is_open.shape[-1]).any(axis=0))
+
+
+def _with_more(
+    result: Result, part: Mechanism, at: Nominal | None, count: int, places: NDArray[np.intp], ask: Asker
+) -> Result:
+    """The shares with more specimens at some configurations."""
+    if len(places) == result.sizes["configuration"] or part.loads.vary or part.motion is not None:
+        # Loads and speeds go by the number of the configuration.
+        return ask(part, at, count, None)
+    more = ask(part, (at or nominal(part)).chosen(places), count, None)
+    data = dict(result.data)
+    for name in (f"outside{end}" for end in ENDS if f"outside{end}" in data):
+        values = data[name].values.astype(np.result_type(data[name].values, more.data[name].values))
+        values[..., places] = more.data[name].values
+        data[name] = replace(data[name], values=values)
+    return replace(result, data=data, attrs={**result.attrs, "samples": more.attrs["samples"]})
 
 
 def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:

@@ -130,7 +130,8 @@ def random(
         (predicted capability by quantiles) with `_standard_error`. Where both contacts count, `outside_loaded`,
         `outside_loaded_low` and `outside_loaded_high` as well: the share where the load decides the offsets of the same
         specimens, of several load cases that with the largest share, `outside_loaded_case`. It is counted in the first
-        16,384 specimens (attribute `samples_loaded`) where these decide whether a required yield is met, else in all;
+        16,384 specimens at configurations where these decide whether a required yield is met, elsewhere in all (the
+        most are the attribute `samples_loaded`);
         with `rare`, `outside_loaded_method` says how it was found. Of a machine that runs `contact_loaded`: whether
         contact follows there; where it is not asked beside another one, `contact_rate`, `contact` and `transit_time`
         as of `loaded`.
@@ -212,12 +213,13 @@ def compute(
     progress: Progress | None = None,
     path: bool = True,
     follows: bool = True,
+    few: int = pressed.FEW,
     scheduler: Any = None,
 ) -> Result:
     """The light form of `random`.
 
     `path` asks for what is of all configurations together or of one specimen, `follows` for whether contact follows
-    the reactions of a machine that runs.
+    the reactions of a machine that runs, `few` says how many specimens are drawn under loads at first.
     """
     if rare:
         require_rare(m)
@@ -249,7 +251,7 @@ def compute(
         return _of_contact(part, count, seed, law, contact=LOADED, at=place, progress=tell, path=False, **common)
 
     try:
-        return pressed.beside(result, m, pressed.in_cases(m, at, samples, ask, progress))
+        return pressed.beside(result, m, pressed.in_cases(m, at, samples, ask, progress, few))
     except KeyboardInterrupt:
         words = "interrupted before the shares outside under the load"
         raise Interrupted(replace(result, attrs={**result.attrs, "incomplete": words})) from None

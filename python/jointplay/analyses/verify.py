@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.analyses.nominal import Progress
 from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, nearest_frame, readings, require_whole
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats
@@ -97,13 +98,15 @@ def verify(
 
 
 @recorded
-def compute(m: Mechanism, measured: Any, *, sigma: Any = None, risk: float = RISK) -> Result:
+def compute(
+    m: Mechanism, measured: Any, *, sigma: Any = None, risk: float = RISK, progress: Progress | None = None
+) -> Result:
     """The light form of `verify`."""
     if not 0.0 < risk < 0.5:
         raise InputError(f"{shown(risk)} is no risk between 0 and 0.5", key="risk")
     require_whole(m)
     visits = _Visits(m, readings(m, measured, sigma))
-    return visits.result(risk)
+    return visits.result(risk, progress)
 
 
 def holds(result: Result) -> bool:
@@ -245,7 +248,7 @@ class _Visits:
                     missing.append(title)
         return found, missing
 
-    def result(self, risk: float) -> Result:
+    def result(self, risk: float, progress: Progress | None = None) -> Result:
         m, table = self.m, self.table
         limited, missing = self.limited()
         if missing and not limited:
@@ -256,17 +259,24 @@ class _Visits:
         builder.axes["channel"] = table.axis
         builder.labels("visit", table.lines, "first row of the approach")
         builder.add("error", ("visit", "channel"), self.error, "reading - what was commanded", "channel")
-        status = self._risks(builder, limited, risk)
+        status = self._risks(builder, limited, risk, progress)
         self._sizes(builder)
         self._both_sides(builder)
         builder.data["status"] = Variable((), np.array(status), "", "whether the limits are accepted")
         return builder.result()
 
-    def _risks(self, builder: ResultBuilder, limited: Sequence[_Limited], risk: float) -> str:
+    def _risks(
+        self, builder: ResultBuilder, limited: Sequence[_Limited], risk: float, progress: Progress | None
+    ) -> str:
         """Add the risks; what becomes of the limits."""
         if not limited:
             return NO_LIMIT
-        each = np.nan_to_num(np.column_stack([one.risk(self.error, self.sigma) for one in limited]))
+        columns = []
+        for k, one in enumerate(limited):
+            columns.append(one.risk(self.error, self.sigma))
+            if progress is not None:
+                progress(k + 1, len(limited))
+        each = np.nan_to_num(np.column_stack(columns))
         builder.labels("limited", [one.name for one in limited], "quantity with a limit")
         words = "risk that the limit is missed there"
         builder.data["risk"] = Variable(("visit", "limited"), each, "", words)

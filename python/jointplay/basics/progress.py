@@ -68,6 +68,19 @@ def watched(compute: Callable[P, R]) -> Callable[P, R]:
     return shown
 
 
+def counting(progress: TellStep | None, expected: int) -> Callable[[], None]:
+    """What is called at each step of work of which nobody knows how many there are: about so many, else one more."""
+    done = 0
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, max(expected, done + 1))
+
+    return step
+
+
 @contextmanager
 def bar(name: str) -> Iterator[TellStep | None]:
     """What long work calls with the steps done and all steps; None where nobody looks, or looks at another one."""

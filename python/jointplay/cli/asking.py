@@ -146,7 +146,7 @@ def compensate(
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
     aim: Any = answer.target(m, target)
 
-    def correct(m: Mechanism) -> Result:
-        return compute(m, which, put or None, weights=pair, target=aim, one_table=one_table)
+    def correct(m: Mechanism, progress: Any) -> Result:
+        return compute(m, which, put or None, weights=pair, target=aim, one_table=one_table, progress=progress)
 
     return answer.answer({"compensate": correct}, m, output, plot)

@@ -104,8 +104,8 @@ def calibrate(
         raise InputError("goes with -o NAME.toml", key="--posterior")
     options = _options(sigma, free, fix, frame, zeroed, sizes, contact) | {"hold_out": hold_out, "seed": seed}
 
-    def ask(m: Mechanism) -> Result:
-        found = compute(m, measured, **options)
+    def ask(m: Mechanism, progress: Any) -> Result:
+        found = compute(m, measured, **options, progress=progress)
         if built is not None:
             # Before anything is printed: what fails is told alone.
             as_built(m, found, posterior=posterior).write(built)
@@ -166,8 +166,8 @@ def plan(
     names = None if columns is None else tuple(arguments.parts(columns, ","))
     options = _options(sigma, free, fix, frame, zeroed, sizes, contact)
 
-    def ask(m: Mechanism) -> Result:
-        found = compute(m, count, columns=names, measured=measured, **options)
+    def ask(m: Mechanism, progress: Any) -> Result:
+        found = compute(m, count, columns=names, measured=measured, **options, progress=progress)
         if to_fill is not None:
             put(sheet_of(m, found).encode(), to_fill)
         return found

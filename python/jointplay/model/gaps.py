@@ -50,15 +50,7 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
 
 def _parts(m: Mechanism, clearance: CompiledSource) -> list[tuple[int, float]]:
     """The sizes that make a clearance: the parameter of each, and its factor; none of other sources."""
-    if clearance.kind != "clearance":
-        return []
-    return [
-        (int(np.flatnonzero(m.parameter_source == k)[0]), float(part["factor"]))
-        for k, source in enumerate(m.compiled_sources)
-        if source.kind == "size"
-        for part in (source.spec, *source.spec.get("also", ()))
-        if part["joint"] == clearance.spec["joint"]
-    ]
+    return m.sizes_of_joints.get(clearance.spec.get("joint", -1), []) if clearance.kind == "clearance" else []
 
 
 def travel(m: Mechanism, source: int) -> tuple[float, float] | None:

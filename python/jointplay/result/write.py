@@ -188,7 +188,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def to_csv(result: Result, dialect: str = "comma") -> str:
+def to_csv(result: Result, dialect: str = "comma", most: int | None = None) -> str:
     """The result as the text of a tidy table, in the columns of `frame`: one row for each value.
 
     Parameters
@@ -196,12 +196,16 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
     result : Result
     dialect : {"comma", "semicolon"}
         Commas between the cells and decimal points, or semicolons and decimal commas.
+    most : int, optional
+        For a page: no more rows than this, and no column without an entry.
     """
     between, point = DIALECTS[dialect]
     found = rows(result)
     columns = {name: _texts(column, point) for name, column in found.labels.items()}
     columns["value"] = ["" if math.isnan(value) else _number(value, point) for value in found.value.tolist()]
     columns |= {"text": _texts(found.text, point), "unit": _texts(found.unit, point)}
+    if most is not None:
+        columns = {name: cells[:most] for name, cells in columns.items() if any(cells[:most])}
     stream = io.StringIO()
     table = csv.writer(stream, delimiter=between, lineterminator="\n")
     table.writerow(map(as_cell, columns))

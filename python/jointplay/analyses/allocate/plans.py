@@ -13,6 +13,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import Progress
 from jointplay.basics.arrays import Floats
+from jointplay.basics.progress import counting
 
 from .items import Item
 from .looks import Look, Looking
@@ -64,6 +65,7 @@ class Plans:
     looks: dict[Values, Look] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.step = counting(self.progress, EXPECTED)
         self.tightest = tuple(_extreme(item, loosest=False) for item in self.items)
         self.cheapest = tuple(_extreme(item, loosest=True) for item in self.items)
         before = [item.before for item in self.items]
@@ -78,8 +80,7 @@ class Plans:
 
     def _keep(self, values: Values, look: Look) -> None:
         self.looks[values] = look
-        if self.progress is not None:
-            self.progress(len(self.looks), max(EXPECTED, len(self.looks) + 1))
+        self.step()
 
     def look_at_ends(self) -> None:
         """Look at the sizes in the file, at the tightest and at the cheapest ones."""

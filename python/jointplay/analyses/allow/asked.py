@@ -40,8 +40,9 @@ PRESSED = 4096
 OUTSIDE = 10
 #: what binds where not an error does: no pose, and a size that the file cannot have
 ASSEMBLY, REFUSED = "assembly", "refused"
-#: configurations that use less than this share of the most that one uses are looked at in the end only
-NEAR = 0.6
+#: configurations that use less than this share of the most that one uses are looked at in the end only; and where larger
+#: sizes never use less, so that hardly another one binds
+NEAR, NEARER = 0.6, 0.95
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,8 @@ class Use:
         Where the clearances are; empty where that is not asked.
     not_assembled : float
         Share of the specimens that cannot be assembled there.
-    near : list of ndarray
-        Of every part of the mechanism the configurations that come near.
+    near : list of ndarray or None
+        Of every part of the mechanism the configurations that come near; None where all of them do.
     """
 
     used: float
@@ -199,8 +200,11 @@ class Asked:
                 case = one.load_case if self.by_load else ""
                 best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
-        kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
-        return replace(best, near=kept)
+        least = (NEARER if self.is_monotone else NEAR) * largest
+        kept = [p[c >= least] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
+        # Where all of them count, there is none to be looked at in the end.
+        is_whole = self.is_under_load or sum(map(len, kept)) == sum(map(len, self.every))
+        return replace(best, near=None if len(parts) == 1 and is_whole else kept)
 
     def _asked(
         self,

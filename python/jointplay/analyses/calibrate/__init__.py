@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.nominal import Nominal, at_drives, nominal
+from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal
 from jointplay.analyses.readings import FRAME_COLUMNS, Readings, by_frame_of, readings, require_whole
 from jointplay.analyses.readings.differences import errors_of, slopes_at, steps_of
 from jointplay.analyses.recorded import recorded
@@ -187,6 +187,7 @@ def compute(
     contact: str | None = None,
     hold_out: float = 0.0,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Result:
     """The light form of `calibrate`."""
     in_range(seed, "seed", "a seed", 0, 2**64 - 1)
@@ -195,7 +196,8 @@ def compute(
     require_whole(m)
     unknowns = unknowns_of(m, free or {}, fix, sizes=sizes)
     table = readings(unknowns.m, measured, sigma)
-    fitter = fitter_of(unknowns, table, frame=frame, zeroed=zeroed, sizes=sizes, contact=contact)
+    options: dict[str, Any] = {"frame": frame, "zeroed": zeroed, "sizes": sizes, "contact": contact}
+    fitter = fitter_of(unknowns, table, **options, progress=progress)
     require_own(fitter)
     held = _held_out(len(table), hold_out, seed)
     found = fitter.fit(~held)
@@ -203,14 +205,22 @@ def compute(
 
 
 def fitter_of(
-    unknowns: Unknowns, table: Readings, *, frame: str, zeroed: tuple[str, ...], sizes: bool, contact: str | None
+    unknowns: Unknowns,
+    table: Readings,
+    *,
+    frame: str,
+    zeroed: tuple[str, ...],
+    sizes: bool,
+    contact: str | None,
+    progress: Progress | None = None,
 ) -> Fitter:
     """What fits a table, with the options of `calibrate`."""
     for value, key, known in ((frame, "frame", FRAMES), (contact or LOADED, "contact", CONTACTS)):
         if value not in known:
             raise InputError(not_known(value, f"a choice of {key}", known), key=key)
     columns = _zeroed(table, zeroed)
-    fitter = Fitter(unknowns, table, frame=frame == UNKNOWN, zeroed=columns, scattered=contact == SCATTERED)
+    is_unknown, scattered = frame == UNKNOWN, contact == SCATTERED
+    fitter = Fitter(unknowns, table, frame=is_unknown, zeroed=columns, scattered=scattered, progress=progress)
     _require_load(fitter, contact, sizes=sizes)
     return fitter
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.readings import FRAME_COLUMNS, DeviceFrame, Predicted, ReadingModel, Readings, nearest_frame
 from jointplay.basics.arrays import Flags, Floats
+from jointplay.basics.progress import TellStep, counting
 from jointplay.errors import InputError, listed
 
 from .system import System, weights
@@ -37,6 +38,8 @@ LOOKS = 5
 STEP, SMALLEST = 0.02, 1e-3
 #: the same part of a size in the file
 SIZE_STEP = 0.1
+#: how often the mechanism is asked what is read, about
+EXPECTED = 30
 #: cells times unknowns that are fitted at once
 MOST_NUMBERS = 40_000_000
 
@@ -114,11 +117,20 @@ class Fitter:
         Columns that count from an unknown zero.
     scattered : bool
         Whether the play scatters although something loads the mechanism.
+    progress : callable, optional
     """
 
     def __init__(
-        self, unknowns: Unknowns, readings: Readings, *, frame: bool, zeroed: tuple[int, ...], scattered: bool
+        self,
+        unknowns: Unknowns,
+        readings: Readings,
+        *,
+        frame: bool,
+        zeroed: tuple[int, ...],
+        scattered: bool,
+        progress: TellStep | None = None,
     ) -> None:
+        self.step = counting(progress, EXPECTED)
         self.unknowns, self.readings, self.zeroed, self.scattered = unknowns, readings, zeroed, scattered
         self.model = ReadingModel(unknowns.m, readings, scattered=scattered)
         self.calls = 0
@@ -242,6 +254,7 @@ class Fitter:
         return self._read(state.x, state.frame)
 
     def _read(self, x: Floats, frame: DeviceFrame | None) -> Predicted:
+        self.step()
         return self._model(x).read(self.unknowns.of_parameters(x), frame, derivatives=False)
 
     def _model(self, x: Floats) -> ReadingModel:

@@ -271,6 +271,16 @@ class Compiled:
         """The first and the second body of every joint; the ground is -1."""
         return tuple((self.points[first].body, self.points[second].body) for first, second in self.joint_points)
 
+    @cached_property
+    def sizes_of_joints(self) -> dict[int, list[tuple[int, float]]]:
+        """Of every joint the sizes that make its clearance: the parameter of each, and its factor."""
+        found: dict[int, list[tuple[int, float]]] = {}
+        first = np.unique(self.parameter_source, return_index=True)[1].tolist()
+        for k, source in enumerate(self.compiled_sources):
+            for part in (source.spec, *source.spec.get("also", ())) if source.kind == "size" else ():
+                found.setdefault(part["joint"], []).append((first[k], float(part["factor"])))
+        return found
+
     def compliance(self, joint: int) -> Floats | None:
         """Displacement per force of the directions that a joint holds, SI; None where it is rigid.
 

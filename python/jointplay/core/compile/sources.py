@@ -138,6 +138,8 @@ def _of_sizes(
     graph: Graph, index: int, joint: CompiledJoint, play: object, sizes: list[Size]
 ) -> Iterator[CompiledSource]:
     """Sizes that scatter about the middle of their limits; several bodies on one pin have it in common."""
+    if not sizes:
+        return
     unit = graph.units.length
     riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
     several = joint.name.startswith(f"{joint.pin}/")

@@ -45,8 +45,10 @@ def _joints(result: Result) -> ResultTable:
         words("rides on it", second.tolist()),
     ]
     if moves:
-        by = [", ".join(drive for joint, drive in moves if joint == name) for name in names]
-        columns.append(words("driven by", by))
+        drives: dict[str, list[str]] = {}
+        for joint, drive in moves:
+            drives.setdefault(joint, []).append(drive)
+        columns.append(words("driven by", [", ".join(drives.get(name, ())) for name in names]))
     title = f"{plural(len(_bodies(result)), 'body', 'bodies')}, {plural(len(names), 'joint', 'joints')}"
     return ResultTable(title, tuple(columns))
 

@@ -16,6 +16,7 @@ from jointplay.analyses import (
     forces,
     life,
     loaded,
+    pressed,
     random,
     region,
     singularities,
@@ -24,6 +25,7 @@ from jointplay.analyses import (
 )
 from jointplay.analyses.displaced import Displaced, shifts
 from jointplay.analyses.nominal import Nominal, Progress, carried, nominal
+from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
@@ -43,6 +45,8 @@ FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
 CLOUD = 300
 #: configurations between which the slider of the page moves
 MOST_SHOWN = 121
+#: directions in space in which the region is looked for: enough for a drawing
+IN_SPACE = 66
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
@@ -146,9 +150,9 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
     return {
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
-        "random": lambda: random.compute(m, samples, seed),
+        "random": lambda: random.compute(m, samples, seed, few=pressed.FEWER),
         "compensate": lambda: compensate.compute(m),
-        "region": lambda: region.compute(first, at=chapter.at),
+        "region": lambda: region.compute(first, directions=directions(first), at=chapter.at),
         "sizes": lambda: _sizes(first),
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
@@ -156,6 +160,11 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         **({"forces": lambda: forces.compute(m)} if m.limits.forces else {}),
         **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
     }
+
+
+def directions(m: Mechanism) -> int:
+    """In how many directions the region of the error is looked for."""
+    return region.IN_PLANE if m.pose_size != poses.SPATIAL else IN_SPACE
 
 
 def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: int, step: Callable[[], None]) -> None:

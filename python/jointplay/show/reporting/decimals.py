@@ -18,8 +18,8 @@ from matplotlib.ticker import Formatter
 
 from jointplay.errors import InputError, not_known
 
-#: decimal signs, with what stands between the columns of tables in text then
-SIGNS = {".": ",", ",": ";"}
+#: decimal signs, with the dialect of tables in text
+DIALECTS = {".": "comma", ",": "semicolon"}
 #: between thousands, where a comma would be read as a decimal sign
 NARROW = "\u202f"
 #: a number with decimals that is no part of a name or of a version; one with commas between its thousands
@@ -41,8 +41,8 @@ def checked(sign: str) -> str:
     InputError
         When it is none.
     """
-    if sign not in SIGNS:
-        raise InputError(not_known(sign, "a decimal sign", SIGNS), key="decimal")
+    if sign not in DIALECTS:
+        raise InputError(not_known(sign, "a decimal sign", DIALECTS), key="decimal")
     return sign
 
 

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from jointplay.file.columns import as_cell
-from jointplay.plot.style import USUAL_STYLE, escape_texts
+from jointplay.plot.style import USUAL_STYLE, as_far_as_it_goes, escape_texts
 from jointplay.result import Result
-from jointplay.result.spreadsheets import frame
+from jointplay.result.write import to_csv
 
 from . import decimals
 
@@ -27,9 +27,9 @@ def svg(figure: Figure) -> str:
     decimals.in_figure(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
-    with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}):
-        # A drawing would keep its text.
-        Figure.savefig(figure, content, format="svg", metadata={"Date": None})
+    with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
+        # To save a figure would draw it twice.
+        FigureCanvasSVG(figure).print_svg(content, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
 
 
@@ -54,9 +54,4 @@ def download(name: str, text: str) -> str:
 def numbers(result: Result, names: Iterable[str]) -> str:
     """Some variables of a result as CSV, one row for each value; with a decimal comma cells end with semicolons."""
     kept = {name: result.data[name] for name in names if name in result.data}
-    table = frame(Result(result.coords, kept, result.attrs))
-    table = table.head(MOST_NUMBERS).dropna(axis="columns", how="all").rename(columns=as_cell)
-    texts = table.select_dtypes("category").columns
-    table = table.assign(**{name: table[name].cat.rename_categories(as_cell) for name in texts})
-    sign = decimals.current()
-    return str(table.to_csv(index=False, sep=decimals.SIGNS[sign], decimal=sign))
+    return to_csv(Result(result.coords, kept, result.attrs), decimals.DIALECTS[decimals.current()], MOST_NUMBERS)

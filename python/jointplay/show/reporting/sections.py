@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
+from jointplay.analyses import pressed
 from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
@@ -27,7 +28,7 @@ from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
 from . import former, maps, ordering
-from .answers import JUDGED, Answers, Chapter
+from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
 from .figures import numbers, picture
 
@@ -143,7 +144,7 @@ def _mechanism(chapter: Chapter) -> str:
         "Move the slider through the configurations; drag to turn (in the plane: to shift), press Ctrl and turn the "
         "wheel to zoom, double-click to start again. Errors and clearances are magnified by the stated factor. "
         "The shaded region is where the output point can be as far as clearances and tolerances let it, on the exact "
-        "closure; dots are random specimens."
+        f"closure, looked for in {directions(m)} directions; dots are random specimens."
     )
     still = Figure(figsize=(7.4, 5.0))
     plot.mechanism(m, _first(chapter), axes=still.add_subplot())
@@ -354,7 +355,7 @@ def inputs(answers: Answers, command: str) -> Section:
         "file": f"{Path(m.file).name}, mechanism {m.hash}",
         "date": today(),
         "configurations": known.attrs["configurations"],
-        "random specimens": f"{answers.samples} per configuration, seed {answers.seed}",
+        "random specimens": f"{answers.samples} per configuration, seed {answers.seed}{_under_loads(answers)}",
         "warnings": " ".join(hints(m)) or "none",
         "versions": f"jointplay {known.attrs['jointplay']}, Python {python_version()}, NumPy {np.__version__}",
         "made by": command or "jointplay.report(m, path)",
@@ -369,6 +370,14 @@ def inputs(answers: Answers, command: str) -> Section:
     return Section(
         "Inputs and assumptions", content + folded("The file", f'<pre translate="no">{escape(m.complete_text)}</pre>')
     )
+
+
+def _under_loads(answers: Answers) -> str:
+    """How many specimens are drawn under loads, where they are fewer."""
+    every = [chapter.results["random"].attrs for chapter in answers.chapters if "random" in chapter.results]
+    if answers.samples <= pressed.FEWER or not any("samples_loaded" in attrs for attrs in every):
+        return ""
+    return f"; under the loads {pressed.FEWER}, and more where these leave a required yield open"
 
 
 def _left_out(m: Mechanism) -> list[str]:
