@@ -241,6 +241,27 @@ def test_maps_and_sweeps_show_what_is_used_of_a_limit():
         jp.sweep(mechanism(), "joints.pin.clearance.radial", [0.1], "forces")
 
 
+def test_a_figure_of_swept_forces_has_what_is_used_and_the_limit(tmp_path, capsys):
+    from jointplay.cli import run
+
+    key, values = "joints.pin.clearance.radial", [0.0, 1.0, 5.0]
+    swept = jp.sweep(limited(drive_torques__theta=21_000), key, values, "forces")
+    (axes,) = jp.plot.sweep(swept).axes
+    *curves, limit = axes.lines
+    assert np.array_equal([one.get_ydata() for one in curves], swept.used.T)
+    assert list(limit.get_ydata()) == [1.0, 1.0]
+    with pytest.raises(jp.InputError, match="'position' is not a quantity; known: used"):
+        jp.plot.sweep(swept, "position")
+    # A second key ended in a traceback.
+    path, figure = tmp_path / "crank.toml", tmp_path / "figure.svg"
+    limited(drive_torques__theta=21_000).write(path)
+    for more in ([], ["--by", "dimensions.rod.tolerance=0,2"]):
+        assert run(["sweep", str(path), "-q", "forces", "--set", f"{key}=0,1", *more, "--plot", str(figure)]) == 0
+        assert figure.exists()
+        figure.unlink()
+    assert "radial = 1 mm, tolerance = 2 mm" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_design_keeps_to_limits_of_forces():
     aside = mechanism(**{"joints.guide.on.ground.at": [0, 20], "limits.position": 5.0})
     vary, aim = {"joints.guide.on.ground.at.1": [-20, 20]}, "size"

@@ -15,7 +15,7 @@ from .building import FITS, VERDICTS
 from .errors import quantile
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
-from .series import beyond, each, judged, of_compare, of_map, of_sweep, shares_over_nodes
+from .series import beyond, each, extreme, judged, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
 from .words import (
@@ -46,6 +46,7 @@ __all__ = [
     "conclude",
     "decide",
     "each",
+    "extreme",
     "farthest",
     "first_missed",
     "judged",
