@@ -27,6 +27,7 @@ from jointplay.analyses.ranges import coordinates
 from jointplay.analyses.several import places_of
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import limit_key
 from jointplay.errors import InputError, listed, not_known
 from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Variation, variables_of
 from jointplay.model.mechanism import Mechanism
@@ -241,7 +242,7 @@ class Attempts:
                 if question == self.table.question and part.limits.errors:
                     for k, name in enumerate(part.quantities):
                         if name in part.limits.errors:
-                            used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
+                            used.setdefault(limit_key(name), []).append(used_of_limits(part, each)[:, k])
         if m.limits.forces:
             with within_another():
                 result = forces.compute(m, self.table.question, at=nominals[0][1])
@@ -249,7 +250,7 @@ class Attempts:
                 unreliable.append(_unreliable(each))
                 for name, share in zip(each.labels("quantity"), used_of_limits(m, each).T, strict=True):
                     if name in m.limits.forces:
-                        used.setdefault(_key_of_force(name), []).append(share)
+                        used.setdefault(limit_key(name), []).append(share)
         if lost := max(unreliable, default=0.0):
             return Candidate(values, lost=lost)
         return Candidate(values, _joined(aims), _joined(used))
@@ -295,12 +296,6 @@ class Attempts:
 def _unreliable(result: Result) -> float:
     """The share of the configurations without numbers that can be relied on."""
     return float(np.mean(~np.isin(result.get("status"), (*READABLE, "outside_limits"))))
-
-
-def _key_of_force(name: str) -> str:
-    """Where the file has the limit of a force."""
-    kind, _, of = name.partition(".")
-    return f"limits.{'drive_torques' if kind == 'drives' else 'reactions'}.{of}"
 
 
 def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.analyses.beside import said, why_not, with_forces
 from jointplay.analyses.map.answering import MapQuestion
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.questions import check
@@ -26,6 +27,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, listed, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
+from jointplay.result.verdict import HELD, NOT_SHOWN
 
 from .asked import COARSE, USUAL, AskedGrid, AskedRanges, around, even, further, widened
 from .found import HeldRegion, coarse_region, region
@@ -68,8 +70,9 @@ def workspace(
         In place of the file's ``[grid]``, as for `map`: two or three coordinates of the output as axes, others held.
         Several values of rotations are orientations, each of which has to be possible at every position. If no
         positions are given, the box is found from the ranges of the drives.
-    question : {"loaded", "worst", "random"}, optional
-        In which the limits of the file have to hold as well; by default errors do not count.
+    question : {"loaded", "worst", "random", "forces"}, optional
+        In which the limits of the file have to hold as well, those of forces in the worst case; ``forces`` for these
+        alone. By default none of them counts.
     centre : sequence of float, optional
         About which the disc and the box are, in place of the best place for each; in the order of the axes.
     count : int, optional
@@ -151,7 +154,10 @@ def compute(
     if not 0.0 < step <= found.spacing:
         problem = f"{shown(step)} is not above zero and at most the spacing of {found.spacing:.4g}"
         raise InputError(problem, key="tolerance")
-    ask = None if question is None else MapQuestion(m, question, options, "workspace")
+    asks = [] if question is None else [MapQuestion(m, question, options, "workspace")]
+    unjudged = why_not(m) if m.limits.forces else ""
+    if asks and m.limits.forces and not unjudged and question != "forces":
+        asks.append(MapQuestion(m, "forces", {}, "workspace"))
 
     def part(done: float) -> None:
         if progress is not None:
@@ -159,11 +165,15 @@ def compute(
 
     for _ in range(WIDENED):
         _check_nodes(m, found)
-        within = region(m, found, ranges.start_at(found.axes), ask, step, part)
+        within = region(m, found, ranges.start_at(found.axes), asks, step, part)
         if not ranges.unsaid or EDGE not in within.bound:
             break
         found = replace(found, axes=further(found.axes, within.inside))
-    return _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
+    result = _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
+    if not (asks and m.limits.forces):
+        return result
+    outcome = NOT_SHOWN if unjudged else HELD if within.inside.any() else ""
+    return with_forces(result, said(outcome, unknown=unjudged))
 
 
 def _check_nodes(m: Mechanism, asked: AskedGrid, key: str = "grid") -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -78,7 +78,7 @@ class HeldRegion:
 
 
 def region(
-    whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: PartDone
+    whole: Mechanism, asked: AskedGrid, start: Floats, asks: Sequence[MapQuestion], tolerance: float, part: PartDone
 ) -> HeldRegion:
     """The region of a grid.
 
@@ -89,7 +89,7 @@ def region(
     asked : AskedGrid
     start : ndarray
         Position along every axis at the start, file units.
-    ask : MapQuestion, optional
+    asks : sequence of MapQuestion
         Whose limits have to hold.
     tolerance : float
         Of the boundary along edges, file units.
@@ -99,7 +99,7 @@ def region(
     count = len(asked.orientations)
     part(0.0)
     for k, orientation in enumerate(asked.orientations):
-        one = OneOrientation(asked.of(whole, orientation), ask)
+        one = OneOrientation(asked.of(whole, orientation), asks)
         every.append((one, one.nodes(partial(_advance, part, k, count))))
         part(NODES * (k + 1) / count)
     why = every[0][1].why
@@ -119,7 +119,7 @@ def _advance(part: PartDone, orientation: int, count: int, done: int, of: int) -
 
 def coarse_region(whole: Mechanism, asked: AskedGrid, start: Floats) -> Flags:
     """The nodes of a region in its first orientation, without its boundary."""
-    one = OneOrientation(asked.of(whole, asked.orientations[0]), None)
+    one = OneOrientation(asked.of(whole, asked.orientations[0]), ())
     held = one.nodes().inside.reshape([len(values) for values in asked.axes.values()])
     return connected(held, asked, start)[0]
 
