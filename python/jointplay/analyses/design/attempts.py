@@ -22,6 +22,7 @@ from jointplay.analyses.allocate.report import FOUND
 from jointplay.analyses.allow.asked import used_of_limits
 from jointplay.analyses.ideal import compared, strays
 from jointplay.analyses.nominal import OK, OUTSIDE, Nominal, within_another
+from jointplay.analyses.processes import Processes
 from jointplay.analyses.questions import computation
 from jointplay.analyses.ranges import coordinates
 from jointplay.analyses.several import places_of
@@ -194,6 +195,12 @@ class Attempts:
             self.known[key] = self._try(key[0], exact)
         return self.known[key]
 
+    def ahead(self, every: Sequence[tuple[Sequence[float], bool]], processes: Processes) -> None:
+        """Try values, each exactly or not, side by side; they are known then."""
+        keys = dict.fromkeys((tuple(float(value) for value in values), exact) for values, exact in every)
+        unknown = [key for key in keys if key not in self.known]
+        self.known.update(zip(unknown, processes.each(unknown), strict=True))
+
     def changes(self, values: Sequence[float]) -> dict[str, float]:
         """Values by key."""
         return {one.key: float(value) for one, value in zip(self.variables, values, strict=True)}
@@ -291,6 +298,11 @@ class Attempts:
         if "size" in self.aims:
             aims["size"] = [np.array([_diagonal(nominals) / nominals[0][0].units.length])]
         return used, aims
+
+
+def tried(attempts: Attempts, item: tuple[tuple[float, ...], bool]) -> Candidate:
+    """One of several attempts, as other processes make them."""
+    return attempts.at(item[0], exact=item[1])
 
 
 def _unreliable(result: Result) -> float:

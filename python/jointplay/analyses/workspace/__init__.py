@@ -229,12 +229,13 @@ def _told(
     builder.labels("along", list(asked.axes), "axis of the grid")
     builder.add("inside", tuple(asked.axes), found.inside, "whether the node is in the region")
     builder.add("outside_by", tuple(asked.axes), found.why, "what keeps the mechanism from the node; empty: nothing")
-    facets, coarse = found.edges.facets(), found.edges.halved().facets()
+    facets, coarse = found.facets(), found.coarse()
     size, half = enclosed(found.points, facets), enclosed(found.points, coarse)
     words = "area of the region" if n == 2 else "volume of the region"
     builder.add("size", (), np.array(size * length**n), words, "length", n)
-    words = "how far the size by every second node is from it"
-    builder.add("size_error", (), np.array(abs(size - half) * length**n), words, "length", n)
+    words = "how far the size by every second node is from it, and what tolerance and edges cut off leave"
+    error = abs(size - half) + _left(found, facets, tolerance)
+    builder.add("size_error", (), np.array(error * length**n), words, "length", n)
     far = found.far > np.sqrt(n)
     builder.data["status"] = Variable((), np.array("ok" if found.inside.any() else "empty"), "", "outcome")
     if far and found.inside.any():
@@ -243,7 +244,7 @@ def _told(
     builder.add("vertex", ("point", "along"), found.points * length, "points of the boundary", "length")
     builder.add("vertex_bound", "point", found.bound, "what bounds the region at the point")
     builder.add("facet", ("piece", "corner"), facets, "points of the segments or triangles of the boundary")
-    _add_inscribed(builder, found, facets, coarse, centre)
+    _add_inscribed(builder, found, facets, coarse, centre, tolerance)
     return builder.result()
 
 
@@ -269,8 +270,18 @@ def _add_shares(builder: ResultBuilder, found: HeldRegion, facets: Ints) -> None
     builder.add("share", "bound", shares[order] / max(shares.sum(), 1e-300), "part of the boundary")
 
 
+def _left(found: HeldRegion, facets: Ints, tolerance: float) -> float:
+    """What a boundary within the tolerance may leave, and what it may cut of right edges between its bounds."""
+    cut = facets[found.is_cut(facets)]
+    corners, bounds = found.points[cut], found.bound[cut]
+    across = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
+    across[bounds[:, :, None] == bounds[:, None]] = np.inf
+    left = 0.25 * facet_sizes(found.points, cut) @ across.min(axis=(1, 2), initial=np.inf)
+    return float(tolerance * facet_sizes(found.points, facets).sum() + left)
+
+
 def _add_inscribed(
-    builder: ResultBuilder, found: HeldRegion, facets: Ints, coarse: Ints, centre: Floats | None
+    builder: ResultBuilder, found: HeldRegion, facets: Ints, coarse: Ints, centre: Floats | None, tolerance: float
 ) -> None:
     """The disc or ball, and the box."""
     n, length, spacing = len(found.values), builder.units.length, found.asked.spacing
@@ -281,9 +292,16 @@ def _add_inscribed(
         ends = box(found.points, facets, found.holds, centre)
         if len(coarse):
             radius_error = abs(radius - disc(found.points, coarse, middle[None], 2.0 * spacing, centre)[1])
-            # From there, because the boundary by every second node may have ends of the region outside.
-            rough = larger_box(found.points, coarse, ends, centred=centre is not None)
-            error = abs(_product(ends) - _product(rough))
+            # From there, because the boundary by every second node may have ends of the region outside; and without
+            # what may cut an edge off.
+            is_centred, open_ = centre is not None, facets[~found.is_cut(facets)]
+            rough = [larger_box(found.points, some, ends, centred=is_centred) for some in (coarse, open_)]
+            again = (larger_box(found.points, facets, one, centred=is_centred) for one in rough)
+            ends = max([ends, *again], key=_product)
+            error = max(abs(_product(ends) - _product(one)) for one in rough)
+            # Facets are off by as much again where they lean.
+            error += _product(ends + 2.0 * tolerance * np.array([[-1.0], [1.0]])) - _product(ends)
+            radius_error += tolerance
     elif centre is not None:
         builder.attrs["centre"] = "outside"
     if centre is not None:
@@ -293,13 +311,13 @@ def _add_inscribed(
     where = "about the given centre" if centre is not None else "in the region"
     builder.add("disc_centre", "along", middle * length, f"centre of the {ball}", "length")
     builder.add("disc_radius", (), np.array(radius * length), f"radius of the largest {ball} {where}", "length")
-    words = "how far the radius by every second node is from it"
+    words = "how far the radius by every second node is from it, and the tolerance"
     builder.add("disc_radius_error", (), np.array(radius_error * length), words, "length")
     builder.add("box_low", "along", ends[0] * length, f"lowest corner of the largest box {where}", "length")
     builder.add("box_high", "along", ends[1] * length, "highest corner of the box", "length")
     size = np.array(_product(ends) * length**n)
     builder.add("box_size", (), size, "area of the box" if n == 2 else "volume of the box", "length", n)
-    words = "how far its size by every second node is from it"
+    words = "how far its size by every second node, or without edges that may be cut off, is from it, and the tolerance"
     builder.add("box_size_error", (), np.array(error * length**n), words, "length", n)
 
 

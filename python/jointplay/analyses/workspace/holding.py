@@ -78,6 +78,17 @@ class OneOrientation:
         self.rows = self.follower.commands(self.lattice, 0)
         self.poses = np.zeros((0, 0, 0))
 
+    def commands_at(self, positions: Floats) -> Floats:
+        """Commands at positions along the axes, file units, of which they are linear functions."""
+        rows = self.rows.reshape(*self.grid.shape, -1)
+        start = rows[(0,) * len(self.grid.shape)]
+        found = np.tile(start, (len(positions), 1))
+        for k, along in enumerate(self.grid.labels):
+            end = rows[tuple(-1 if k == j else 0 for j in range(len(self.grid.shape)))]
+            part = (positions[:, k] - along[0]) / (along[-1] - along[0])
+            found += part[:, None] * (end - start)
+        return found
+
     def nodes(self, progress: Progress | None = None) -> HeldPlaces:
         """What is found at all nodes that are reached from the start without a singularity."""
         starts = self.follower.starts(self.lattice)
