@@ -85,7 +85,7 @@ class Processes:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         for _ in range(self.count):
             process = subprocess.Popen(
-                [sys.executable, "-c", RUN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
+                [sys.executable, "-P", "-c", RUN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
             )
             self._running.append(process)
             _send(process.stdin, (self.function, self.shared))

@@ -234,7 +234,7 @@ def _told(
     words = "area of the region" if n == 2 else "volume of the region"
     builder.add("size", (), np.array(size * length**n), words, "length", n)
     words = "how far the size by every second node is from it, and what tolerance and edges cut off leave"
-    error = abs(size - half) + _left(found, facets, tolerance)
+    error = max(abs(size - half), _cut_off(found, facets)) + tolerance * facet_sizes(found.points, facets).sum()
     builder.add("size_error", (), np.array(error * length**n), words, "length", n)
     far = found.far > np.sqrt(n)
     builder.data["status"] = Variable((), np.array("ok" if found.inside.any() else "empty"), "", "outcome")
@@ -270,14 +270,13 @@ def _add_shares(builder: ResultBuilder, found: HeldRegion, facets: Ints) -> None
     builder.add("share", "bound", shares[order] / max(shares.sum(), 1e-300), "part of the boundary")
 
 
-def _left(found: HeldRegion, facets: Ints, tolerance: float) -> float:
-    """What a boundary within the tolerance may leave, and what it may cut of right edges between its bounds."""
+def _cut_off(found: HeldRegion, facets: Ints) -> float:
+    """What a boundary cuts of right edges between its bounds at most."""
     cut = facets[found.is_cut(facets)]
     corners, bounds = found.points[cut], found.bound[cut]
     across = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
     across[bounds[:, :, None] == bounds[:, None]] = np.inf
-    left = 0.25 * facet_sizes(found.points, cut) @ across.min(axis=(1, 2), initial=np.inf)
-    return float(tolerance * facet_sizes(found.points, facets).sum() + left)
+    return 0.25 * float(facet_sizes(found.points, cut) @ across.min(axis=(1, 2), initial=np.inf))
 
 
 def _add_inscribed(
