@@ -23,9 +23,9 @@ from jointplay.file.schema import DesignTable
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .attempts import Attempts, Candidate, tried
+from .attempts import Attempts, Candidate
 from .report import AT_BOUND, Designed, report
-from .search import LAST, DesignSearch, rank, tolerated, weighted
+from .search import LAST, DesignSearch, rank, tolerated, weighted, worked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,10 +146,10 @@ def compute(
     is_front = table.aim is not None and len(table.aim) > 1
     rounds = 2 if is_front else 1
     before = tuple(one.before for one in attempts.variables)
-    begun = time.perf_counter()
+    begun = time.process_time()
     answer = Designed(m, attempts, weights, attempts.at(before, exact=True), seed, LOSSES)
-    lasts = (time.perf_counter() - begun) * rounds * evaluations
-    processes = Processes(tried, (attempts,), cores() if lasts > WORTH else 1)
+    lasts = (time.process_time() - begun) * rounds * evaluations
+    processes = Processes(worked, (attempts,), cores() if lasts > WORTH else 1)
     search = DesignSearch(attempts, processes, evaluations, seed, progress, total=rounds * evaluations)
     objective = weighted(weights)
     try:
@@ -208,8 +208,7 @@ def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
     """The best design for a weighted sum, judged on the exact closure."""
     objective = weighted(weights)
     search.everywhere(objective)
-    for start in search.starts(objective):
-        search.nearby(start, weights)
+    search.nearby_each(search.starts(objective), weights)
     # What held nothing at first may do so now.
     light = search.best(objective)
     assert light is not None

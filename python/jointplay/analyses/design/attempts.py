@@ -300,11 +300,6 @@ class Attempts:
         return used, aims
 
 
-def tried(attempts: Attempts, item: tuple[tuple[float, ...], bool]) -> Candidate:
-    """One of several attempts, as other processes make them."""
-    return attempts.at(item[0], exact=item[1])
-
-
 def _unreliable(result: Result) -> float:
     """The share of the configurations without numbers that can be relied on."""
     return float(np.mean(~np.isin(result.get("status"), (*READABLE, "outside_limits"))))

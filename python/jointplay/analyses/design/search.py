@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -138,6 +139,17 @@ class DesignSearch:
             x0=now if inside else None,
         )
 
+    def nearby_each(self, starts: Sequence[Candidate], weights: Mapping[str, float]) -> None:
+        """Search near each of several attempts, of which no search needs another one."""
+        if self.processes.count < 2:
+            for start in starts:
+                self.nearby(start, weights)
+            return
+        for made in self.processes.each([(start, dict(weights)) for start in starts]):
+            for one in made:
+                self.attempts.known[one.values, False] = one
+                self.attempt(one.values)
+
     def nearby(
         self,
         start: Candidate,
@@ -211,6 +223,16 @@ class DesignSearch:
             if all(np.abs((np.array(one.values) - other.values) / spans).max() > 0.05 for other in found):
                 found.append(one)
         return found
+
+
+def worked(attempts: Attempts, item: tuple[Any, Any]) -> Candidate | list[Candidate]:
+    """What further processes do: an attempt with some values, exactly or not; or a search near an attempt."""
+    first, second = item
+    if not isinstance(first, Candidate):
+        return attempts.at(first, exact=second)
+    search = DesignSearch(attempts, Processes(worked, (attempts,), 1), 0, 0)
+    search.nearby(first, second)
+    return search.every
 
 
 class _Rows:
