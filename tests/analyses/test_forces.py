@@ -239,8 +239,14 @@ def test_a_workspace_ends_where_the_torque_of_a_drive_does(question):
     longer, weight, torque_ = 8.0, 10.0, 4000.0
     m = jp.loads(jp.examples.text("serial-2r")).with_(
         {
-            **{"gravity": [0, 0], "bodies": {}, "loads": [{"force": [0, -weight]}], "dimensions.forearm": None, "joints.mount.angle": None},
-            **{"dimensions.upper.tolerance": longer, "drives.q1.error": 0, "drives.q2.error": 0},
+            "gravity": [0, 0],
+            "bodies": {},
+            "loads": [{"force": [0, -weight]}],
+            "dimensions.forearm": None,
+            "joints.mount.angle": None,
+            "dimensions.upper.tolerance": longer,
+            "drives.q1.error": 0,
+            "drives.q2.error": 0,
             "limits": {"position": 1e3, "drives": {"q2": [-150, 0]}, "drive_torques": {"q1": torque_}},
         }
     )

@@ -110,8 +110,12 @@ def gantry(*axes: tuple[float, ...]) -> jp.Mechanism:
         joints[name] = {"type": "prismatic", "on": on}
         under = f"slide_{name}"
     file = {
-        **{"format": 1, "space": "spatial" if len(axes) == 3 else "planar", "units": {"length": "mm", "angle": "deg"}},
-        **{"joints": joints, "output": {"body": under}, "limits": {"drives": {f"p{name}": [-50, 50] for name in names}}},
+        "format": 1,
+        "space": "spatial" if len(axes) == 3 else "planar",
+        "units": {"length": "mm", "angle": "deg"},
+        "joints": joints,
+        "output": {"body": under},
+        "limits": {"drives": {f"p{name}": [-50, 50] for name in names}},
         "drives": {f"p{name}": {"joint": name, "values": [1.0 + k]} for k, name in enumerate(names)},
     }
     return Mechanism(file)

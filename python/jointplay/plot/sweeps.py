@@ -132,7 +132,13 @@ def _lines(axes: Axes, whole: Result, part: Result, x: Any, values: Any, words: 
 def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: Any, words: str, quantity: str) -> None:
     """Colours of values over x and y, shape (x, y), with lines of equal value; x or y is None where it is of words."""
     if np.isfinite(values).any() and not np.nan_to_num(values).any():
-        axes.annotate("no error" if quantity in SIZES else "all are zero", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
+        axes.annotate(
+            "no error" if quantity in SIZES else "all are zero",
+            (0.5, 0.5),
+            xycoords="axes fraction",
+            ha="center",
+            color=theme().grey,
+        )
         spans = (("xlim", x), ("ylim", y))
         axes.set(**{name: (min(one), max(one)) for name, one in spans if one is not None and min(one) < max(one)})
         return
