@@ -310,7 +310,7 @@ RESULTS: dict[str, Callable[[], list[Any]]] = {
         jp.forces(_four_bar(**{"limits.reactions.J3": 50}), "random", samples=100),
     ],
     "compensate": lambda: [jp.compensate(_four_bar()), jp.compensate(_four_bar(), "worst")],
-    "compare": lambda: [jp.compare(_four_bar(), jp.loads(jp.examples.text("p3r")))],
+    "compare": lambda: [jp.compare(_four_bar(**{"limits.reactions.J3": 50}), jp.loads(jp.examples.text("p3r")))],
     "allow": lambda: [jp.allow(_four_bar()), jp.allow(_four_bar(), "random", probability=0.9, samples=100)],
     "life": lambda: [jp.life(_four_bar(**{"joints.J3.wear": {"growth": 1e-6}, "limits.position": 5.0}))],
     "workspace": lambda: [jp.workspace(jp.loads(jp.examples.text("serial-2r")), {"x": [0, 200, 400], "y": [0, 200]})],

@@ -225,7 +225,7 @@ QUESTIONS: Mapping[str, Question] = {
             assumes="equilibrium without friction, at any offsets within clearances and tolerances; the extremes are "
             "those that ascents have found.",
             figures={"used": Figure("used", "used part of a force limit")},
-            asked_by=_by("allow", "sweep", "map"),
+            asked_by=_by("allow", "sweep", "map", "workspace"),
             chunk=2**9,
             compute="compute_limited",
             options="limited",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -244,6 +245,20 @@ def test_what_cannot_be_assembled_is_led_out_of() -> None:
     nothing = jp.design(m, {"joints.J3.on.coupler.0": [5, 10]}, "worst_position", evaluations=30)
     assert nothing.status.item() == "infeasible"
     assert nothing.used.sel(held="assembly").item() > 1.0
+
+
+def test_any_number_of_processes_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = sys.modules[compute.__module__]
+    monkeypatch.setattr(module, "WORTH", 0.0)
+    m = jp.loads(jp.examples.text("p3r"))
+    vary = {"joints.J3.on.ground.0": [-200, 0], "joints.J3.on.ground.1": [-50, 50]}
+    found = []
+    for count in (1, 3):
+        monkeypatch.setattr(module, "cores", lambda count=count: count)
+        found.append(jp.design(m, vary, "worst_position", evaluations=20))
+    alone, several = found
+    assert several.attrs["attempts"] == alone.attrs["attempts"]
+    assert all(several[name].identical(values) for name, values in alone.data_vars.items())
 
 
 def test_ctrl_c_keeps_the_best() -> None:

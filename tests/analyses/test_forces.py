@@ -58,6 +58,13 @@ def torque(angle, x=0.0, y=0.0, longer=0.0):
     return FORCE * CRANK * (-np.sin(angle) - height * np.cos(angle) / np.sqrt(rod**2 - height**2))
 
 
+def brute_force(play, tolerance=TOLERANCE):
+    """The largest moment of the crank in any of its configurations."""
+    offsets = play * np.sin(np.linspace(0.0, 2.0 * np.pi, 721))
+    every = [torque(angle, 0.0, offsets, end) for angle in np.radians(ANGLES) for end in (-tolerance, tolerance)]
+    return np.abs(every).max()
+
+
 def mechanism(**changes):
     return jp.loads(CRANK_FILE).with_(changes)
 
@@ -170,24 +177,101 @@ def test_verdicts_say_which_force_and_why():
 def test_the_largest_play_that_a_torque_allows_is_that_of_its_closed_form():
     from scipy.optimize import brentq
 
-    turns = np.linspace(0.0, 2.0 * np.pi, 721)
-
-    def largest(play):
-        offsets = play * np.sin(turns)
-        return max(
-            -torque(angle, 0.0, offsets, longer).min()
-            for angle in np.radians(ANGLES)
-            for longer in (-TOLERANCE, TOLERANCE)
-        )
-
-    limit = 1.01 * largest(PLAY)
+    limit = 1.01 * brute_force(PLAY)
     result = jp.allow(limited(drive_torques__theta=limit), "forces")
     found = result.sel(source="pin")
-    assert np.isclose(found.allowed, brentq(lambda play: largest(play) - limit, 0.0, 5.0), rtol=3e-4)
+    assert np.isclose(found.allowed, brentq(lambda play: brute_force(play) - limit, 0.0, 5.0), rtol=3e-4)
     assert found.binding_quantity.item() == "drives.theta"
     assert np.isclose(result.used, 1.0 / 1.01, rtol=1e-6)
     with pytest.raises(jp.InputError, match=r"no limits of forces.*drive_torques, reactions"):
         jp.allow(mechanism(), "forces")
+
+
+def sentence(result):
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+
+    return next(one for one in conclude(from_dataset(result)).sentences if "forces" in one.text)
+
+
+def test_what_is_compared_is_judged_for_forces_too():
+    most = brute_force(PLAY)
+    tight, loose, none = (mechanism(**{"limits.position": 5.0}) for _ in range(3))
+    tight = tight.with_({"limits.drive_torques.theta": 0.999 * most})
+    loose = loose.with_({"limits.drive_torques.theta": most / 0.9})
+    # Of the last one nothing is said, and the first is the one that everything else is taken from.
+    result = jp.compare(none, tight, loose, names=["none", "tight", "loose"])
+    assert result.forces_outcome.values.tolist() == ["", "missed", "held"]
+    assert np.allclose(result.forces_used[1:], [1.0 / 0.999, 0.9], rtol=1e-6)
+    assert "forces_apart" not in jp.compare(tight, none).attrs
+    assert "forces_used" not in jp.compare(none, none.with_({"limits.position": 1.0})).data_vars
+    assert sentence(result).text == (
+        "The limits of forces are missed in the worst case in tight: drives.theta uses 100.1 % of its limit,"
+        " at configuration 1."
+    )
+
+
+def test_sizes_that_are_chosen_and_that_wear_are_judged_for_forces_too(tmp_path, capsys):
+    from jointplay.cli import run
+
+    most, path = brute_force(0.1, 2.5), tmp_path / "crank.toml"
+    costs = {"pin": {"choices": [{"size": 0.1, "cost": 1}]}, "rod": {"choices": [{"size": 2.5, "cost": 1}]}}
+    m = limited(drive_torques__theta=1.001 * most, position=5.0).with_({"costs": costs})
+    chosen = jp.allocate(m)
+    assert chosen["size"].values.tolist() == [0.1, 2.5]
+    assert np.isclose(chosen.forces_used, 1.0 / 1.001, rtol=1e-6)
+    m.with_({"limits.drive_torques.theta": 0.999 * most}).write(path)
+    assert run(["allocate", str(path)]) == 1
+    assert "limits of forces are missed in the worst case with these sizes" in " ".join(capsys.readouterr().out.split())
+    worn = limited(drive_torques__theta=30_000, position=1.0).with_({"joints.pin.wear": {"rate": 1e-6, "length": 10}})
+    result = jp.life(worn)
+    assert np.isclose(result.forces_used, brute_force(result.size_worn.item()) / 30_000, rtol=1e-6)
+    assert result.size_worn > 2.0 * PLAY
+    limit = 1.001 * brute_force(PLAY)
+    worn.with_({"limits.drive_torques.theta": limit}).write(path)
+    assert run(["life", str(path)]) == 1
+    assert jp.life(jp.load(path)).forces_outcome == "missed"
+
+
+@pytest.mark.parametrize("question", ["worst", "forces"])
+def test_a_workspace_ends_where_the_torque_of_a_drive_does(question):
+    """Of a weight at the tool the shoulder bears x + d cos(q1), with the upper arm longer by d."""
+    longer, weight, torque_ = 8.0, 10.0, 4000.0
+    m = jp.loads(jp.examples.text("serial-2r")).with_(
+        {
+            "gravity": [0, 0],
+            "bodies": {},
+            "loads": [{"force": [0, -weight]}],
+            "dimensions.forearm": None,
+            "joints.mount.angle": None,
+            "dimensions.upper.tolerance": longer,
+            "drives.q1.error": 0,
+            "drives.q2.error": 0,
+            "limits": {"position": 1e3, "drives": {"q2": [-150, 0]}, "drive_torques": {"q1": torque_}},
+        }
+    )
+    grid = {"x": np.linspace(340.0, 420.0, 5).tolist(), "y": np.linspace(-60.0, 60.0, 5).tolist()}
+    result = jp.workspace(m, grid, question=question)
+    assert result.forces_outcome == "held"
+    ends = result.vertex.values[result.vertex_bound.values == "limits.drive_torques.q1"]
+    assert len(ends) > 5
+    upper, turn = 300.0, np.radians(-15.0)
+    fore = np.hypot(250.0 + 80.0 * np.cos(turn), 80.0 * np.sin(turn))
+    far = np.linalg.norm(ends, axis=1)
+    lift = np.arccos((upper**2 + far**2 - fore**2) / (2.0 * upper * far))
+    shoulder = np.arctan2(ends[:, 1], ends[:, 0]) + lift
+    assert np.allclose(ends[:, 0] + longer * np.cos(shoulder), torque_ / weight, atol=2.0 * result.attrs["tolerance"])
+    assert (ends[:, 0] < torque_ / weight - 1.0).all()
+
+
+def test_a_workspace_says_why_forces_do_not_bound_it():
+    m = jp.loads(jp.examples.text("serial-2r")).with_({"gravity": [0, 0], "bodies": {}, "loads": []})
+    m = m.with_({"limits.position": 1e3, "limits.drive_torques.q1": 1.0})
+    grid = {"x": [340.0, 380.0, 420.0], "y": [-60.0, 0.0, 60.0]}
+    assert sentence(jp.workspace(m, grid, question="worst")).text.startswith(
+        "Not shown: whether the limits of forces hold in the worst case everywhere in it; nothing loads"
+    )
+    assert "do not count here" in sentence(jp.workspace(m, grid)).text
 
 
 def test_what_does_not_judge_forces_says_so(tmp_path, capsys):
@@ -239,6 +323,27 @@ def test_maps_and_sweeps_show_what_is_used_of_a_limit():
         jp.map(mechanism(), "forces", {"theta": [20, 30]})
     with pytest.raises(jp.InputError, match="limits no force"):
         jp.sweep(mechanism(), "joints.pin.clearance.radial", [0.1], "forces")
+
+
+def test_a_figure_of_swept_forces_has_what_is_used_and_the_limit(tmp_path, capsys):
+    from jointplay.cli import run
+
+    key, values = "joints.pin.clearance.radial", [0.0, 1.0, 5.0]
+    swept = jp.sweep(limited(drive_torques__theta=21_000), key, values, "forces")
+    (axes,) = jp.plot.sweep(swept).axes
+    *curves, limit = axes.lines
+    assert np.array_equal([one.get_ydata() for one in curves], swept.used.T)
+    assert list(limit.get_ydata()) == [1.0, 1.0]
+    with pytest.raises(jp.InputError, match="'position' is not a quantity; known: used"):
+        jp.plot.sweep(swept, "position")
+    # A second key ended in a traceback.
+    path, figure = tmp_path / "crank.toml", tmp_path / "figure.svg"
+    limited(drive_torques__theta=21_000).write(path)
+    for more in ([], ["--by", "dimensions.rod.tolerance=0,2"]):
+        assert run(["sweep", str(path), "-q", "forces", "--set", f"{key}=0,1", *more, "--plot", str(figure)]) == 0
+        assert figure.exists()
+        figure.unlink()
+    assert "radial = 1 mm, tolerance = 2 mm" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_design_keeps_to_limits_of_forces():

@@ -21,6 +21,7 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import require_determinate
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 
+from .beside import judged, said, with_forces
 from .nominal import Nominal, bounded, follow, nominal, report, within_another
 from .questions import check, computation
 from .recorded import recorded
@@ -115,6 +116,9 @@ def compute(
     at = [first, *(_following(a, m, first, those) for m, those in zip(followers, followed, strict=True))]
     with within_another():
         results = [_side(m, ask(m, at=one, **options), one, first) for m, one in zip(every, at, strict=True)]
+        if any(m.limits.forces for m in every):
+            of_forces = [judged(m, at=one) or said("") for m, one in zip(every, at, strict=True)]
+            results = [with_forces(one, found) for one, found in zip(results, of_forces, strict=True)]
     aligned = align(_without_clash(every, results))
     along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
     attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in every)}

@@ -53,7 +53,7 @@ def life(
     """Say for how many cycles the limits hold while joints wear.
 
     Clearances grow by the loads and the sliding along the path. Exit code 1: the limits are missed within the ages
-    that are given, or it is not known for how long they hold.
+    that are given, those of forces at the end of the life, or it is not known whether they hold.
     """
     from jointplay.analyses.life import compute, holds
 

@@ -79,7 +79,8 @@ def workspace(
 ) -> int:
     """Find the region in which it can be used.
 
-    Says how large it is, and the largest disc and box in it. Exit code 1: there is none.
+    Says how large it is, and the largest disc and box in it. Exit code 1: there is none, or with a question the limits
+    of forces cannot be judged.
     """
     from jointplay.analyses.workspace import compute
     from jointplay.result.write import check_path

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from jointplay.basics.arrays import Array, Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
-from jointplay.result import Result, parts, size, split, typical, unit_of
+from jointplay.questions import QUESTIONS
+from jointplay.result import Result, bounds, figure, figures, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.result.verdict import LOOSE
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 Results = Mapping[str, "Result | xr.Dataset"]
 SIZES = ("position", "rotation")
+#: quantities of questions that are no errors have the words of their declarations
+NAMES = {name: one.words for question in QUESTIONS.values() for name, one in question.figures.items()}
+NAMES |= {"position": "position error", "rotation": "rotation"}
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
 
@@ -242,6 +246,8 @@ def draw_limits(line: Callable[..., object], results: Sequence[Result], quantity
 
 def limits_of(results: Sequence[Result], quantity: str) -> list[float]:
     """The limits of a quantity, each once."""
+    if quantity not in SIZES and any(quantity in figures(result) for result in results):
+        return sorted({value for result in results for value in bounds(result, quantity)})
     known = [result.get("limit", quantity=quantity) for result in results if "limit" in result.data]
     return sorted({float(value) for limit in known for value in limit.ravel() if np.isfinite(value)})
 
@@ -271,7 +277,7 @@ def size_behind(quantity: str) -> str:
 
 def words_of(quantity: str) -> str:
     """What a quantity is called on an axis."""
-    return {"position": "position error", "rotation": "rotation"}.get(quantity, f"error in {quantity}")
+    return NAMES.get(quantity, f"error in {quantity}")
 
 
 def _named(results: Results | Result | xr.Dataset) -> dict[str, Result]:
@@ -304,10 +310,12 @@ def curves(result: Result, quantity: str) -> list[Curve]:
     InputError
         When it has no such quantity, or no error.
     """
-    known = (*SIZES, *(result.labels("component") if "component" in result.coords else ()))
+    known = tuple(dict.fromkeys((*SIZES, *figures(result), *_components(result))))
     if quantity not in known:
         raise InputError(not_known(quantity, "a quantity", known), key="quantity")
     asked = str(result.attrs.get("question", ""))
+    if quantity in figures(result) and quantity not in SIZES:
+        return [Curve(asked, *figure(result, quantity))]
     if "worst_position" in result.data:
         if quantity in SIZES:
             return [Curve("worst", result.get(f"worst_{quantity}"), unit_of(result, quantity))]
@@ -329,6 +337,10 @@ def curves(result: Result, quantity: str) -> list[Curve]:
     if "error" in result.data:
         return [Curve(asked, *_of_error(result, "error", quantity), *_left_open(result, quantity))]
     raise InputError("has no error to draw", key="result")
+
+
+def _components(result: Result) -> list[str]:
+    return result.labels("component") if "component" in result.coords else []
 
 
 def _of_error(result: Result, name: str, quantity: str) -> tuple[Floats, str]:

@@ -16,8 +16,8 @@ from jointplay.basics import poses
 from jointplay.errors import InputError
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
-from jointplay.questions import QUESTIONS
-from jointplay.result import Result
+from jointplay.questions import QUESTIONS, asked_by
+from jointplay.result import Result, figures
 from jointplay.result import size as size_of
 
 from .allocate import allocate, cost_curve
@@ -47,6 +47,8 @@ VISIBLE = 0.1
 BETWEEN = 8
 #: measured columns whose residuals are drawn
 MOST_CHANNELS = 6
+#: what sweeps compare answers by
+SWEPT = tuple(dict.fromkeys(name for question in asked_by("sweep") for name in QUESTIONS[question].figures))
 #: panels with the sources of each size
 SOURCES = ("sources", "sources-rotation")
 
@@ -160,7 +162,8 @@ def _correction(sheet: Sheet, name: str) -> Panel:
 
 def _swept(sheet: Sheet, name: str) -> Panel | None:
     quantity, _, surface = name.partition("-")
-    if sheet.choice.quantity not in (None, quantity):
+    # One that is chosen and that there is not is refused where it is drawn.
+    if sheet.choice.quantity not in (None, quantity) or quantity not in (*figures(sheet.first), sheet.choice.quantity):
         return None
     # A surface over a single configuration has no width.
     if surface and (sheet.first.sizes["configuration"] == 1 or "sweep_by" in sheet.first.attrs):
@@ -332,9 +335,9 @@ SHEETS: Mapping[str, Kind] = {
     "structural": Kind((PanelEntry(_compared, _structural),), has_components=False),
     "poses": Kind((PanelEntry(_drawings, _poses),)),
     "sweep": Kind(
-        (PanelEntry(("position", "position-surface", "rotation", "rotation-surface"), _swept),), has_components=False
+        (PanelEntry(tuple(name + end for name in SWEPT for end in ("", "-surface")), _swept),), has_components=False
     ),
-    "pairs": Kind((PanelEntry(SIZES, _swept),), has_components=False),
+    "pairs": Kind((PanelEntry(SWEPT, _swept),), has_components=False),
     "corrections": Kind((_ERRORS, _CORRECTIONS), row=3),
     "comparison": Kind((_ERRORS, _CORRECTIONS)),
     "nearness": Kind(

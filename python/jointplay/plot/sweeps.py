@@ -1,4 +1,4 @@
-"""Errors against a swept value."""
+"""What questions compare their answers by, against a swept value."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError
-from jointplay.result import Result, typical
-from jointplay.result.conclusions import tops
+from jointplay.errors import InputError, not_known
+from jointplay.result import Result, figures, typical
+from jointplay.result.conclusions import extreme, tops
 
-from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
+from .figures import SIZES, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
 from .shades import level_lines, shades
 from .style import Style, canvas, current, limit_line, series, theme
 from .words import along, labelled, legend, single, title, whole_numbers
@@ -32,32 +32,36 @@ LEVELS = 6
 @typed
 def sweep(
     result: Result | xr.Dataset,
-    quantity: str = "position",
+    quantity: str | None = None,
     *,
     surface: bool = False,
     axes: Axes | None = None,
     style: Style | str | None = None,
 ) -> Figure:
-    """Draw the error against the swept value: a curve for some configurations, or a surface over both.
+    """Draw the answer against the swept value: a curve for some configurations, or a surface over both.
 
-    On a surface, lines of equal error have their value beside them, and the limit is dashed. A sweep over two keys is a
-    surface over both of them, of the largest error over the configurations.
+    On a surface, lines of equal value have it beside them, and the limit is dashed. A sweep over two keys is a surface
+    over both of them, of the worst value over the configurations.
 
     Parameters
     ----------
     result : Dataset
         Of `sweep`.
-    quantity : {"position", "rotation"}
+    quantity : str, optional
+        ``position`` or ``rotation`` of an error, ``used`` of limits of forces, ``structural``, ``singular_value``; the
+        first one that the question has if left out.
     surface : bool
         A map over value and configuration in place of curves.
     axes : matplotlib axes, optional
     style : Style or {"light", "dark", "print"}, optional
     """
-    check_size(quantity)
     part = single(result)
     dim = str(part.attrs.get("sweep", ""))
     if not dim:
         raise InputError("is not the result of a sweep", key="result")
+    quantity = quantity or next(iter(figures(part)))
+    if quantity not in figures(part):
+        raise InputError(not_known(quantity, "a quantity", figures(part)), key="quantity")
     if "sweep_by" in part.attrs:
         return _pairs(part, quantity, axes, style)
     numeric = part.coords[dim].values.dtype.kind in "fiu"
@@ -65,6 +69,8 @@ def sweep(
     x: Any = part.coords[dim].values if numeric else np.arange(steps)
     first = curves(part.isel(dim, 0), quantity)[0]
     values = np.stack([curves(part.isel(dim, k), quantity)[0].values for k in range(steps)])
+    # Of a limit of nothing any part is used without end.
+    values = np.where(np.isfinite(values), values, np.nan)
     words = labelled(words_of(quantity), first.unit)
     with canvas(axes, style) as (figure, axes):
         title(axes, asked(part))
@@ -85,8 +91,8 @@ def sweep(
 
 def _pairs(part: Result, quantity: str, axes: Axes | None, style: Style | str | None) -> Figure:
     """A sweep over two keys."""
-    top = next(one for one in tops(part) if one.name == quantity)
-    words = f"largest {words_of(quantity)}" if part.sizes["configuration"] > 1 else words_of(quantity)
+    top = next(one for one in tops(part) if one.name == quantity.replace("_", " "))
+    words = extreme(words_of(quantity)) if part.sizes["configuration"] > 1 else words_of(quantity)
     dims = [str(part.attrs[name]) for name in ("sweep", "sweep_by")]
     x, y = (part.coords[dim].values if part.coords[dim].values.dtype.kind in "fiu" else None for dim in dims)
     with canvas(axes, style) as (figure, axes):
@@ -120,14 +126,19 @@ def _lines(axes: Axes, whole: Result, part: Result, x: Any, values: Any, words: 
         mark_contact(axes, states.reshape(-1, states.shape[-1]), np.repeat(x, len(chosen)), values[:, chosen].ravel())
     axes.set_ylabel(words)
     bounds = draw_limits(axes.axhline, [part], quantity)
-    if quantity in SIZES:
-        from_zero(axes, [values, np.array(bounds)])
+    from_zero(axes, [values, np.array(bounds)])
 
 
 def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: Any, words: str, quantity: str) -> None:
     """Colours of values over x and y, shape (x, y), with lines of equal value; x or y is None where it is of words."""
     if np.isfinite(values).any() and not np.nan_to_num(values).any():
-        axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
+        axes.annotate(
+            "no error" if quantity in SIZES else "all are zero",
+            (0.5, 0.5),
+            xycoords="axes fraction",
+            ha="center",
+            color=theme().grey,
+        )
         spans = (("xlim", x), ("ylim", y))
         axes.set(**{name: (min(one), max(one)) for name, one in spans if one is not None and min(one) < max(one)})
         return

@@ -3,7 +3,7 @@
 from jointplay.basics.arrays import Array
 
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
-from .build import BELONGS, FORCES_APART, SIDES, STATUSES, Labels, ResultBuilder, axes_of, version
+from .build import BELONGS, FORCES_APART, FORCES_JUDGED, SIDES, STATUSES, Labels, ResultBuilder, axes_of, version
 from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
@@ -29,6 +29,7 @@ from .tidy import TidyColumn, TidyRows, rows, unit_at
 __all__ = [
     "BELONGS",
     "FORCES_APART",
+    "FORCES_JUDGED",
     "LOAD",
     "SEVERAL",
     "SIDES",

@@ -32,8 +32,8 @@ BELONGS: Mapping[str, Mapping[str, str]] = {
     "rate1": {"length": "speed", "angle": "angular_velocity"},
     "rate2": {"length": "acceleration", "angle": "angular_acceleration"},
 }
-#: attribute of results that say nothing of forces, which the file limits
-FORCES_APART = "forces_apart"
+#: attribute of results that say nothing of forces, which the file limits; and the variable of those that do
+FORCES_APART, FORCES_JUDGED = "forces_apart", "forces_outcome"
 #: decimal digits that every double precision number can hold
 SHORT = 15
 #: as many units are written out in a row; more are only in the coordinate beside the dimension

@@ -89,8 +89,9 @@ def typical(result: Result, probability: float = TYPICAL) -> float:
 
 
 def figures(result: Result | xr.Dataset) -> Mapping[str, Figure]:
-    """By quantity the figures of its question, the most telling one first."""
-    return QUESTIONS[str(result.attrs["question"])].figures
+    """By quantity the figures of its question, the most telling one first; none where several are merged."""
+    asked = str(result.attrs.get("question", ""))
+    return QUESTIONS[asked].figures if asked in QUESTIONS else {}
 
 
 def figure(result: Result, name: str) -> tuple[Array, str]:
@@ -153,6 +154,8 @@ def bounds(result: Result | xr.Dataset, name: str | None = None) -> tuple[float,
     behind = _behind(result)
     name = name or next(iter(behind))
     variable, *labels = name.split(".")
+    if behind.get(name, variable) == "used":
+        return (1.0,)
     if behind.get(name, variable) not in ERRORS or "limit" not in _names(result):
         return ()
     light = result if isinstance(result, Result) else from_dataset(result[["limit"]])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analyses.beside import judged
 from jointplay.analyses.contacts import contacts
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
 from jointplay.analyses.recorded import recorded
@@ -22,11 +23,12 @@ from jointplay.analyses.worst import MOST_STARTS
 from jointplay.basics.typed import Need, goes_with, typed
 from jointplay.errors import InputError, in_range, shown
 from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import sizings
 from jointplay.questions import asked_by, require_known
 from jointplay.result import STATUSES, Result, to_dataset
 
 from .items import DIGITS, items_of
-from .looks import limits_of
+from .looks import limits_of, merged
 from .report import FOUND, STEP, Allocated, report, unassembled
 from .required import Required
 from .sampled import SampledSearch
@@ -161,6 +163,8 @@ def compute(
         problem = f"{samples} are too few to know that a share of {share:g} keeps to the limits; more are needed"
         raise InputError(problem, key="samples")
     assumed = contacts(m, contact) if asked == "random" else ()
+    # Load cases count for the forces.
+    whole = sizings(m)[0]
     m = m if "loaded" in assumed else m.without_load_cases()
     base, items, without = items_of(m, digits)
     if not base.core.isostatic or base.core.deformations:
@@ -204,6 +208,8 @@ def compute(
             answer.prices = [prices[one] for one in alike]
         for factor in factors:
             answer.curve.append((factor, search.run(ones * factor)))
+        if outcome.status in FOUND:
+            answer.forces = judged(whole.with_(merged(items, outcome.values)))
     except KeyboardInterrupt:
         if answer.outcome is None:
             answer.outcome = search.best(ones, "unfinished", whole=True)

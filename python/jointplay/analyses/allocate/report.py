@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analyses.beside import with_forces
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.nominal import report as started
 from jointplay.model.mechanism import Mechanism
@@ -53,6 +54,8 @@ class Allocated:
     prices : list of float
         What it saves to loosen each limit.
     curve : list of (factor, Outcome)
+    forces : mapping
+        What is to be said of the limits of forces.
     """
 
     m: Mechanism
@@ -66,6 +69,7 @@ class Allocated:
     outcome: Outcome | None = None
     prices: list[float] = field(default_factory=list)
     curve: list[tuple[float, Outcome]] = field(default_factory=list)
+    forces: Mapping[str, Variable] = field(default_factory=dict)
 
 
 def report(answer: Allocated) -> Result:
@@ -99,7 +103,7 @@ def report(answer: Allocated) -> Result:
     if before is not None and before in answer.search.looks:
         holds = answer.search.looks[before].holds(np.ones(len(answer.limits)))
         builder.attrs["before"] = "holds" if holds else "missed"
-    return builder.result()
+    return with_forces(builder.result(), answer.forces)
 
 
 def unassembled(answer: Allocated, status: str, configurations: Sequence[int]) -> Result:

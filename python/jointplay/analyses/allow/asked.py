@@ -24,7 +24,7 @@ from jointplay.analyses.nominal import Nominal, within_another
 from jointplay.analyses.questions import computation
 from jointplay.analyses.several import places_of
 from jointplay.basics.arrays import Array, Floats
-from jointplay.core.compile import LENGTHS
+from jointplay.core.compile import FORCE_LIMITS, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
@@ -114,14 +114,16 @@ class Asked:
         self.options = {**QUESTIONS[question].asked_by[asker], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         # A strained specimen takes up its clearances as its energy is least.
-        self.is_monotone = question in ("worst", "forces") and not m.core.deformations
-        self.is_under_load = question in ("loaded", "forces")
+        #: no force depends on which point is the output
+        self.is_of_forces = not QUESTIONS[question].is_of_errors
+        self.is_monotone = (question == "worst" or self.is_of_forces) and not m.core.deformations
+        self.is_under_load = question == "loaded" or self.is_of_forces
         self.by_load = self.is_under_load or "loaded" in self.contacts
         parts = self.parts(m)
         self.has_limits = any(self._is_limited(one.part) for one in parts)
         if needs_limits and not self.has_limits:
             of_error = ("the error", ("position", "rotation", *m.components))
-            what, names = ("forces", ("drive_torques", "reactions")) if question == "forces" else of_error
+            what, names = ("forces", FORCE_LIMITS.values()) if self.is_of_forces else of_error
             problem = f"the file has no limits of {what}; say what is acceptable: [limits] with one of"
             raise InputError(f"{problem} {', '.join(names)}", file=m.file, key="limits")
         self.at = places_of([one.part for one in parts])
@@ -130,15 +132,14 @@ class Asked:
             raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
 
     def _is_limited(self, part: Mechanism) -> bool:
-        return bool(part.limits.forces if self.question == "forces" else part.limits.errors)
+        return bool(part.limits.forces if self.is_of_forces else part.limits.errors)
 
     def parts(self, m: Mechanism) -> list[Assumed]:
         """The mechanism with each of its outputs, in each of its load cases where loads count."""
         if self.contacts:
             return assumptions(m, self.contacts)
         whole = m if self.is_under_load else m.without_load_cases()
-        if self.question == "forces" and m.outputs:
-            # No force depends on which point is the output.
+        if self.is_of_forces and m.outputs:
             whole = m.only(output=m.outputs[0])
         return [Assumed("", part.of[1], part) for part in whole.every_part]
 
@@ -196,7 +197,7 @@ class Asked:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
                 quantity = ASSEMBLY if failed[k] or jammed else names[int(np.argmax(used[k]))]
-                output = "" if self.question == "forces" else one.part.of[0]
+                output = "" if self.is_of_forces else one.part.of[0]
                 case = one.load_case if self.by_load else ""
                 best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)

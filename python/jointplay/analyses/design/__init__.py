@@ -8,12 +8,14 @@ over the values of the file that may vary. Of two aims the front is found: the d
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress
+from jointplay.analyses.processes import Processes, cores
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range
@@ -23,7 +25,7 @@ from jointplay.result import Result, to_dataset
 
 from .attempts import Attempts, Candidate
 from .report import AT_BOUND, Designed, report
-from .search import LAST, DesignSearch, rank, tolerated, weighted
+from .search import LAST, DesignSearch, rank, tolerated, weighted, worked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +35,8 @@ __all__ = ["compute", "design"]
 #: attempts of a global search, points of a front, random specimens of an attempt
 EVALUATIONS, POINTS, SAMPLES = 1000, 9, 4096
 MOST_EVALUATIONS, MOST_POINTS, MOST_SAMPLES = 1_000_000, 100, 1_000_000
+#: seconds of work for which further processes are started
+WORTH = 5.0
 #: losses of the aim for which it is said how far values may move
 LOSSES = (0.01, 0.05)
 #: values are rounded to this part of what they may vary by, or to up to so many digits more, so that it costs no more
@@ -141,9 +145,12 @@ def compute(
     attempts = Attempts(m, table, tuple(weights), samples, seed)
     is_front = table.aim is not None and len(table.aim) > 1
     rounds = 2 if is_front else 1
-    search = DesignSearch(attempts, evaluations, seed, progress, total=rounds * evaluations)
     before = tuple(one.before for one in attempts.variables)
+    begun = time.process_time()
     answer = Designed(m, attempts, weights, attempts.at(before, exact=True), seed, LOSSES)
+    lasts = (time.process_time() - begun) * rounds * evaluations
+    processes = Processes(worked, (attempts,), cores() if lasts > WORTH else 1)
+    search = DesignSearch(attempts, processes, evaluations, seed, progress, total=rounds * evaluations)
     objective = weighted(weights)
     try:
         if is_front:
@@ -166,6 +173,8 @@ def compute(
         answer.incomplete = f"interrupted after {search.done} attempts; this is the best of them"
         answer.done = search.done
         raise Interrupted(report(answer)) from None
+    finally:
+        processes.close()
     answer.done = search.done
     return report(answer)
 
@@ -199,8 +208,7 @@ def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
     """The best design for a weighted sum, judged on the exact closure."""
     objective = weighted(weights)
     search.everywhere(objective)
-    for start in search.starts(objective):
-        search.nearby(start, weights)
+    search.nearby_each(search.starts(objective), weights)
     # What held nothing at first may do so now.
     light = search.best(objective)
     assert light is not None

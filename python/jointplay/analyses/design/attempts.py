@@ -22,11 +22,13 @@ from jointplay.analyses.allocate.report import FOUND
 from jointplay.analyses.allow.asked import used_of_limits
 from jointplay.analyses.ideal import compared, strays
 from jointplay.analyses.nominal import OK, OUTSIDE, Nominal, within_another
+from jointplay.analyses.processes import Processes
 from jointplay.analyses.questions import computation
 from jointplay.analyses.ranges import coordinates
 from jointplay.analyses.several import places_of
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import limit_key
 from jointplay.errors import InputError, listed, not_known
 from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Variation, variables_of
 from jointplay.model.mechanism import Mechanism
@@ -193,6 +195,12 @@ class Attempts:
             self.known[key] = self._try(key[0], exact)
         return self.known[key]
 
+    def ahead(self, every: Sequence[tuple[Sequence[float], bool]], processes: Processes) -> None:
+        """Try values, each exactly or not, side by side; they are known then."""
+        keys = dict.fromkeys((tuple(float(value) for value in values), exact) for values, exact in every)
+        unknown = [key for key in keys if key not in self.known]
+        self.known.update(zip(unknown, processes.each(unknown), strict=True))
+
     def changes(self, values: Sequence[float]) -> dict[str, float]:
         """Values by key."""
         return {one.key: float(value) for one, value in zip(self.variables, values, strict=True)}
@@ -241,7 +249,7 @@ class Attempts:
                 if question == self.table.question and part.limits.errors:
                     for k, name in enumerate(part.quantities):
                         if name in part.limits.errors:
-                            used.setdefault(f"limits.{name}", []).append(used_of_limits(part, each)[:, k])
+                            used.setdefault(limit_key(name), []).append(used_of_limits(part, each)[:, k])
         if m.limits.forces:
             with within_another():
                 result = forces.compute(m, self.table.question, at=nominals[0][1])
@@ -249,7 +257,7 @@ class Attempts:
                 unreliable.append(_unreliable(each))
                 for name, share in zip(each.labels("quantity"), used_of_limits(m, each).T, strict=True):
                     if name in m.limits.forces:
-                        used.setdefault(_key_of_force(name), []).append(share)
+                        used.setdefault(limit_key(name), []).append(share)
         if lost := max(unreliable, default=0.0):
             return Candidate(values, lost=lost)
         return Candidate(values, _joined(aims), _joined(used))
@@ -295,12 +303,6 @@ class Attempts:
 def _unreliable(result: Result) -> float:
     """The share of the configurations without numbers that can be relied on."""
     return float(np.mean(~np.isin(result.get("status"), (*READABLE, "outside_limits"))))
-
-
-def _key_of_force(name: str) -> str:
-    """Where the file has the limit of a force."""
-    kind, _, of = name.partition(".")
-    return f"limits.{'drive_torques' if kind == 'drives' else 'reactions'}.{of}"
 
 
 def _joined(parts: Mapping[str, Sequence[Floats]]) -> dict[str, Floats]:

@@ -12,12 +12,14 @@ the order of attempts, so they are mapped to [0, 1) where everything holds and a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
+from jointplay.analyses.processes import Processes
 from jointplay.basics.arrays import Floats
 
 from .attempts import Attempts, Candidate
@@ -50,9 +52,12 @@ class DesignSearch:
     progress : Progress or None
     done, total : int
         Attempts that are made, and those that may be.
+    processes : Processes
+        Where attempts that do not depend on one another are made.
     """
 
     attempts: Attempts
+    processes: Processes
     evaluations: int
     seed: int
     progress: Progress | None = None
@@ -60,6 +65,10 @@ class DesignSearch:
     total: int = 0
     every: list[Candidate] = field(default_factory=list)
     exact: list[Candidate] = field(default_factory=list)
+
+    def ahead(self, every: Sequence[Sequence[float] | Floats], *, exact: bool = False) -> None:
+        """Make attempts that are asked for next side by side."""
+        self.attempts.ahead([(self.settled(x), exact) for x in every], self.processes)
 
     def attempt(self, x: Sequence[float] | Floats, *, exact: bool = False) -> Candidate:
         """What becomes of values, which are settled to those that can be had."""
@@ -101,10 +110,15 @@ class DesignSearch:
                 for one, at in zip(variables, z, strict=True)
             ]
 
-        def height(z: Floats) -> float:
-            place, value = rank(self.attempt(values(z)), objective)
+        def height(x: Sequence[float]) -> float:
+            place, value = rank(self.attempt(x), objective)
             part = value / (1.0 + abs(value)) if np.isfinite(value) else 1.0
             return place + 0.5 * (1.0 + part)
+
+        def generation(_: object, every: Iterable[Floats]) -> list[float]:
+            chosen = [values(z) for z in every]
+            self.ahead(chosen)
+            return [height(x) for x in chosen]
 
         # Somewhere in the box the design of the file is a start as well, if it is there.
         now = [one.before for one in variables]
@@ -112,6 +126,9 @@ class DesignSearch:
         differential_evolution(
             height,
             bounds,
+            # A generation is as a whole that of the one before, however many are tried at a time.
+            updating="deferred",
+            workers=generation,
             maxiter=max(self.evaluations // crowd - 1, 1),
             popsize=max(round(crowd / max(free, 1)), 5),
             init="sobol",
@@ -121,6 +138,17 @@ class DesignSearch:
             integrality=integers,
             x0=now if inside else None,
         )
+
+    def nearby_each(self, starts: Sequence[Candidate], weights: Mapping[str, float]) -> None:
+        """Search near each of several attempts, of which no search needs another one."""
+        if self.processes.count < 2:
+            for start in starts:
+                self.nearby(start, weights)
+            return
+        for made in self.processes.each([(start, dict(weights)) for start in starts]):
+            for one in made:
+                self.attempts.known[one.values, False] = one
+                self.attempt(one.values)
 
     def nearby(
         self,
@@ -156,20 +184,22 @@ class DesignSearch:
         count = len(free)
         layout = _Rows(start, weights if start.holds else {}, bounds or {})
 
-        def rows(x: Floats) -> Floats:
+        def placed(x: Floats) -> list[float]:
             values = [*start.values]
             for k, part in zip(free, x, strict=True):
                 values[k] = variables[k].low + float(np.clip(part, 0.0, 1.0)) * variables[k].span
-            return layout.of(self.attempt(values, exact=exact))
+            return values
+
+        def rows(x: Floats) -> Floats:
+            return layout.of(self.attempt(placed(x), exact=exact))
 
         def jacobian(z: Floats) -> Floats:
+            # Towards the inside of the box.
+            steps = np.where(z[:count] < 0.5, STEP, -STEP)
+            moved = z[:count] + np.diag(steps)
+            self.ahead([placed(x) for x in (z[:count], *moved)], exact=exact)
             here = rows(z[:count])
-            slopes = np.empty((len(here), count))
-            for k in range(count):
-                moved = z[:count].copy()
-                # Towards the inside of the box.
-                moved[k] += (step := STEP if z[k] < 0.5 else -STEP)
-                slopes[:, k] = (rows(moved) - here) / step
+            slopes = np.array([(rows(x) - here) / step for x, step in zip(moved, steps, strict=True)]).T
             return np.hstack([-slopes, layout.raises])
 
         descent = np.concatenate([np.zeros(count), layout.weights])
@@ -193,6 +223,16 @@ class DesignSearch:
             if all(np.abs((np.array(one.values) - other.values) / spans).max() > 0.05 for other in found):
                 found.append(one)
         return found
+
+
+def worked(attempts: Attempts, item: tuple[Any, Any]) -> Candidate | list[Candidate]:
+    """What further processes do: an attempt with some values, exactly or not; or a search near an attempt."""
+    first, second = item
+    if not isinstance(first, Candidate):
+        return attempts.at(first, exact=second)
+    search = DesignSearch(attempts, Processes(worked, (attempts,), 1), 0, 0)
+    search.nearby(first, second)
+    return search.every
 
 
 class _Rows:
@@ -264,35 +304,53 @@ def tolerated(search: DesignSearch, best: Candidate, objective: Objective, losse
     variables = search.attempts.variables
     found = np.full((len(variables), len(losses), 2), np.nan)
     base = objective(best)
-    for k, one in enumerate(variables):
-        if one.choices:
-            continue
-        for j, loss in enumerate(losses):
-            for side, end in enumerate((one.low, one.high)):
-                found[k, j, side] = _far(search, best, objective, base * (1.0 + loss), k, end)
+    waiting = {
+        (k, j, side): _far(best.values[k], end)
+        for k, one in enumerate(variables)
+        for j in range(0 if one.choices else len(losses))
+        for side, end in enumerate((one.low, one.high))
+    }
+    answers: dict[tuple[int, int, int], bool | None] = dict.fromkeys(waiting)
+    while waiting:
+        asked: dict[tuple[int, int, int], list[float]] = {}
+        for place, way in [*waiting.items()]:
+            try:
+                asked[place] = [*best.values]
+                asked[place][place[0]] = way.send(answers[place])  # type: ignore[arg-type]
+            except StopIteration as end:
+                found[place] = end.value
+                del waiting[place], asked[place]
+        search.ahead([*asked.values()])
+        answers = {
+            place: _keeps(search.attempt(values), objective, base * (1.0 + losses[place[1]]))
+            for place, values in asked.items()
+        }
     return found
 
 
-def _far(search: DesignSearch, best: Candidate, objective: Objective, most: float, k: int, end: float) -> float:
-    """How far a variable may go towards an end: outwards in growing steps, then by halves."""
-    start = best.values[k]
+def _keeps(one: Candidate, objective: Objective, most: float) -> bool:
+    """Whether an attempt is good enough; at the optimum limits are used as a whole, and what rounding takes is kept."""
+    return not one.lost and all(v <= 1.0 + 1e-6 for v in one.largest.values()) and objective(one) <= most
 
-    def keeps(part: float) -> bool:
-        values = [*best.values]
-        values[k] = start + part * (end - start)
-        one = search.attempt(values)
-        # At the optimum limits are used as a whole; what rounding takes is not missed.
-        return not one.lost and all(v <= 1.0 + 1e-6 for v in one.largest.values()) and objective(one) <= most
 
+def _far(start: float, end: float) -> Generator[float, bool, float]:
+    """How far a variable may go towards an end: outwards in growing steps, then by halves.
+
+    Asks for values, and is told whether they are good enough.
+    """
     if end == start:
         return start
+
+    def at(part: float) -> float:
+        return start + part * (end - start)
+
     inside, part = 0.0, 1.0 / 1024.0
-    while part < 1.0 and keeps(part):
+    while part < 1.0 and (yield at(part)):
         inside, part = part, 2.0 * part
-    if part >= 1.0 and keeps(1.0):
+    if part >= 1.0 and (yield at(1.0)):
         return end
     outside = min(part, 1.0)
     for _ in range(9):
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if keeps(middle) else (inside, middle)
-    return start + inside * (end - start)
+        inside, outside = (middle, outside) if (yield at(middle)) else (inside, middle)
+    return at(inside)

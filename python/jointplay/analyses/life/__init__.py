@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from jointplay.analyses.allow import prepared
 from jointplay.analyses.allow.asked import REFUSED, Asked, Use
 from jointplay.analyses.allow.search import AllowSearch
+from jointplay.analyses.beside import judged, with_forces
 from jointplay.analyses.contacts import Assumed
 from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.recorded import recorded
@@ -31,7 +32,8 @@ from jointplay.file.schema.values import LARGEST
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
 from jointplay.model.wearing import Wearing, wearings
-from jointplay.result import Result, ResultBuilder, Variable, figure, to_dataset
+from jointplay.result import FORCES_JUDGED, Result, ResultBuilder, Variable, figure, to_dataset
+from jointplay.result.verdict import HELD
 
 from .course import Course
 from .rates import Duty, Rates, changes, require_cycle
@@ -155,10 +157,15 @@ def compute(
 
 
 def holds(result: Result) -> bool:
-    """Whether the limits hold at all ages that were asked for, and how the clearances wear is known."""
+    """Whether the limits hold at all ages that were asked for, and how the clearances wear is known.
+
+    Limits of forces have to hold at the end of the life.
+    """
     if loses_contact(result):
         return False
     status = str(result.get("status"))
+    if FORCES_JUDGED in result.data and str(result.get(FORCES_JUDGED)) != HELD:
+        return False
     if status in ("no_pose", "missed") or (status == "undetermined" and not np.isfinite(result.get("life"))):
         return False
     return "used" not in result.data or bool((result.get("used") <= 1.0).all())
@@ -202,6 +209,7 @@ class _Life:
         nothing = np.full(len(self.worn), np.nan)
         self.now = Rates(nothing, nothing, nothing, nothing)
         self.course: Course | None = None
+        self.forces: dict[str, Variable] = {}
         #: configurations that keep the life from being known, with their outcome
         self.without: dict[int, str] = {}
 
@@ -266,12 +274,13 @@ class _Life:
             return np.zeros(len(self.worn)) if np.isfinite(self.now.growth).all() else self.now.growth
         return self.course.at(cycles)
 
+    def _worn(self, part: Mechanism, grown: Floats) -> Mechanism:
+        """A part of the mechanism with clearances that have grown."""
+        return part.worn(changes(part, self.m, self.worn, grown))
+
     def _parts(self, grown: Floats) -> list[Assumed]:
         """The parts of the mechanism with clearances that have grown."""
-        return [
-            Assumed(one.contact, one.load_case, one.part.worn(changes(one.part, self.m, self.worn, grown)))
-            for one in self.asked.parts(self.m)
-        ]
+        return [replace(one, part=self._worn(one.part, grown)) for one in self.asked.parts(self.m)]
 
     def _use(self, cycles: float, near: Any) -> Use:
         """What is used of the limits after so many cycles."""
@@ -293,6 +302,7 @@ class _Life:
 
     def _told(self, found: _Found, ages: list[float]) -> Result:
         without = self._without(found)
+        self.forces = self._forces(found)
         uses: list[Use] = []
         sizes: list[list[Floats]] = []
         clearances: list[Floats] = []
@@ -313,6 +323,13 @@ class _Life:
             words = f"interrupted after {done} of {len(ages)} ages"
             raise Interrupted(Result(told.coords, told.data, {**told.attrs, "incomplete": words})) from None
         return self._built(found, without, ages, uses, sizes, clearances)
+
+    def _forces(self, found: _Found) -> dict[str, Variable]:
+        """What is to be said of the limits of forces at the end of the life; nothing where there is no end."""
+        grown = self._grown(found.life) if math.isfinite(found.life) else np.array([np.nan])
+        first = self.m.only(output=self.m.outputs[0]) if self.m.outputs else self.m
+        known = np.isfinite(grown).all()
+        return judged(*(self._worn(part, grown) for part in first.every_part)) if known else {}
 
     def _errors(self, grown: Floats) -> tuple[Use, list[Floats]]:
         """What is used of the limits, and position and rotation of every configuration."""
@@ -376,7 +393,7 @@ class _Life:
                 used = np.array([use.used for use in uses])
                 builder.data["used"] = Variable(("age",), used, "", "largest part of a limit that is used by then")
         self._life(builder, found)
-        return builder.result()
+        return with_forces(builder.result(), self.forces)
 
     def _sources(self, builder: ResultBuilder, found: _Found, without: Floats) -> None:
         """What is told of every clearance."""

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.analyses.beside import said, why_not, with_forces
 from jointplay.analyses.map.answering import MapQuestion
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.questions import check
@@ -26,6 +27,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, listed, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
+from jointplay.result.verdict import HELD, NOT_SHOWN
 
 from .asked import COARSE, USUAL, AskedGrid, AskedRanges, around, even, further, widened
 from .found import HeldRegion, coarse_region, region
@@ -68,8 +70,9 @@ def workspace(
         In place of the file's ``[grid]``, as for `map`: two or three coordinates of the output as axes, others held.
         Several values of rotations are orientations, each of which has to be possible at every position. If no
         positions are given, the box is found from the ranges of the drives.
-    question : {"loaded", "worst", "random"}, optional
-        In which the limits of the file have to hold as well; by default errors do not count.
+    question : {"loaded", "worst", "random", "forces"}, optional
+        In which the limits of the file have to hold as well, those of forces in the worst case; ``forces`` for these
+        alone. By default none of them counts.
     centre : sequence of float, optional
         About which the disc and the box are, in place of the best place for each; in the order of the axes.
     count : int, optional
@@ -151,7 +154,10 @@ def compute(
     if not 0.0 < step <= found.spacing:
         problem = f"{shown(step)} is not above zero and at most the spacing of {found.spacing:.4g}"
         raise InputError(problem, key="tolerance")
-    ask = None if question is None else MapQuestion(m, question, options, "workspace")
+    asks = [] if question is None else [MapQuestion(m, question, options, "workspace")]
+    unjudged = why_not(m) if m.limits.forces else ""
+    if asks and m.limits.forces and not unjudged and question != "forces":
+        asks.append(MapQuestion(m, "forces", {}, "workspace"))
 
     def part(done: float) -> None:
         if progress is not None:
@@ -159,11 +165,15 @@ def compute(
 
     for _ in range(WIDENED):
         _check_nodes(m, found)
-        within = region(m, found, ranges.start_at(found.axes), ask, step, part)
+        within = region(m, found, ranges.start_at(found.axes), asks, step, part)
         if not ranges.unsaid or EDGE not in within.bound:
             break
         found = replace(found, axes=further(found.axes, within.inside))
-    return _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
+    result = _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
+    if not (asks and m.limits.forces):
+        return result
+    outcome = NOT_SHOWN if unjudged else HELD if within.inside.any() else ""
+    return with_forces(result, said(outcome, unknown=unjudged))
 
 
 def _check_nodes(m: Mechanism, asked: AskedGrid, key: str = "grid") -> None:
@@ -219,12 +229,13 @@ def _told(
     builder.labels("along", list(asked.axes), "axis of the grid")
     builder.add("inside", tuple(asked.axes), found.inside, "whether the node is in the region")
     builder.add("outside_by", tuple(asked.axes), found.why, "what keeps the mechanism from the node; empty: nothing")
-    facets, coarse = found.edges.facets(), found.edges.halved().facets()
+    facets, coarse = found.facets(), found.coarse()
     size, half = enclosed(found.points, facets), enclosed(found.points, coarse)
     words = "area of the region" if n == 2 else "volume of the region"
     builder.add("size", (), np.array(size * length**n), words, "length", n)
-    words = "how far the size by every second node is from it"
-    builder.add("size_error", (), np.array(abs(size - half) * length**n), words, "length", n)
+    words = "how far the size by every second node is from it, and what tolerance and edges cut off leave"
+    error = max(abs(size - half), _cut_off(found, facets)) + tolerance * facet_sizes(found.points, facets).sum()
+    builder.add("size_error", (), np.array(error * length**n), words, "length", n)
     far = found.far > np.sqrt(n)
     builder.data["status"] = Variable((), np.array("ok" if found.inside.any() else "empty"), "", "outcome")
     if far and found.inside.any():
@@ -233,7 +244,7 @@ def _told(
     builder.add("vertex", ("point", "along"), found.points * length, "points of the boundary", "length")
     builder.add("vertex_bound", "point", found.bound, "what bounds the region at the point")
     builder.add("facet", ("piece", "corner"), facets, "points of the segments or triangles of the boundary")
-    _add_inscribed(builder, found, facets, coarse, centre)
+    _add_inscribed(builder, found, facets, coarse, centre, tolerance)
     return builder.result()
 
 
@@ -259,8 +270,17 @@ def _add_shares(builder: ResultBuilder, found: HeldRegion, facets: Ints) -> None
     builder.add("share", "bound", shares[order] / max(shares.sum(), 1e-300), "part of the boundary")
 
 
+def _cut_off(found: HeldRegion, facets: Ints) -> float:
+    """What a boundary cuts of right edges between its bounds at most."""
+    cut = facets[found.is_cut(facets)]
+    corners, bounds = found.points[cut], found.bound[cut]
+    across = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
+    across[bounds[:, :, None] == bounds[:, None]] = np.inf
+    return 0.25 * float(facet_sizes(found.points, cut) @ across.min(axis=(1, 2), initial=np.inf))
+
+
 def _add_inscribed(
-    builder: ResultBuilder, found: HeldRegion, facets: Ints, coarse: Ints, centre: Floats | None
+    builder: ResultBuilder, found: HeldRegion, facets: Ints, coarse: Ints, centre: Floats | None, tolerance: float
 ) -> None:
     """The disc or ball, and the box."""
     n, length, spacing = len(found.values), builder.units.length, found.asked.spacing
@@ -271,9 +291,16 @@ def _add_inscribed(
         ends = box(found.points, facets, found.holds, centre)
         if len(coarse):
             radius_error = abs(radius - disc(found.points, coarse, middle[None], 2.0 * spacing, centre)[1])
-            # From there, because the boundary by every second node may have ends of the region outside.
-            rough = larger_box(found.points, coarse, ends, centred=centre is not None)
-            error = abs(_product(ends) - _product(rough))
+            # From there, because the boundary by every second node may have ends of the region outside; and without
+            # what may cut an edge off.
+            is_centred, open_ = centre is not None, facets[~found.is_cut(facets)]
+            rough = [larger_box(found.points, some, ends, centred=is_centred) for some in (coarse, open_)]
+            again = (larger_box(found.points, facets, one, centred=is_centred) for one in rough)
+            ends = max([ends, *again], key=_product)
+            error = max(abs(_product(ends) - _product(one)) for one in rough)
+            # Facets are off by as much again where they lean.
+            error += _product(ends + 2.0 * tolerance * np.array([[-1.0], [1.0]])) - _product(ends)
+            radius_error += tolerance
     elif centre is not None:
         builder.attrs["centre"] = "outside"
     if centre is not None:
@@ -283,13 +310,13 @@ def _add_inscribed(
     where = "about the given centre" if centre is not None else "in the region"
     builder.add("disc_centre", "along", middle * length, f"centre of the {ball}", "length")
     builder.add("disc_radius", (), np.array(radius * length), f"radius of the largest {ball} {where}", "length")
-    words = "how far the radius by every second node is from it"
+    words = "how far the radius by every second node is from it, and the tolerance"
     builder.add("disc_radius_error", (), np.array(radius_error * length), words, "length")
     builder.add("box_low", "along", ends[0] * length, f"lowest corner of the largest box {where}", "length")
     builder.add("box_high", "along", ends[1] * length, "highest corner of the box", "length")
     size = np.array(_product(ends) * length**n)
     builder.add("box_size", (), size, "area of the box" if n == 2 else "volume of the box", "length", n)
-    words = "how far its size by every second node is from it"
+    words = "how far its size by every second node, or without edges that may be cut off, is from it, and the tolerance"
     builder.add("box_size_error", (), np.array(error * length**n), words, "length", n)
 
 

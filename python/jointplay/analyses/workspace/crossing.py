@@ -1,4 +1,4 @@
-"""Where the ways from nodes inside a region to nodes outside leave it, all of them at once.
+"""Where the ways from nodes inside a region to places outside leave it, all of them at once.
 
 Each way is halved until its ends are closer than the tolerance. Where both ends have a distance to the nearest end of a
 range, its root on the straight line is tried instead, and where a mechanism did not follow, the place up to which it
@@ -26,25 +26,30 @@ MOST = 60
 
 @dataclass(frozen=True)
 class Ways:
-    """Straight ways between nodes, the first of which is inside.
+    """Straight ways from nodes that are inside to places that are not.
 
     Attributes
     ----------
-    inner, outer : ndarray
+    inner : ndarray
         Places of the nodes in the grid.
+    last : ndarray
+        Commands at the ends.
     length : ndarray
         In the unit of the tolerance.
     why : ndarray
-        What keeps the mechanism from the outer node.
+        What keeps the mechanism from the ends; empty where that is not known.
+    room : ndarray
+        Distances of the nodes and of the ends to ends of ranges, as `HeldPlaces` has them, shape (2, way).
     """
 
     inner: Ints
-    outer: Ints
+    last: Floats
     length: Floats
     why: Texts
+    room: Floats
 
 
-def leave(of: OneOrientation, ways: Ways, rooms: Floats, tolerance: float) -> tuple[Floats, Texts]:
+def leave(of: OneOrientation, ways: Ways, tolerance: float) -> tuple[Floats, Texts]:
     """The part of every way that is inside, less than the tolerance too short; and what ends it.
 
     Parameters
@@ -52,15 +57,13 @@ def leave(of: OneOrientation, ways: Ways, rooms: Floats, tolerance: float) -> tu
     of : OneOrientation
         Its nodes are solved.
     ways : Ways
-    rooms : ndarray
-        Distances to ends of ranges at all nodes, as `HeldPlaces` has them.
     tolerance : float
         In the unit of the lengths.
     """
-    first, last = of.rows[ways.inner], of.rows[ways.outer]
+    first, last = of.rows[ways.inner], ways.last
     poses, why = of.poses[ways.inner].copy(), ways.why.copy()
     low, high = np.zeros(len(first)), np.ones(len(first))
-    room = rooms[np.stack([ways.inner, ways.outer])]
+    room = ways.room.copy()
     end = np.full(len(first), np.nan)
     for number in range(MOST):
         k = np.flatnonzero((high - low) * ways.length > tolerance)

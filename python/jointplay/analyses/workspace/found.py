@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from jointplay.analyses.map.answering import MapQuestion
-from jointplay.basics.arrays import Flags, Floats, Texts
+from jointplay.basics.arrays import Flags, Floats, Ints, Texts
 from jointplay.model.mechanism import Mechanism
 
 from .asked import AskedGrid
+from .corners import FAR, cuts, outside
 from .crossing import Ways, leave
 from .holding import EDGE, WIDTH, HeldPlaces, OneOrientation
 from .surface import CrossedEdges, directions, framed, framed_values
 
+#: axes of a region whose corners are found
+PLANE = 2
 #: part of the work that the nodes are
 NODES = 0.7
 #: called with the part of the work that is done
@@ -43,9 +46,11 @@ class HeldRegion:
     edges : CrossedEdges
         Those that lead out of it.
     points : ndarray
-        Where they do, shape (edge, axis).
+        Where they do, shape (edge, axis); then the corners that they cut off, in the plane.
     bound : ndarray
         What ends each of them.
+    cut : dict
+        By corner the two edges between which it is.
     """
 
     m: Mechanism
@@ -57,6 +62,7 @@ class HeldRegion:
     edges: CrossedEdges
     points: Floats
     bound: Texts
+    cut: dict[int, tuple[int, int]]
 
     @property
     def values(self) -> list[Floats]:
@@ -68,6 +74,37 @@ class HeldRegion:
         """Positions of the nodes inside, shape (node, axis)."""
         return places(self.values)[self.inside.ravel()]
 
+    def facets(self) -> Ints:
+        """The segments or triangles of the boundary, around its corners."""
+        return self._around_corners(self.edges.facets(), 1.0)
+
+    def coarse(self) -> Ints:
+        """Those of the boundary by every second node."""
+        return self._around_corners(self.edges.halved().facets(), 2.0)
+
+    def _around_corners(self, facets: Ints, times: float) -> Ints:
+        """Segments, of which those that cut a corner off go around it."""
+        by_bounds: dict[frozenset[str], list[int]] = {}
+        for corner, ends in self.cut.items():
+            by_bounds.setdefault(frozenset(self.bound[[*ends]].tolist()), []).append(corner)
+        kept, added = np.ones(len(facets), dtype=bool), []
+        for k in np.flatnonzero(self.bound[facets[:, 0]] != self.bound[facets[:, -1]]).tolist() if by_bounds else ():
+            a, b = facets[k].tolist()
+            near = by_bounds.get(frozenset(self.bound[[a, b]].tolist()), [])
+            away = [float(np.abs(self.points[one] - self.points[[a, b]]).max()) for one in near]
+            if not near or min(away) > FAR * times * self.asked.spacing:
+                continue
+            corner = near[int(np.argmin(away))]
+            if outside(self.points, facets[k], self.points[corner]) > 0.0:
+                kept[k] = False
+                added += [(a, corner), (corner, b)]
+        return np.concatenate([facets[kept], np.array(added, dtype=facets.dtype).reshape(-1, facets.shape[1])])
+
+    def is_cut(self, facets: Ints) -> Flags:
+        """Which facets are between points that different things bound, and may cut an edge of the region off."""
+        ends = np.where(facets < len(self.edges), facets, facets.min(axis=1, keepdims=True))
+        return np.asarray((self.bound[ends] != self.bound[ends[:, :1]]).any(axis=1))
+
     def holds(self, positions: Floats) -> Flags:
         """Whether the nodes next to some positions are inside."""
         nearest = [
@@ -78,7 +115,7 @@ class HeldRegion:
 
 
 def region(
-    whole: Mechanism, asked: AskedGrid, start: Floats, ask: MapQuestion | None, tolerance: float, part: PartDone
+    whole: Mechanism, asked: AskedGrid, start: Floats, asks: Sequence[MapQuestion], tolerance: float, part: PartDone
 ) -> HeldRegion:
     """The region of a grid.
 
@@ -89,7 +126,7 @@ def region(
     asked : AskedGrid
     start : ndarray
         Position along every axis at the start, file units.
-    ask : MapQuestion, optional
+    asks : sequence of MapQuestion
         Whose limits have to hold.
     tolerance : float
         Of the boundary along edges, file units.
@@ -99,7 +136,7 @@ def region(
     count = len(asked.orientations)
     part(0.0)
     for k, orientation in enumerate(asked.orientations):
-        one = OneOrientation(asked.of(whole, orientation), ask)
+        one = OneOrientation(asked.of(whole, orientation), asks)
         every.append((one, one.nodes(partial(_advance, part, k, count))))
         part(NODES * (k + 1) / count)
     why = every[0][1].why
@@ -109,8 +146,9 @@ def region(
     inside, far = connected(np.asarray(why == ""), asked, start)
     edges = CrossedEdges.of(framed(inside))
     points, bound = _boundary(every, asked, edges, tolerance, lambda done: part(NODES + (1.0 - NODES) * done))
+    points, bound, cut = _with_corners(every, asked, edges, points, bound, tolerance)
     apart = int(np.count_nonzero(why == "") - np.count_nonzero(inside))
-    return HeldRegion(every[0][0].m, asked, inside, why, apart, far, edges, points, bound)
+    return HeldRegion(every[0][0].m, asked, inside, why, apart, far, edges, points, bound, cut)
 
 
 def _advance(part: PartDone, orientation: int, count: int, done: int, of: int) -> None:
@@ -119,7 +157,7 @@ def _advance(part: PartDone, orientation: int, count: int, done: int, of: int) -
 
 def coarse_region(whole: Mechanism, asked: AskedGrid, start: Floats) -> Flags:
     """The nodes of a region in its first orientation, without its boundary."""
-    one = OneOrientation(asked.of(whole, asked.orientations[0]), None)
+    one = OneOrientation(asked.of(whole, asked.orientations[0]), ())
     held = one.nodes().inside.reshape([len(values) for values in asked.axes.values()])
     return connected(held, asked, start)[0]
 
@@ -167,9 +205,42 @@ def _boundary(
     for k, (one, held) in enumerate(every):
         ways = np.flatnonzero(~is_edge & (held.why[outer] != ""))
         length = np.linalg.norm(last[ways] - first[ways], axis=1)
-        found = Ways(inner[ways], outer[ways], length, held.why[outer[ways]])
-        gone, why = leave(one, found, held.room, tolerance)
+        room = held.room[np.stack([inner[ways], outer[ways]])]
+        found = Ways(inner[ways], one.rows[outer[ways]], length, held.why[outer[ways]], room)
+        gone, why = leave(one, found, tolerance)
         sooner = ways[gone < low[ways]]
         low[sooner], bound[sooner] = gone[gone < low[ways]], why[gone < low[ways]]
         part((k + 1) / len(every))
     return first + low[:, None] * (last - first), bound
+
+
+def _with_corners(
+    every: list[tuple[OneOrientation, HeldPlaces]],
+    asked: AskedGrid,
+    edges: CrossedEdges,
+    points: Floats,
+    bound: Texts,
+    tolerance: float,
+) -> tuple[Floats, Texts, dict[int, tuple[int, int]]]:
+    """The points of a boundary in the plane with the corners that lines between them cut off."""
+    facets = edges.facets()
+    if len(asked.axes) != PLANE or not len(facets):
+        return points, bound, {}
+    found = cuts(points, bound, facets, asked.spacing)
+    ends = facets[found.facet]
+    nodes = np.stack(np.unravel_index(edges.inner[ends[:, 0]], edges.inside.shape)) - 1
+    values = list(asked.axes.values())
+    inner = np.ravel_multi_index(tuple(nodes), tuple(map(len, values)))
+    first = places(values)[inner]
+    way = found.to - first
+    low, why = np.ones(len(ends)), bound[ends[:, 0]]
+    for one, held in every:
+        room = np.stack([held.room[inner], np.full(len(inner), np.nan)])
+        unknown = np.full(len(inner), "", dtype=WIDTH)
+        ways = Ways(inner, one.commands_at(found.to), np.linalg.norm(way, axis=1), unknown, room)
+        gone, ended = leave(one, ways, tolerance)
+        why = np.where((gone < low) & (ended != ""), ended, why)
+        low = np.minimum(low, gone)
+    corners = first + low[:, None] * way
+    cut = {len(points) + k: (a, b) for k, (a, b) in enumerate(ends.tolist())}
+    return np.concatenate([points, corners]), np.concatenate([bound, why]), cut

@@ -7,6 +7,7 @@ limits hold.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from jointplay.analyses.map.reach import BEYOND, GridFollower, Seeds
 from jointplay.analyses.nominal import OK, Nominal, Progress
 from jointplay.analyses.ranges import rooms
 from jointplay.basics.arrays import Array, Flags, Floats, Ints, Texts
-from jointplay.core.compile import Grid
+from jointplay.core.compile import Grid, limit_key
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
@@ -63,19 +64,30 @@ class OneOrientation:
     ----------
     whole : Mechanism
         With a grid, all outputs and load cases.
-    ask : MapQuestion or None
-        Whose limits have to hold.
+    asks : sequence of MapQuestion
+        Whose limits have to hold, one after the other.
     """
 
-    def __init__(self, whole: Mechanism, ask: MapQuestion | None) -> None:
+    def __init__(self, whole: Mechanism, asks: Sequence[MapQuestion]) -> None:
         self.m = leading(whole)
-        self.ask = ask
+        self.asks = asks
         assert self.m.grid is not None
         self.grid: Grid = self.m.grid
         self.follower = GridFollower(self.m, self.grid)
         self.lattice = Lattice(self.grid, int(np.prod(self.grid.shape)))
         self.rows = self.follower.commands(self.lattice, 0)
         self.poses = np.zeros((0, 0, 0))
+
+    def commands_at(self, positions: Floats) -> Floats:
+        """Commands at positions along the axes, file units, of which they are linear functions."""
+        rows = self.rows.reshape(*self.grid.shape, -1)
+        start = rows[(0,) * len(self.grid.shape)]
+        found = np.tile(start, (len(positions), 1))
+        for k, along in enumerate(self.grid.labels):
+            end = rows[tuple(-1 if k == j else 0 for j in range(len(self.grid.shape)))]
+            part = (positions[:, k] - along[0]) / (along[-1] - along[0])
+            found += part[:, None] * (end - start)
+        return found
 
     def nodes(self, progress: Progress | None = None) -> HeldPlaces:
         """What is found at all nodes that are reached from the start without a singularity."""
@@ -113,9 +125,9 @@ class OneOrientation:
             beyond = (at.status == OK) & (left.min(axis=1) < 0.0)
             why[beyond] = np.array([str(end) for end in ends])[least[beyond]]
             room = np.where(at.status == OK, left.min(axis=1), np.nan)
-        if self.ask is not None:
+        for k, ask in enumerate(self.asks):
             places = np.flatnonzero(why == "")
-            why[places] = self._limits(self.ask, at, places, progress)
+            why[places] = self._limits(ask, at, places, progress and _part_of(progress, k, len(self.asks)))
         return HeldPlaces(why, np.where(np.isfinite(room), room, np.nan))
 
     def _limits(self, ask: MapQuestion, at: Nominal, places: Ints, progress: Progress | None) -> Texts:
@@ -137,6 +149,11 @@ class OneOrientation:
         return found
 
 
+def _part_of(progress: Progress, k: int, count: int) -> Progress:
+    """The progress of one of several steps."""
+    return lambda done, of: progress(k * of + done, count * of)
+
+
 def _missed(result: Result, outcomes: Array) -> Texts:
     """The limit that is missed most, ``not_shown``, or nothing where all limits hold."""
     beside = tuple(range(1, outcomes.ndim))
@@ -150,6 +167,6 @@ def _missed(result: Result, outcomes: Array) -> Texts:
     sizes = np.nanmax(np.abs(np.where(np.isfinite(limit), limit, 0.0)), axis=-1)
     part = result.get("margin") / np.where(sizes > 0.0, sizes, 1.0)
     part = np.where(np.isfinite(part), part, np.inf).min(axis=tuple(range(1, part.ndim - 1)))
-    names = np.array([f"limits.{name}" for name in result.labels("quantity")])
+    names = np.array([limit_key(name) for name in result.labels("quantity")])
     why[missed] = names[part.argmin(axis=1)][missed]
     return why

@@ -28,6 +28,8 @@ STARTS = 3
 MOST_POINTS = 300
 #: steps go down to this part of a spacing
 SMALLEST = 1.0 / 512.0
+#: of planes of about one direction the nearest ones decide how far a box goes; as many others would hide the rest
+ALIKE, DIGITS = 3, 2
 #: a box is moved where it gains a larger part, and shrinks by this factor where a facet is in it
 LEAST_GAIN, SHRINK = 1e-7, 0.97
 #: planes are as good as others within this part of the extent
@@ -223,8 +225,9 @@ def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
     smallest = SMALLEST * step
     while step > smallest:
         gaps, normal = planes.gaps(ends)
-        near = np.argsort(gaps)[:MOST_POINTS]
+        near = np.argsort(gaps)
         near = near[gaps[near] < 2.0 * n * step]
+        near = near[_nth_alike(normal[near]) < ALIKE][:MOST_POINTS]
         outwards, inwards = np.maximum(normal[near], 0.0), np.minimum(normal[near], 0.0)
         # What of the box moves: half its sides, or its lowest and its highest corner.
         rows = outwards - inwards if centred else np.column_stack([inwards, outwards])
@@ -250,3 +253,14 @@ def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
         else:
             step *= 0.25
     return ends
+
+
+def _nth_alike(normals: Floats) -> Ints:
+    """The how manieth of its direction every normal is."""
+    if not len(normals):
+        return np.zeros(0, dtype=np.intp)
+    groups = np.unique(np.round(normals, DIGITS), axis=0, return_inverse=True)[1].reshape(-1)
+    order = np.argsort(groups, kind="stable")
+    found = np.empty(len(normals), dtype=np.intp)
+    found[order] = np.arange(len(normals)) - np.searchsorted(groups[order], groups[order])
+    return found

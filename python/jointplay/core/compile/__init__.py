@@ -46,6 +46,7 @@ from .target import Ideal, compile_target
 __all__ = [
     "ANGULAR",
     "DRIVABLE",
+    "FORCE_LIMITS",
     "LARGEST_RATIO",
     "LENGTHS",
     "LOOSE",
@@ -66,8 +67,11 @@ __all__ = [
     "coordinate",
     "described",
     "inertia_matrix",
+    "limit_key",
 ]
 
+#: by the word in front of the name of a force, the key of `[limits]` that limits it
+FORCE_LIMITS = {"drives": "drive_torques", "joints": "reactions"}
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
 
@@ -119,8 +123,20 @@ class Limits:
     @property
     def forces(self) -> dict[str, Interval]:
         """Those of forces, as `forces` calls them."""
-        drives = {f"drives.{name}": pair for name, pair in self.drive_torques.items()}
-        return drives | {f"joints.{name}": pair for name, pair in self.reactions.items()}
+        every = {kind: getattr(self, key) for kind, key in FORCE_LIMITS.items()}
+        return {f"{kind}.{name}": pair for kind, pairs in every.items() for name, pair in pairs.items()}
+
+
+def limit_key(name: str) -> str:
+    """Where the file limits a quantity of the error, or a force.
+
+    Examples
+    --------
+    >>> limit_key("position"), limit_key("drives.theta")
+    ('limits.position', 'limits.drive_torques.theta')
+    """
+    kind, _, of = name.partition(".")
+    return f"limits.{FORCE_LIMITS[kind]}.{of}" if of else f"limits.{name}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

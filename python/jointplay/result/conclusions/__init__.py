@@ -8,14 +8,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from jointplay.questions import QUESTIONS, named
-from jointplay.result import FORCES_APART, Result, parts
+from jointplay.result import Result, parts
 from jointplay.result.verdict import rounding
 
 from .building import FITS, VERDICTS
 from .errors import quantile
+from .forces import beside
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
-from .series import beyond, each, judged, of_compare, of_map, of_sweep, shares_over_nodes
+from .series import beyond, each, extreme, judged, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
 from .words import (
@@ -46,6 +47,7 @@ __all__ = [
     "conclude",
     "decide",
     "each",
+    "extreme",
     "farthest",
     "first_missed",
     "judged",
@@ -68,10 +70,6 @@ __all__ = [
 ]
 
 
-#: what is said where the file limits forces, too
-FORCES = Sentence("Limits of forces do not count here; `forces` judges them.", is_answer=True, is_common=True)
-
-
 def conclude(result: Result) -> Conclusion:
     """The answer that a result gives.
 
@@ -89,9 +87,9 @@ def conclude(result: Result) -> Conclusion:
 
 def _of_one(result: Result) -> Conclusion:
     found = _answer(result)
-    if FORCES_APART in result.attrs and QUESTIONS[str(result.attrs["question"])].is_of_errors:
+    if QUESTIONS[str(result.attrs["question"])].is_of_errors:
         first, rest = found.sentences[:1], found.sentences[1:]
-        found = replace(found, sentences=(*first, FORCES, *rest))
+        found = replace(found, sentences=(*first, *beside(result), *rest))
     return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
 
 

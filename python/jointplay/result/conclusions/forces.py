@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointplay.basics.arrays import Array
-from jointplay.result import SIDES, Result, first_largest
-from jointplay.result.verdict import RANK, caused, ends, there, verdict
+from jointplay.questions import QUESTIONS
+from jointplay.result import FORCES_APART, FORCES_JUDGED, SIDES, Result, first_largest
+from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, caused, ends, there, verdict
 
 from .errors import judged_in
+from .sizes import share_of
 from .wear import judged
 from .words import Conclusion, Sentence, of_statuses, say
 
+#: what is said of limits of forces where nobody has judged them
+APART = Sentence("Limits of forces do not count here; `forces` judges them.", is_answer=True, is_common=True)
+#: of what is found they are judged
+WHEN = {
+    "allocate": " with these sizes",
+    "life": " with the clearances that have worn by then",
+    "workspace": " everywhere in it",
+}
 #: more drives are not named one by one
 MOST_DRIVES = 4
 #: part of the largest force that is rounding
@@ -74,6 +85,32 @@ def of_forces(result: Result) -> Conclusion:
     used = [one.size for name in named if (one := change(result, name)) is not None]
     severity = (float(RANK[found.outcome]), found.used, max(map(abs, used), default=0.0))
     return Conclusion((*sentences, *of_statuses(result)), severity)
+
+
+def beside(result: Result) -> Iterator[Sentence]:
+    """What is said of the limits of forces beside an answer about errors, mechanism by mechanism."""
+    if FORCES_JUDGED not in result.data:
+        yield from [APART] if FORCES_APART in result.attrs else []
+    elif "mechanism" in result.sizes:
+        for k, name in enumerate(result.labels("mechanism")):
+            yield from _beside(result.isel("mechanism", k), f" in {name}")
+    else:
+        yield from _beside(result, WHEN.get(str(result.attrs["question"]), ""))
+
+
+def _beside(result: Result, where: str) -> Iterator[Sentence]:
+    outcome, used = str(result.get(FORCES_JUDGED)), float(result.get("forces_used"))
+    words, case = f"{QUESTIONS['worst'].judged}{where}", str(result.get("forces_load_case"))
+    part = f"uses {share_of(used)} of its limit" if math.isfinite(used) else "misses a limit of zero"
+    at = f", at configuration {float(result.get('forces_configuration')):.0f}{f' of load case {case}' * bool(case)}"
+    told = f": {result.get('forces_quantity')} {part}{at}" if used == used else ""
+    if outcome == NOT_SHOWN:
+        text = f"Not shown: whether the limits of forces hold {words}; {result.get('forces_unknown')}."
+        yield Sentence(text, is_alarm=True, is_answer=True, state=NOT_SHOWN)
+    elif outcome:
+        is_missed = outcome == MISSED
+        verb = "are missed" if is_missed else "hold"
+        yield Sentence(f"The limits of forces {verb} {words}{told}.", is_missed, is_answer=True, state=outcome)
 
 
 def _named(result: Result) -> Iterator[str]:

@@ -11,7 +11,7 @@ from jointplay.basics.arrays import Array
 from jointplay.result import Result, figure, figures, first_largest
 from jointplay.result.verdict import Verdict, there, verdict
 
-from .errors import blamed
+from .errors import WORDS, blamed
 from .series import each, extreme, ranked, summed_up
 from .words import Conclusion, Sentence, plural, say
 
@@ -97,7 +97,7 @@ def of_pairs(result: Result) -> Conclusion:
         severity = max(severity, float(found.values[high])) if found.name == "position" else severity
         part = each(rows_of(result)[high[0]])[high[1]]
         k = int(found.where[high])
-        cause = blamed(part, found.name, k) if not found.is_least else ""
+        cause = blamed(part, found.name, k) if found.name in WORDS else ""
         words = extreme(found.words)
         span = f"{say(found.values[high], found.unit)} with {pair_in_words(result, high)}"
         if say(found.values[low]) != say(found.values[high]):

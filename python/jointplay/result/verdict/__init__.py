@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import Result, parts
+from jointplay.result import FORCES_JUDGED, Result, parts
 
 from .judging import (
     PLAY_ALONE,
@@ -95,7 +95,8 @@ def outcome(result: Result) -> str:
     """
     if "sweep" in result.attrs or "grid" in result.attrs or "mechanism" in result.sizes:
         return ""
-    return worst_of([verdict(part).outcome for _, part in parts(result)])
+    of_forces = [str(result.get(FORCES_JUDGED))] if FORCES_JUDGED in result.data else []
+    return worst_of([*of_forces, *(verdict(part).outcome for _, part in parts(result))])
 
 
 def is_good(result: Result) -> bool:
