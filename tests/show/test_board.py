@@ -16,7 +16,7 @@ from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.file import document, toml
-from jointplay.show.serving import drafts, gestures
+from jointplay.show.serving import drafts, gestures, naming
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.server import Studio
 
@@ -67,7 +67,7 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
     text = examples.text(name)
     m = jp.loads(text)
     for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
-        wanted = gestures.renamed(m.raw, kind, old, "other_name")
+        wanted = naming.renamed(m.raw, kind, old, "other_name")
         again = document.renamed(text, wanted, old, "other_name")
         assert len(again.splitlines()) == len(text.splitlines())
         other = jp.loads(again)
@@ -606,10 +606,10 @@ def test_an_order_of_assembly_and_a_load_case_lose_a_body() -> None:
 def test_what_is_designed_is_renamed() -> None:
     keys = {"joints.J3.on.coupler.0": {"from": 1, "to": 2}, "links.coupler.length": {"from": 1, "to": 2}}
     raw = {**toml.parse(FOUR_BAR), "design": {"vary": keys, "transmission": {"J3": 40}}}
-    design = gestures.renamed(raw, "joint", "J3", "P")["design"]
+    design = naming.renamed(raw, "joint", "J3", "P")["design"]
     assert [*design["vary"]] == ["joints.P.on.coupler.0", "links.coupler.length"]
     assert design["transmission"] == {"P": 40}
-    design = gestures.renamed(raw, "body", "coupler", "bar")["design"]
+    design = naming.renamed(raw, "body", "coupler", "bar")["design"]
     assert [*design["vary"]] == ["joints.J3.on.bar.0", "links.bar.length"]
 
 

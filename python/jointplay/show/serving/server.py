@@ -35,12 +35,13 @@ from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import PageLook
 from jointplay.show.reporting.page import page as report
 
-from . import drafts, gestures
+from . import drafts, gestures, naming
 from .answers import STAGES, now, opened, settled
 from .board import BodyPose, Json
 from .door import HOST, PIECE, Connection, Door
 from .drafts import Draft
 from .folder import Folder, Opened
+from .hand import Edit, number_of
 from .replies import reply
 from .session import FARTHEST, Cancelled, PageQuestion, Session
 
@@ -145,14 +146,15 @@ class Studio:
         notes: list[str] = []
         if "rename" in told:
             kind, old, new = _three(told["rename"])
-            wanted = gestures.renamed(toml.parse(text), kind, old, new)
+            wanted = naming.renamed(toml.parse(text), kind, old, new)
             text = document.renamed(text, wanted, old, new)
             before = {new if body == old else body: pose for body, pose in before.items()}
         edits = _edits(told)
         if "gesture" in told:
             # Units may be those of a part that is included.
             shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
-            edits, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
+            more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
+            edits += more
         for steps, value in edits:
             text = document.edited(text, steps, value)
         shown = self._shown(self._read(text, found), found, before)
@@ -164,7 +166,7 @@ class Studio:
     def fits(self, told: Json) -> Json:
         """The preferred fits of a diameter, with their least and largest play, in units of the file."""
         draft, _ = self._page(told)
-        value = gestures.number_of(told.get("diameter"), "a diameter")
+        value = number_of(told.get("diameter"), "a diameter")
         unit = LENGTHS.get(str(draft.raw.get("units", {}).get("length")), LENGTHS["mm"])
         return {"fits": plays(value, unit, str(told.get("fit", "")))}
 
@@ -251,9 +253,9 @@ def _poses(told: Json) -> dict[str, BodyPose]:
     return found  # type: ignore[return-value]
 
 
-def _edits(told: Json) -> list[gestures.Edit]:
+def _edits(told: Json) -> list[Edit]:
     """Places and values that a page sends."""
-    found: list[gestures.Edit] = []
+    found: list[Edit] = []
     edits = told.get("edits", [])
     entries: list[Any] = edits if isinstance(edits, list) else [None]
     for entry in entries:
