@@ -133,7 +133,9 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
         at, fixed = None, ""
         if m is None or m.pose_size != core_poses.SPATIAL:
             first = bodies[0] if bodies else GROUND
-            place = compiled[name].placements[first].at if name in compiled else numbers(place_on(table, first), variables)
+            place = (
+                compiled[name].placements[first].at if name in compiled else numbers(place_on(table, first), variables)
+            )
             at = None if place is None else placed_at(poses.get(first, DRAWN), (float(place[0]), float(place[1])))
         if name not in own:
             fixed = "is a copy of a pattern, or in another file"
@@ -194,6 +196,15 @@ def sketch(joints: list[Json]) -> Json:
         "texts": [],
         "frame": frame,
     }
+
+
+def outlines(drawn: Json) -> list[list[XY]]:
+    """The bodies of a drawing in the plane as lines."""
+    if drawn["axes"] != len("xy"):
+        return []
+    places = drawn["places"][0]
+    lines = [[places[k] for k in s["points"]] for s in drawn["shapes"] if s["kind"] == "body" and not s["ground"]]
+    return [line for line in lines if len(line) > 1 and not any(None in place for place in line)]
 
 
 def with_bars(drawn: Json, raw: Mapping[str, Any], poses: BodyPoses, joints: list[Json]) -> Json:

@@ -198,7 +198,8 @@ def length(hand: Hand, told: Json) -> None:
 
 #: what a page can do, by name
 GESTURES: Mapping[str, Callable[[Hand, Json], None]] = {
-    one.__name__: one for one in (
+    one.__name__: one
+    for one in (
         *(bar, ground, point, slider, slot, drive, output, load, move, length, delete),
         *(weld, gear, teeth, spring, dimension, lock, duplicate, case),
     )

@@ -37,11 +37,12 @@ from jointplay.show.reporting.page import page as report
 
 from . import drafts, gestures, naming
 from .answers import STAGES, now, opened, settled
-from .board import BodyPose, Json
+from .board import BodyPose, Json, outlines
 from .door import HOST, PIECE, Connection, Door
 from .drafts import Draft
 from .folder import Folder, Opened
 from .hand import Edit, number_of
+from .mailing import mailed
 from .replies import reply
 from .session import FARTHEST, Cancelled, PageQuestion, Session
 
@@ -64,7 +65,10 @@ def _own(name: str) -> str:
 
 
 #: ECMAScript of the page, beside that of the drawing
-MODULES = ("studio.js", "board.js", "charts.js", "export.js", "history.js", "inspector.js", "sliders.js", "variants.js")
+MODULES = (
+    *("studio.js", "board.js", "charts.js", "export.js", "history.js", "inspector.js", "numbers.js"),
+    *("picture.js", "play.js", "sliders.js", "tour.js", "variants.js", "whole.js"),
+)
 #: what a page is made of
 PARTS: dict[str, tuple[str, Callable[[], str]]] = {
     "": (HTML, lambda: _own("page.html")),
@@ -102,6 +106,8 @@ class Studio:
             "save": self.save,
             "text": self.text,
             "report": self.report,
+            "page": self.page,
+            "picture": self.picture,
         }
 
     def choices(self, _told: Json) -> Json:
@@ -109,17 +115,25 @@ class Studio:
         bundled = [{"name": name, "title": examples.title(name)} for name in examples.names()]
         return {"first": self.first, "folder": str(self.folder.path), "files": self.folder.names(), "examples": bundled}
 
+    def _chosen(self, told: Json) -> Opened:
+        if "new" in told:
+            return Opened(drafts.EMPTY, "drawing.toml")
+        if "example" in told:
+            name = str(told["example"])
+            return Opened(examples.text(name), f"{name}.toml")
+        if "text" in told:
+            return Opened(str(told["text"]), one_line(str(told.get("name", ""))))
+        return self.folder.open(str(told.get("file", self.first)))
+
+    def picture(self, told: Json) -> Json:
+        """The bodies of what could be opened, as lines; none in space."""
+        found = self._chosen(told)
+        in_space = toml.parse(found.content).get("space") == "spatial"
+        return {"lines": [] if in_space else outlines(self._read(found.content, found).board({})["scene"])}
+
     def open(self, told: Json) -> Json:
         """Open a mechanism for a page; the page calls it by the number that it gets."""
-        if "new" in told:
-            found = Opened(drafts.EMPTY, "drawing.toml")
-        elif "example" in told:
-            name = str(told["example"])
-            found = Opened(examples.text(name), f"{name}.toml")
-        elif "text" in told:
-            found = Opened(str(told["text"]), one_line(str(told.get("name", ""))))
-        else:
-            found = self.folder.open(str(told.get("file", self.first)))
+        found = self._chosen(told)
         draft = self._read(found.content, found)
         if draft.problem is not None:
             raise InputError(draft.problem["text"])
@@ -149,14 +163,12 @@ class Studio:
             wanted = naming.renamed(toml.parse(text), kind, old, new)
             text = document.renamed(text, wanted, old, new)
             before = {new if body == old else body: pose for body, pose in before.items()}
-        edits = _edits(told)
+        text = _edited(text, _edits(told))
         if "gesture" in told:
             # Units may be those of a part that is included.
             shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
             more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
-            edits += more
-        for steps, value in edits:
-            text = document.edited(text, steps, value)
+            text = _edited(text, more)
         shown = self._shown(self._read(text, found), found, before)
         with self._lock:
             self._pages.pop(str(told["page"]), None)
@@ -233,6 +245,12 @@ class Studio:
         command = shlex.join(["jointplay", "report", name if is_own else "FILE"])
         return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), PageLook(command))}
 
+    def page(self, told: Json) -> Json:
+        """A page with the mechanism to play with, its verdict and its file, which needs no server."""
+        session, (draft, found) = self._session(told), self._page(told)
+        m = session.changed(PageQuestion.of(told).values)
+        return {"html": mailed(m, self._text(draft, found, told))}
+
 
 def _three(told: Any) -> list[str]:
     """What is renamed: whether a joint or a body, its name, and the new one."""
@@ -251,6 +269,12 @@ def _poses(told: Json) -> dict[str, BodyPose]:
     if not all(len(pose) == len("xyz") and all(abs(v) <= FARTHEST for v in pose) for pose in found.values()):
         raise InputError("this is not what the page asks", key="poses")
     return found  # type: ignore[return-value]
+
+
+def _edited(text: str, edits: list[Edit]) -> str:
+    for steps, value in edits:
+        text = document.edited(text, steps, value)
+    return text
 
 
 def _edits(told: Json) -> list[Edit]:
