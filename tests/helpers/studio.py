@@ -71,6 +71,12 @@ class Person:
         right, down = self.page.run(f"import('./studio.js').then(({{ board }}) => {at}({page}, {seen}))")
         return right, down
 
+    def where(self, joint: str) -> tuple[float, float]:
+        """Where a joint is shown in the drawing."""
+        point = f"board.viewer.seen[board.board.joints.find(({{ name }}) => name === {json.dumps(joint)}).point]"
+        x, y = self.page.run(f"import('./studio.js').then(({{ board }}) => {point})")
+        return x, y
+
     def drag(self, start: tuple[float, float], end: tuple[float, float], modifiers: int = 0) -> None:
         """Drag from one place of the drawing to another one."""
         self.page.run("document.querySelector('#drawing svg').scrollIntoView({block: 'center'})")
@@ -95,11 +101,24 @@ class Person:
         """Press a key; 2 is with Ctrl."""
         # Without a text Enter is no key for a field.
         text = {"Enter": "\r"}.get(key, key if len(key) == 1 and modifiers != 2 else "")
-        code = {"Delete": 46, "Enter": 13, "Home": 36}.get(key, ord(key[0].upper()))
+        named = {"Delete": 46, "Enter": 13, "Home": 36, "Tab": 9, "ArrowUp": 38, "ArrowRight": 39}
+        code = named.get(key, ord(key[0].upper()))
         told = {"key": key, "modifiers": modifiers, "windowsVirtualKeyCode": code}
         self.page.ask("Input.dispatchKeyEvent", type="keyDown", text=text, **told)
         self.page.ask("Input.dispatchKeyEvent", type="keyUp", **told)
         self.done()
+
+    def type(self, text: str) -> None:
+        """Type into the field that has the focus."""
+        self.page.ask("Input.insertText", text=text)
+
+    def tab(self, until: str) -> None:
+        """Press Tab until the focus is where it is wanted."""
+        for _ in range(100):
+            if self.page.run(until):
+                return
+            self.press("Tab")
+        raise AssertionError(f"Tab never leads there: {until}")
 
     def tap(self, selector: str) -> None:
         """Click on an element."""

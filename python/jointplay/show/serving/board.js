@@ -13,7 +13,7 @@ const ALIKE = 4;
 const GRID = 9;
 
 export const TOOLS = {
-  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. Arrows move what is chosen by a step of the grid. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
+  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
   move: { key: "m", words: "move", hint: "Drag the mechanism along its path. The file does not change." },
   bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 0;0 where it begins, then 30<45 (length and angle) or 30;40. Alt does not snap." },
   point: { key: "p", words: "point", hint: "Click on a bar: a point of it, for a pin, the output or a load." },
@@ -342,6 +342,17 @@ export class Board {
     this.selected = ref;
     this.mark();
     this.chosen(ref);
+  }
+
+  /** Chooses what comes next, for those who use no pointer. */
+  next(by) {
+    const all = [...this.board.joints.map(({ name }) => ({ joint: name })), ...this.board.free.map(({ body, index }) => ({ body, index })), ...this.board.bodies.map((body) => ({ body }))];
+    if (!all.length) return;
+    const at = all.findIndex((ref) => JSON.stringify(ref) === JSON.stringify(this.selected));
+    const ref = all[at < 0 ? (by > 0 ? 0 : all.length - 1) : (at + by + all.length) % all.length];
+    this.choose(ref);
+    const joint = this.board.joints.find(({ name }) => name === ref.joint);
+    this.said(joint ? `${joint.name}: ${joint.bodies.join(", ")}` : ref.index === undefined ? ref.body : `${ref.body}, point ${ref.index + 1}`);
   }
 
   mark() {

@@ -807,9 +807,9 @@ at("upload").addEventListener("change", async () => {
 /** The file in a page that was mailed, or the text itself. */
 function fileIn(text, name) {
   if (!/\.html?$/i.test(name)) return text;
-  const own = new DOMParser().parseFromString(text, "text/html").getElementById("mechanism");
+  const own = /<script type="application\/json" id="mechanism">(.*?)<\/script>/s.exec(text);
   if (!own) throw new Error(`${name} is a page without a mechanism in it`);
-  return JSON.parse(own.textContent);
+  return JSON.parse(own[1]);
 }
 at("undo").addEventListener("click", () => step(true));
 at("redo").addEventListener("click", () => step(false));
@@ -910,6 +910,7 @@ document.addEventListener("keydown", (event) => {
     at("typed").focus();
     return;
   }
+  if (event.key.toLowerCase() === "n" && !event.target.matches?.("select")) return board.next(event.shiftKey ? -1 : 1);
   const tool = !event.target.matches?.("select") && Object.entries(TOOLS).find(([, { key }]) => key === event.key.toLowerCase());
   if (tool && open.board.planar) use(tool[0]);
 });
