@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -57,11 +57,14 @@ class Person:
     ----------
     actions : int
         Clicks, drags, keys and fields so far.
+    seen : callable
+        Called after each of them.
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, seen: Callable[[], object] = lambda: None) -> None:
         self.page = page
         self.actions = 0
+        self.seen = seen
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
         """Where a place of the drawing is on the screen."""
@@ -143,6 +146,7 @@ class Person:
         """One more action, and all that it asked for."""
         self.actions += 1
         self.page.wait(DONE)
+        self.seen()
 
     @property
     def text(self) -> str:
@@ -163,3 +167,13 @@ class Person:
         self.click(50, 30)
         self.press("f")
         self.click(50, 30)
+
+    def judge(self) -> None:
+        """The same four-bar with fits in its pins and a limit, up to its verdict."""
+        self.draw()
+        self.press("a", 2)
+        self.pick("#way", "fit")
+        self.fill("diameter", "12")
+        self.pick("#fit", "H8/f7")
+        self.fill("limits.position", "0,2")
+        self.page.wait("document.querySelector('#line .held')")

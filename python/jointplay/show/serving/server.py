@@ -28,6 +28,7 @@ from typing import Any
 from jointplay import examples
 from jointplay.basics.units import LENGTHS
 from jointplay.errors import InputError, JointplayError, one_line, shown
+from jointplay.exchange.drafting import to_dxf
 from jointplay.file import document, toml
 from jointplay.model.sizing import plays
 from jointplay.show import viewer
@@ -44,7 +45,8 @@ from .folder import Folder, Opened
 from .hand import Edit, number_of
 from .mailing import mailed
 from .replies import reply
-from .session import FARTHEST, Cancelled, PageQuestion, Session
+from .session import FARTHEST, Cancelled, PageQuestion, Session, placed
+from .templates import TEMPLATES, template
 
 #: names of this machine that a browser may have been given
 NAMES = ("127.0.0.1", "localhost")
@@ -108,16 +110,21 @@ class Studio:
             "report": self.report,
             "page": self.page,
             "picture": self.picture,
+            "dxf": self.dxf,
         }
 
     def choices(self, _told: Json) -> Json:
         """What can be opened."""
         bundled = [{"name": name, "title": examples.title(name)} for name in examples.names()]
-        return {"first": self.first, "folder": str(self.folder.path), "files": self.folder.names(), "examples": bundled}
+        own = {"first": self.first, "folder": str(self.folder.path), "files": self.folder.names()}
+        return {**own, "examples": bundled, "templates": [*TEMPLATES]}
 
     def _chosen(self, told: Json) -> Opened:
         if "new" in told:
             return Opened(drafts.EMPTY, "drawing.toml")
+        if "template" in told:
+            name = str(told["template"])
+            return Opened(template(name), f"{name}.toml")
         if "example" in told:
             name = str(told["example"])
             return Opened(examples.text(name), f"{name}.toml")
@@ -250,6 +257,12 @@ class Studio:
         session, (draft, found) = self._session(told), self._page(told)
         m = session.changed(PageQuestion.of(told).values)
         return {"html": mailed(m, self._text(draft, found, told))}
+
+    def dxf(self, told: Json) -> Json:
+        """The drawing for a CAD program, in the configuration that is nearest to what the page shows."""
+        session, asked = self._session(told), PageQuestion.of(told)
+        m = session.changed(asked.values).first
+        return {"dxf": to_dxf(m, placed(m, session.along(m), asked.drives)[1])}
 
 
 def _three(told: Any) -> list[str]:

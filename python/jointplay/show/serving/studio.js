@@ -724,9 +724,9 @@ async function offer() {
 }
 
 /** What one can begin with: nothing, a file of the folder, an example. */
-function templates({ files, examples }) {
+function templates({ files, examples, templates }) {
   const rows = [["an empty drawing", "bars, pins and guides are drawn", { new: true }], ["a guided first drawing", "a four-bar from nothing to a verdict", { new: true, guided: true }]];
-  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
+  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...templates.map((name) => [name, "drawn, with one drive", { template: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
   at("start").replaceChildren(
     ...rows.map(([words, title, what]) => {
       const button = element("button", { type: "button", textContent: words });
@@ -830,6 +830,7 @@ at("mail").addEventListener("click", () =>
     said("the page is saved where the browser saves files: it plays without a server, and opens here again");
   }),
 );
+at("dxf").addEventListener("click", () => trying(async () => download(`${stem()}.dxf`, "application/dxf", (await post("dxf", asked)).dxf)));
 for (const kind of ["svg", "png"]) at(kind).addEventListener("click", () => trying(async () => download(`${stem()}.${kind}`, "", await exported(viewer.svg, kind))));
 at("typed").addEventListener("keydown", (event) => {
   if (event.key !== "Enter") return;
