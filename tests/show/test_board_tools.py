@@ -470,3 +470,31 @@ def test_arrows_move_what_is_chosen_by_a_step_each(drawer: Person) -> None:
     drawer.press("z", 2)
     drawer.press("z", 2)
     assert toml.parse(drawer.text)["joints"]["J1"]["at"] == before
+
+
+def test_a_limit_is_dragged_in_the_plot_of_the_errors(person: Person) -> None:
+    page = person.page
+    page.wait("document.querySelector('#charts .grip')")
+    page.run("document.querySelector('#charts svg').scrollIntoView({ block: 'center' })")
+    line = "document.querySelector('#charts .limit').getBoundingClientRect()"
+    x, y, axis = page.run(
+        f"[{line}.left + 60, {line}.top, document.querySelector('#charts .grid').getBoundingClientRect().top]"
+    )
+    # Half way down to the axis, from 4.
+    page.drag((x, y), (x, (y + axis) / 2))
+    person.done()
+    assert toml.parse(person.text)["limits"]["position"] == 2
+    page.wait("document.querySelector('#line .missed')")
+    person.press("z", 2)
+    assert toml.parse(person.text)["limits"]["position"] == 4
+
+
+def test_a_drawing_of_another_program_is_opened(drawer: Person) -> None:
+    page = drawer.page
+    root = page.ask("DOM.getDocument")["root"]["nodeId"]
+    node = page.ask("DOM.querySelector", nodeId=root, selector="#upload")["nodeId"]
+    drawing = Path(__file__).parents[2] / "docs" / "drawings" / "coupler.dxf"
+    page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(drawing)])
+    page.wait("document.getElementById('name').value === 'coupler.toml'")
+    m = jp.read(drawing)
+    assert [*toml.parse(drawer.text)["joints"]] == [*m.raw["joints"]]

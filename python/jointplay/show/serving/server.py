@@ -14,6 +14,7 @@ import json
 import os
 import secrets
 import shlex
+import tempfile
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
@@ -29,6 +30,7 @@ from jointplay import examples
 from jointplay.basics.units import LENGTHS
 from jointplay.errors import InputError, JointplayError, one_line, shown
 from jointplay.exchange.drafting import to_dxf
+from jointplay.exchange.reading import read
 from jointplay.file import document, toml
 from jointplay.model.sizing import plays
 from jointplay.show import viewer
@@ -54,6 +56,8 @@ NAMES = ("127.0.0.1", "localhost")
 LARGEST = 8_500_000
 #: digits of the length of a request
 DIGITS = 9
+#: drawings and linkages that are opened, too: texts in the plane that name no other files
+FOREIGN = (".dxf", ".pmks", ".pyslvs", ".linkage2", ".json")
 #: pages whose mechanisms are kept; of further ones the oldest has to be opened again
 MOST_PAGES = 64
 VERSIONS = ("HTTP/1.0", "HTTP/1.1")
@@ -129,7 +133,9 @@ class Studio:
             name = str(told["example"])
             return Opened(examples.text(name), f"{name}.toml")
         if "text" in told:
-            return Opened(str(told["text"]), one_line(str(told.get("name", ""))))
+            name, text = one_line(str(told.get("name", ""))), str(told["text"])
+            kind = Path(name).suffix.lower()
+            return Opened(_imported(text, kind), f"{Path(name).stem}.toml") if kind in FOREIGN else Opened(text, name)
         return self.folder.open(str(told.get("file", self.first)))
 
     def picture(self, told: Json) -> Json:
@@ -263,6 +269,14 @@ class Studio:
         session, asked = self._session(told), PageQuestion.of(told)
         m = session.changed(asked.values).first
         return {"dxf": to_dxf(m, placed(m, session.along(m), asked.drives)[1])}
+
+
+def _imported(text: str, kind: str) -> str:
+    """The mechanism file of a drawing or linkage of another program."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / f"linkage{kind}"
+        place.write_text(text, encoding="utf-8")
+        return read(place).written
 
 
 def _three(told: Any) -> list[str]:

@@ -71,6 +71,7 @@ function changed(part) {
   ask();
 }
 
+const isTable = (value) => value !== null && typeof value === "object";
 const hasAnswers = () => Boolean(open?.questions) && !open.problem;
 
 async function ask() {
@@ -195,10 +196,13 @@ function along() {
   const charts = QUANTITIES.map((quantity) => {
     const place = document.createElement("div");
     const curves = questions.map((name) => ({ name, values: shown.path[name][quantity].values, exact: shown.path[name].exact }));
+    // Those of a variant that is a ghost lie behind, where it has as many configurations.
+    const other = variants.seen?.path ?? {};
+    const behind = questions.filter((name) => other[name]?.[quantity].values.length === x.length).map((name) => ({ name: `${name} behind`, values: other[name][quantity].values, exact: other[name].exact }));
     if (curves.length) {
       const { unit, limit } = shown.path[questions[0]][quantity];
       const label = single ? `${open.drives[0].name} [${open.drives[0].unit}]` : "configuration";
-      chart(place, { title: quantity, unit, label, x, curves, limit, here: Number.isFinite(here) ? here : null });
+      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limit, here: Number.isFinite(here) ? here : null, limited: open.problem || isTable(open.board.limits[quantity]) ? null : (value) => edit({ edits: [[["limits", quantity], value]] }) });
     }
     return place;
   });
@@ -389,9 +393,10 @@ const inspector = new Inspector(at("inspector"), {
 });
 const tour = new Tour(at("tools"));
 const variants = new Variants(at("variants"), {
-  kept: () => ({ state: history.now, scene: viewer.scene, numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
+  kept: () => ({ state: history.now, scene: viewer.scene, path: structuredClone(shown.path), numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
   restored: (state) => go(state, true),
   ghost: (scene) => viewer.ghost(scene),
+  seen: () => hasAnswers() && along(),
 });
 
 function tools() {
