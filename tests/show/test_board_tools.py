@@ -190,12 +190,17 @@ def test_a_locked_joint_stays_and_lengths_change_at_the_other_end(drawer: Person
     drawer.drag((60, 0), (30, 30))
     assert drawer.text == text
     assert "J1 is locked" in drawer.page.run(NOTE)
+    drawer.press("l")
+    drawer.click(60, 0)
+    drawer.click(0, 0)
+    assert toml.parse(drawer.text)["board"]["locked"] == ["J2"]
+    # The second joint is the one that moves, unless it is locked.
     drawer.pick("#parts", '{"body":"bar1"}')
     drawer.fill("J1 J2", "90")
     joints = toml.parse(drawer.text)["joints"]
-    assert (joints["J1"]["at"], joints["J2"]["at"]) == ([60, 0], [-30, 0])
+    assert (joints["J1"]["at"], joints["J2"]["at"]) == ([90, 0], [0, 0])
     drawer.press("l")
-    drawer.click(60, 0)
+    drawer.click(0, 0)
     assert "locked" not in toml.parse(drawer.text).get("board", {})
 
 

@@ -14,6 +14,7 @@ from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses as core_poses
 from jointplay.file.schema import NotAnExpression, Variables, variables_of
 from jointplay.file.schema.keys import Steps
+from jointplay.file.schema.tables import UnitsTable
 from jointplay.file.schema.values import is_number
 from jointplay.model.mechanism import Mechanism
 from jointplay.show.viewer import scene
@@ -150,7 +151,7 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
             "drawn": "on" not in table,
             "written": table.get("at"),
             "locked": name in locked,
-            **{key: table[key] for key in ("teeth", "module", "radii", "position") if key in table},
+            **{key: table[key] for key in ("teeth", "radii") if key in table},
             "clearance": table.get("clearance"),
             "drive": drives.get(name),
             "fixed": fixed,
@@ -262,7 +263,7 @@ def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before
     every = [b for joint in joints for b in joint["bodies"]]
     return {
         "planar": is_planar,
-        "units": raw.get("units", {}),
+        "units": {**UnitsTable().model_dump(exclude_none=True), **raw.get("units", {})},
         "joints": joints,
         "bodies": [body for body in dict.fromkeys((*every, *free)) if body != GROUND],
         "free": [

@@ -149,12 +149,14 @@ def _without_load(hand: Hand, index: int, case: str = "") -> None:
 
 
 def drop(hand: Hand, section: str, name: str) -> None:
+    """Take a table of a section away, and the section with its last one."""
     if name in hand.raw.get(section, {}):
         hand.put((section, name) if len(hand.raw[section]) > 1 else (section,), None)
     _without_range(hand, section, name)
 
 
 def drop_where(hand: Hand, section: str, is_of: Callable[[Mapping[str, Any]], bool]) -> None:
+    """Take those tables of a section away that speak of something."""
     for name, own in [*hand.raw.get(section, {}).items()]:
         if isinstance(own, Mapping) and is_of(own):
             drop(hand, section, name)

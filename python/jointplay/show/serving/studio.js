@@ -575,6 +575,8 @@ function everything(before = null) {
     knobs();
     changed({});
   } else {
+    play?.stop();
+    play = null;
     for (const id of ["moves", "knobs", "choices", "answer", "charts", "verdict", "shares", "state"]) at(id).replaceChildren();
     at("numbers").tBodies[0].replaceChildren();
     asked = { ...asked, serial: asked.serial + 1 };
@@ -890,7 +892,8 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.altKey) return;
   if (event.key === "Escape") {
-    if (board.pending || board.held) board.let();
+    if (play?.timer) play.stop();
+    else if (board.pending || board.held) board.let();
     else if (board.tool !== "select") use("select");
     else board.choose(null);
     document.activeElement?.blur?.();
@@ -905,7 +908,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key === "Home") return asDrawn();
-  if (event.key === " " && play) {
+  if (event.key === " " && play && !event.target.matches?.("summary, input:not([type=range])")) {
     event.preventDefault();
     return play.toggle(Number(at("along-path").value));
   }
