@@ -263,7 +263,7 @@ def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before
     every = [b for joint in joints for b in joint["bodies"]]
     return {
         "planar": is_planar,
-        "units": {**UnitsTable().model_dump(exclude_none=True), **raw.get("units", {})},
+        "units": {**UnitsTable.model_validate({}).model_dump(exclude_none=True), **raw.get("units", {})},
         "joints": joints,
         "bodies": [body for body in dict.fromkeys((*every, *free)) if body != GROUND],
         "free": [

@@ -279,6 +279,8 @@ function moves() {
 
 /** Moves the drives to a place along the path, between its configurations as well. */
 function follow(place) {
+  // A text that has a problem has no path.
+  if (!open.along) return;
   const rows = open.along.filter((row) => row.every((v) => v !== null));
   const k = Math.min(Math.floor(place), rows.length - 2);
   const drives = rows[k].map((v, d) => v + (place - k) * (rows[k + 1][d] - v));
@@ -536,6 +538,7 @@ function enter(found, { values, offsets }) {
   document.body.classList.toggle("draft", !found.questions && !found.problem);
   for (const id of ["knobs", "moves"]) at(id).inert = Boolean(found.problem);
   if (found.problem) {
+    play?.stop();
     asked = { ...asked, page: found.page, values: {}, serial: asked.serial + 1 };
     settling?.abort();
     settling = null;
@@ -908,7 +911,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key === "Home") return asDrawn();
-  if (event.key === " " && play && !event.target.matches?.("summary, input:not([type=range])")) {
+  if (event.key === " " && play && open.along && !event.target.matches?.("summary, input:not([type=range])")) {
     event.preventDefault();
     return play.toggle(Number(at("along-path").value));
   }
