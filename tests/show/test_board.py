@@ -329,6 +329,24 @@ def test_locks_come_and_go_without_a_trace() -> None:
     assert [line for line in FOUR_BAR.splitlines() if line not in text.splitlines()] == []
 
 
+def test_a_pin_that_gets_a_third_body_keeps_its_drive_and_spring_and_gives_it_back() -> None:
+    """The drive of a pin of two bodies was of no joint any more when a bar was drawn to it."""
+    third = {"gesture": "bar", "from": {"joint": "J1"}, "to": {"at": [0, -30]}}
+    text = draft({"gesture": "spring", "joint": "J1"}, third, text=FOUR_BAR)
+    raw = toml.parse(text)
+    assert (raw["drives"]["theta1"]["joint"], raw["springs"]["spring1"]["joint"]) == ("J1/crank", "J1/crank")
+    assert drafts.read(text, "m.toml").problem is None
+    # The new bar is driven as well, and goes with its drive.
+    more = draft({"gesture": "drive", "joint": "J1"}, text=text)
+    assert toml.parse(more)["drives"]["drive1"]["joint"] == "J1/bar1"
+    back = draft({"gesture": "delete", "what": {"body": "bar1"}}, text=more)
+    assert toml.parse(back)["drives"] == toml.parse(FOUR_BAR)["drives"]
+    assert toml.parse(back)["springs"]["spring1"]["joint"] == "J1"
+    gone = toml.parse(draft({"gesture": "delete", "what": {"joint": "J1"}}, text=more))
+    assert "drives" not in gone
+    assert "springs" not in gone
+
+
 def test_the_templates_move() -> None:
     for name in templates.TEMPLATES:
         found = jp.solve(jp.loads(templates.template(name)))

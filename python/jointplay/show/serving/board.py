@@ -122,7 +122,7 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
     """The joints of a file with all that the page shows of them."""
     own = raw.get("joints", {})
     compiled = {} if m is None else dict(m.data.joints)
-    drives = {t.get("joint"): d for d, t in raw.get("drives", {}).items() if isinstance(t, Mapping)}
+    drives = {str(t.get("joint")).split("/")[0]: d for d, t in raw.get("drives", {}).items() if isinstance(t, Mapping)}
     variables = variables_in(raw)
     locked = locked_in(raw)
     points: dict[str, int] = {}

@@ -87,8 +87,13 @@ def drive(hand: Hand, told: Json) -> None:
     name = str(told["joint"])
     table = hand.joint(name)
     kind, bodies = table.get("type"), bodies_of(table)
-    if any(isinstance(own, Mapping) and own.get("joint") == name for own in hand.raw.get("drives", {}).values()):
+    driven = [own.get("joint") for own in hand.raw.get("drives", {}).values() if isinstance(own, Mapping)]
+    # Of several joints on one pin the first that has none.
+    names = {name: bodies[1]} if len(bodies) == 2 else {f"{name}/{body}": body for body in bodies[1:]}
+    free = [one for one in names if one not in driven]
+    if not free:
         raise InputError(f"'{name}' has a drive already")
+    bodies = [bodies[0], names[free[0]]]
     if kind == "revolute":
         unit = 1.0 if hand.raw.get("units", {}).get("angle") == "rad" else 180.0 / math.pi
         here = (hand.pose(bodies[1])[2] - hand.pose(bodies[0])[2]) * unit
@@ -99,7 +104,7 @@ def drive(hand: Hand, told: Json) -> None:
             raise InputError(f"'{name}' has axes of its own bodies; write its drive in the text")
     else:
         raise InputError(f"'{name}' has no motion that can be driven")
-    own = {"joint": name, "from": tidy(here - reach), "to": tidy(here + reach), "count": COUNT}
+    own = {"joint": free[0], "from": tidy(here - reach), "to": tidy(here + reach), "count": COUNT}
     hand.put(("drives", hand.new("drive", hand.raw.get("drives", {}))), own)
 
 

@@ -34,7 +34,19 @@ from .board import (
 #: decimals of a coordinate; what is behind them is rounding
 DECIMALS = 9
 
+#: sections that speak of the coordinate of a joint, and in which keys
+COORDINATES: Mapping[str, tuple[str, ...]] = {
+    "drives": ("joint",),
+    "springs": ("joint",),
+    "followers": ("joint", "follows"),
+}
+
 Edit = tuple[Steps, Any]
+
+
+def is_of(value: object, joint: str) -> bool:
+    """Whether a name is that of a joint, or of one of several on its pin."""
+    return isinstance(value, str) and (value == joint or value.startswith(f"{joint}/"))
 
 
 def tidy(value: float) -> int | float:
@@ -147,8 +159,14 @@ class Hand:
         table = self.joint(name)
         if table.get("type") != "revolute":
             raise InputError(f"'{name}' is no pin, and has its two bodies already; draw beside it")
-        if body in bodies_of(table):
+        bodies = bodies_of(table)
+        if body in bodies:
             raise InputError(f"'{name}' is on '{body}' already")
+        if len(bodies) == 2:
+            # What speaks of a pin of two bodies speaks of one of several now.
+            if first and self.named(name):
+                raise InputError(f"'{name}' is driven or sprung between its two bodies; delete that first")
+            self.rename(name, f"{name}/{bodies[1]}")
         if "on" in table:
             own = self.local(body, self.place_of(name))
             on = {body: own, **table["on"]} if first else {**table["on"], body: own}
@@ -160,6 +178,27 @@ class Hand:
             self.require_drawn(name)
             bodies = [str(one) for one in table["bodies"]]
             self.put(("joints", name, "bodies"), [body, *bodies] if first else [*bodies, body])
+
+    def named(self, joint: str) -> list[tuple[Steps, str]]:
+        """Where the file speaks of the coordinate of a joint, and as what."""
+        found: list[tuple[Steps, str]] = []
+        for section, keys in COORDINATES.items():
+            for name, own in self.raw.get(section, {}).items():
+                if isinstance(own, Mapping):
+                    found += [((section, name, key), own[key]) for key in keys if is_of(own.get(key), joint)]
+        return found
+
+    def rename(self, old: str, new: str) -> None:
+        """Another name of a joint that has become one of several on a pin, or is alone on it again."""
+        for steps, value in self.named(old):
+            if value == old:
+                self.put(steps, new)
+        for steps in [("limits", "joints"), *(("drives", name, "joints") for name in self.raw.get("drives", {}))]:
+            here: Any = self.raw
+            for step in steps:
+                here = here.get(step, {}) if isinstance(here, Mapping) else {}
+            if isinstance(here, Mapping) and old in here:
+                self.put(steps, {new if key == old else key: value for key, value in here.items()})
 
     def require_drawn(self, name: str) -> None:
         """Refuse to change the place of a joint that is drawn assembled where its bodies are elsewhere."""

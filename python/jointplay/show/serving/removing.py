@@ -10,7 +10,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.file.schema.keys import Steps
 
 from .board import GROUND, XY, Json, bodies_of, free_of, locked_in, numbers, place_on, seen_from
-from .hand import Hand
+from .hand import COORDINATES, Hand, is_of
 
 
 def delete(hand: Hand, told: Json) -> None:
@@ -50,9 +50,8 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
         if others and place is not None:
             own = numbers(place_on(table, body), hand.variables) or seen_from(hand.pose(body), place)
             hand.free(body, [*free_of(hand.raw).get(body, []), own])
-    drop_where(hand, "drives", lambda own: own.get("joint") == name or name in own.get("joints", ()))
-    drop_where(hand, "springs", lambda own: own.get("joint") == name or name in own.get("on", {}).values())
-    drop_where(hand, "followers", lambda own: name in (own.get("joint"), own.get("follows")))
+    _without_coordinate(hand, name)
+    drop_where(hand, "springs", lambda own: name in own.get("on", {}).values())
     drop_where(hand, "dimensions", lambda own: name in own.get("between", ()))
     _without_range(hand, "joints", name)
     if name in locked_in(hand.raw):
@@ -60,6 +59,13 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
     if name in hand.raw.get("costs", {}):
         drop(hand, "costs", name)
     _at_places(hand, name, place)
+
+
+def _without_coordinate(hand: Hand, name: str) -> None:
+    """What drives a joint, follows it or turns about it goes with it."""
+    drop_where(hand, "drives", lambda own: any(is_of(one, name) for one in own.get("joints", ())))
+    for section, keys in COORDINATES.items():
+        drop_where(hand, section, lambda own, keys=keys: any(is_of(own.get(key), name) for key in keys))  # type: ignore[misc]
 
 
 def _without_range(hand: Hand, section: str, name: str) -> None:
@@ -100,6 +106,10 @@ def _without_body(hand: Hand, body: str) -> None:
         if len(bodies) > 2:
             steps: Steps = ("joints", name, "on", body) if "on" in table else ("joints", name, "bodies")
             hand.put(steps, None if "on" in table else [one for one in bodies if one != body])
+            # All others on a pin turn about its first body.
+            _without_coordinate(hand, name if body == bodies[0] else f"{name}/{body}")
+            if len(bodies) == 3 and body != bodies[0]:
+                hand.rename(f"{name}/{next(one for one in bodies[1:] if one != body)}", name)
         else:
             _without_joint(hand, name, kept=[one for one in bodies if one != body])
     hand.free(body, [])

@@ -121,9 +121,12 @@ def spring(hand: Hand, told: Json) -> None:
         if hand.joint(joint).get("type") != "revolute":
             raise InputError(f"'{joint}' is no pin about which a spring could turn")
         unit = 1.0 if hand.raw.get("units", {}).get("angle") == "rad" else 180.0 / math.pi
-        first, second = bodies_of(hand.joint(joint))[:2]
+        first, second, *more = bodies_of(hand.joint(joint))
         here = (hand.pose(second)[2] - hand.pose(first)[2]) * unit
-        return hand.put(("springs", name), {"joint": joint, "stiffness": 1, "free_angle": tidy(here)})
+        return hand.put(
+            ("springs", name),
+            {"joint": f"{joint}/{second}" if more else joint, "stiffness": 1, "free_angle": tidy(here)},
+        )
     refs = [dict(told[key]) for key in ("from", "to")]
     bodies = _apart(*(_carriers(hand, ref) for ref in refs))
     if bodies is None:

@@ -51,7 +51,7 @@ function limits(inspector) {
 function driven(inspector, name, drive) {
   const { board } = inspector;
   const place = box(inspector, "drive", `Drive ${name} of ${drive.joint ?? "several joints"}`);
-  const turns = board.joints.find((joint) => joint.name === drive.joint)?.kind === "revolute";
+  const turns = board.joints.find(({ name: one }) => one === drive.joint?.split("/")[0])?.kind === "revolute";
   const unit = board.units[turns ? "angle" : "length"];
   const steps = (key) => ["drives", name, key];
   if (Array.isArray(drive.values)) {
