@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -57,11 +57,14 @@ class Person:
     ----------
     actions : int
         Clicks, drags, keys and fields so far.
+    seen : callable
+        Called after each of them.
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, seen: Callable[[], object] = lambda: None) -> None:
         self.page = page
         self.actions = 0
+        self.seen = seen
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
         """Where a place of the drawing is on the screen."""
@@ -70,6 +73,12 @@ class Person:
         page = "board.viewer.svg.getBoundingClientRect()"
         right, down = self.page.run(f"import('./studio.js').then(({{ board }}) => {at}({page}, {seen}))")
         return right, down
+
+    def where(self, joint: str) -> tuple[float, float]:
+        """Where a joint is shown in the drawing."""
+        point = f"board.viewer.seen[board.board.joints.find(({{ name }}) => name === {json.dumps(joint)}).point]"
+        x, y = self.page.run(f"import('./studio.js').then(({{ board }}) => {point})")
+        return x, y
 
     def drag(self, start: tuple[float, float], end: tuple[float, float], modifiers: int = 0) -> None:
         """Drag from one place of the drawing to another one."""
@@ -95,11 +104,24 @@ class Person:
         """Press a key; 2 is with Ctrl."""
         # Without a text Enter is no key for a field.
         text = {"Enter": "\r"}.get(key, key if len(key) == 1 and modifiers != 2 else "")
-        code = {"Delete": 46, "Enter": 13, "Home": 36}.get(key, ord(key[0].upper()))
+        named = {"Delete": 46, "Enter": 13, "Home": 36, "Tab": 9, "ArrowUp": 38, "ArrowRight": 39}
+        code = named.get(key, ord(key[0].upper()))
         told = {"key": key, "modifiers": modifiers, "windowsVirtualKeyCode": code}
         self.page.ask("Input.dispatchKeyEvent", type="keyDown", text=text, **told)
         self.page.ask("Input.dispatchKeyEvent", type="keyUp", **told)
         self.done()
+
+    def type(self, text: str) -> None:
+        """Type into the field that has the focus."""
+        self.page.ask("Input.insertText", text=text)
+
+    def tab(self, until: str) -> None:
+        """Press Tab until the focus is where it is wanted."""
+        for _ in range(100):
+            if self.page.run(until):
+                return
+            self.press("Tab")
+        raise AssertionError(f"Tab never leads there: {until}")
 
     def tap(self, selector: str) -> None:
         """Click on an element."""
@@ -124,6 +146,7 @@ class Person:
         """One more action, and all that it asked for."""
         self.actions += 1
         self.page.wait(DONE)
+        self.seen()
 
     @property
     def text(self) -> str:
@@ -144,3 +167,13 @@ class Person:
         self.click(50, 30)
         self.press("f")
         self.click(50, 30)
+
+    def judge(self) -> None:
+        """The same four-bar with fits in its pins and a limit, up to its verdict."""
+        self.draw()
+        self.press("a", 2)
+        self.pick("#way", "fit")
+        self.fill("diameter", "12")
+        self.pick("#fit", "H8/f7")
+        self.fill("limits.position", "0,2")
+        self.page.wait("document.querySelector('#line .held')")

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import jointplay as jp
-from helpers.browser import Browser, needs_browser, opened
+from helpers.browser import Browser, needs_browser
 from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.file import document, toml
-from jointplay.show.serving import drafts, gestures
+from jointplay.show.serving import drafts, gestures, naming, templates
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.server import Studio
 
@@ -67,7 +67,7 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
     text = examples.text(name)
     m = jp.loads(text)
     for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
-        wanted = gestures.renamed(m.raw, kind, old, "other_name")
+        wanted = naming.renamed(m.raw, kind, old, "other_name")
         again = document.renamed(text, wanted, old, "other_name")
         assert len(again.splitlines()) == len(text.splitlines())
         other = jp.loads(again)
@@ -221,6 +221,21 @@ def test_whatever_is_done_leaves_a_text_that_can_be_read_and_drawn(name: str) ->
         ({"gesture": "length", "from": "J1", "to": "J2", "value": -1}, "is not a length"),
         ({"gesture": "delete", "what": {}}, "nothing that could be deleted"),
         ({"gesture": "delete", "what": {"load": 7}}, "is not there any more"),
+        ({"gesture": "delete", "what": {"load": 0, "case": "lift"}}, "is not there any more"),
+        ({"gesture": "gear", "from": {"joint": "J1"}, "to": {"at": [0, 0]}}, "wheels turn about pins"),
+        ({"gesture": "gear", "from": {"joint": "J1"}, "to": {"joint": "J1"}}, "carry the same body"),
+        ({"gesture": "teeth", "joint": "J1", "teeth": [20, 30]}, "is no gear pair"),
+        ({"gesture": "spring", "from": {"at": [0, 0]}, "to": {"at": [9, 0]}}, "are on one body"),
+        ({"gesture": "dimension", "from": {"joint": "J1"}, "to": {"joint": "J3"}}, "no body has both 'J1' and 'J3'"),
+        ({"gesture": "dimension", "from": {"joint": "J2"}, "to": {"joint": "J3"}}, "have a dimension already"),
+        ({"gesture": "lock", "at": {"body": "crank"}}, "'' is not a joint"),
+        ({"gesture": "duplicate", "body": "crown"}, "has no two points"),
+        ({"gesture": "case", "load": 3, "from": "", "to": "lift"}, "is not there any more"),
+        (
+            {"gesture": "move", "at": {"joint": "J2"}, "to": ["2 * size", 0]},
+            "neither a number nor a variable",
+        ),
+        ({"gesture": "move", "at": {"joint": "J2"}, "to": ["2 * 40", 0]}, "in the axes of its bodies"),
     ],
 )
 def test_what_cannot_be_drawn_is_said_in_one_line(told: dict[str, Any], words: str) -> None:
@@ -283,44 +298,71 @@ def test_sentence_and_table_agree_at_a_dead_centre(tmp_path: Path) -> None:
     assert any(f"{most:.4g} mm" in sentence["text"] for sentence in found["sentences"])
 
 
+def test_a_weld_of_bodies_that_are_turned_keeps_them_as_they_are_shown() -> None:
+    """In the four-bar J2 is welded at a configuration of the path: the bodies stay turned as they are there."""
+    m = jp.loads(FOUR_BAR)
+    session = drafts.read(FOUR_BAR, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[5]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    text = FOUR_BAR
+    for told in ({"gesture": "weld", "at": {"joint": "J2"}}, {"gesture": "delete", "what": {"joint": "J4"}}):
+        for steps, value in gestures.edits(toml.parse(text), shown, told)[0]:
+            text = document.edited(text, steps, value)
+    text = document.edited(text, ("output", "body"), "coupler")
+    text = document.edited(text, ("output", "at"), [75, 0])
+    text = document.edited(text, ("joints", "J3"), None)
+    for section in ("dimensions", "board", "start"):
+        text = document.edited(text, (section,), None)
+    first, last = jp.solve(jp.loads(text)).nominal[[0, -1], 2]
+    # Crank and coupler turn as one, from 22.7 to 76.39 degrees.
+    turned = np.degrees(poses[1, 2] - poses[0, 2])
+    np.testing.assert_allclose([first, last], np.array([22.7, 76.39]) + turned, atol=1e-6)
+
+
+def test_locks_come_and_go_without_a_trace() -> None:
+    text = FOUR_BAR
+    for _ in range(2):
+        for steps, value in gestures.edits(toml.parse(text), {}, {"gesture": "lock", "at": {"joint": "J2"}})[0]:
+            text = document.edited(text, steps, value)
+    assert toml.parse(text) == toml.parse(FOUR_BAR)
+    assert [line for line in FOUR_BAR.splitlines() if line not in text.splitlines()] == []
+
+
+def test_a_pin_that_gets_a_third_body_keeps_its_drive_and_spring_and_gives_it_back() -> None:
+    """The drive of a pin of two bodies was of no joint any more when a bar was drawn to it."""
+    third = {"gesture": "bar", "from": {"joint": "J1"}, "to": {"at": [0, -30]}}
+    text = draft({"gesture": "spring", "joint": "J1"}, third, text=FOUR_BAR)
+    raw = toml.parse(text)
+    assert (raw["drives"]["theta1"]["joint"], raw["springs"]["spring1"]["joint"]) == ("J1/crank", "J1/crank")
+    assert drafts.read(text, "m.toml").problem is None
+    # The new bar is driven as well, and goes with its drive.
+    more = draft({"gesture": "drive", "joint": "J1"}, text=text)
+    assert toml.parse(more)["drives"]["drive1"]["joint"] == "J1/bar1"
+    back = draft({"gesture": "delete", "what": {"body": "bar1"}}, text=more)
+    assert toml.parse(back)["drives"] == toml.parse(FOUR_BAR)["drives"]
+    assert toml.parse(back)["springs"]["spring1"]["joint"] == "J1"
+    gone = toml.parse(draft({"gesture": "delete", "what": {"joint": "J1"}}, text=more))
+    assert "drives" not in gone
+    assert "springs" not in gone
+
+
+def test_the_templates_move() -> None:
+    for name in templates.TEMPLATES:
+        found = jp.solve(jp.loads(templates.template(name)))
+        assert set(found.status.values) == {"ok"}
+    with pytest.raises(InputError, match="'wat' is not a template"):
+        templates.template("wat")
+
+
+def test_the_film_of_a_drawing_is_small_and_has_its_steps() -> None:
+    path = Path(__file__).parents[2] / "docs" / "drawn.gif"
+    assert path.stat().st_size < 400_000
+    with Image.open(path) as film:
+        assert film.n_frames >= 20
+
+
 # --- what a person does ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with opened(tmp_path_factory.mktemp("profile")) as running:
-        yield running
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    for name in ("four-bar", "four-bar-fits"):
-        (tmp_path / f"{name}.toml").write_text(examples.text(name))
-    return tmp_path
-
-
-@pytest.fixture
-def person(folder: Path, browser: Browser) -> Iterator[Person]:
-    """Somebody in front of the four-bar."""
-    with served(folder) as server:
-        page = browser.page(server.address, width=1280, height=800)
-        page.wait("document.body.dataset.shown > 0")
-        yield Person(page)
-        # Values that are refused are no complaint.
-        assert [one for one in page.complaints if '"source": "network"' not in one] == []
-
-
-@pytest.fixture
-def drawer(folder: Path, browser: Browser) -> Iterator[Person]:
-    """Somebody in front of an empty drawing."""
-    with served(folder, "") as server:
-        page = browser.page(server.address, width=1280, height=800)
-        page.wait("document.querySelectorAll('#open option').length > 20")
-        choose(page, {"new": True})
-        page.wait("document.body.classList.contains('draft')")
-        yield Person(page)
-        # Values that are refused are no complaint.
-        assert [one for one in page.complaints if '"source": "network"' not in one] == []
 
 
 #: the line that never leaves the screen
@@ -331,13 +373,7 @@ LINE = "document.querySelector('#line').innerText"
 class TestAPerson:
     def test_draws_a_four_bar_from_nothing_to_a_verdict_and_takes_all_of_it_back(self, drawer: Person) -> None:
         page = drawer.page
-        drawer.draw()
-        drawer.press("a", 2)
-        drawer.pick("#way", "fit")
-        drawer.fill("diameter", "12")
-        drawer.pick("#fit", "H8/f7")
-        drawer.fill("limits.position", "0,2")
-        page.wait("document.querySelector('#line .held')")
+        drawer.judge()
         assert drawer.actions < 40
         assert "worst case: held" in page.run(LINE)
         m = jp.loads(drawer.text)
@@ -606,10 +642,10 @@ def test_an_order_of_assembly_and_a_load_case_lose_a_body() -> None:
 def test_what_is_designed_is_renamed() -> None:
     keys = {"joints.J3.on.coupler.0": {"from": 1, "to": 2}, "links.coupler.length": {"from": 1, "to": 2}}
     raw = {**toml.parse(FOUR_BAR), "design": {"vary": keys, "transmission": {"J3": 40}}}
-    design = gestures.renamed(raw, "joint", "J3", "P")["design"]
+    design = naming.renamed(raw, "joint", "J3", "P")["design"]
     assert [*design["vary"]] == ["joints.P.on.coupler.0", "links.coupler.length"]
     assert design["transmission"] == {"P": 40}
-    design = gestures.renamed(raw, "body", "coupler", "bar")["design"]
+    design = naming.renamed(raw, "body", "coupler", "bar")["design"]
     assert [*design["vary"]] == ["joints.J3.on.bar.0", "links.bar.length"]
 
 

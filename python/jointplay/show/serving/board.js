@@ -7,25 +7,35 @@ const WIDTH = 800;
 const NEAR = 14, LINE = 7;
 // Pixels that a pointer may move in a click, and within which a line becomes horizontal or vertical.
 const STILL = 6, LEVEL = 7;
+// Pixels by which a bar is as long as another one.
+const ALIKE = 4;
 // Pixels that a step of the grid has at least.
 const GRID = 9;
 
 export const TOOLS = {
-  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
+  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
   move: { key: "m", words: "move", hint: "Drag the mechanism along its path. The file does not change." },
-  bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 30<45 (length and angle) or 30;40 after the first click. Alt does not snap." },
+  bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 0;0 where it begins, then 30<45 (length and angle) or 30;40. Alt does not snap." },
   point: { key: "p", words: "point", hint: "Click on a bar: a point of it, for a pin, the output or a load." },
   ground: { key: "g", words: "ground", hint: "Click on a joint or on a point: a pin to the ground." },
   slider: { key: "s", words: "slider", hint: "Click on a joint or on a point, or drag in the direction of the guide: a block in a guide of the ground." },
   slot: { key: "t", words: "slot", hint: "Click on a point, or drag in the direction of the slot: a slot of the ground in which it slides." },
+  weld: { key: "w", words: "weld", hint: "Click on a pin of two bodies: they are welded there, and a pin again with another click. A point is welded to the ground." },
+  gear: { key: "e", words: "gear pair", hint: "Click on two pins: wheels about them mesh. The properties have their teeth." },
+  spring: { key: "c", words: "spring", hint: "Click on both ends: joints, points, bars, or places of the ground." },
   drive: { key: "d", words: "drive", hint: "Click on the joint that is driven." },
   output: { key: "o", words: "output", hint: "Click on the joint or the point whose error matters." },
   load: { key: "f", words: "force", hint: "Click on a joint or a point: a force on it, which the properties change." },
+  dimension: { key: "i", words: "dimension", hint: "Click on two joints: their distance is shown, and has a tolerance if one body has both." },
+  lock: { key: "l", words: "lock", hint: "Click on a joint: it stays where it is, until another click." },
+  scale: { key: "k", words: "scale picture", hint: "Click on two points of the picture, then type their distance.", hidden: true },
 };
+/** Tools that take two places. */
+const TWO = ["bar", "gear", "spring", "dimension", "scale"];
 
 export class Board {
-  constructor({ told, chosen, followed, said }) {
-    Object.assign(this, { told, chosen, followed, said, tool: "select", selected: null, pending: null });
+  constructor({ told, chosen, followed, said, scaled }) {
+    Object.assign(this, { told, chosen, followed, said, scaled, tool: "select", selected: null, pending: null });
   }
 
   /** Another drawing of the viewer; `board` is what the server said of it. */
@@ -34,15 +44,17 @@ export class Board {
     const from = this.pending && this.placeOf(this.pending);
     Object.assign(this, { viewer, board, path, pending: null });
     const { svg } = viewer;
+    viewer.after = () => this.mark();
+    this.backdrop = svg.insertBefore(document.createElementNS(SVG, "g"), svg.firstChild);
     this.layer = svg.appendChild(document.createElementNS(SVG, "g"));
-    this.grid = svg.insertBefore(document.createElementNS(SVG, "g"), svg.firstChild);
+    this.grid = svg.insertBefore(document.createElementNS(SVG, "g"), this.backdrop.nextSibling);
     const handle = (kind, run) => svg.addEventListener(kind, (event) => run.call(this, event), { capture: true });
     handle("pointerdown", this.down);
     handle("pointermove", this.moved);
     handle("pointerup", this.up);
     handle("pointercancel", this.let);
     this.use(this.tool);
-    if (from && this.tool === "bar") this.pending = this.hit(this.viewer.project(from)) ?? { at: from };
+    if (from && TWO.includes(this.tool)) this.pending = this.hit(this.viewer.project(from)) ?? { at: from };
   }
 
   use(tool) {
@@ -103,22 +115,36 @@ export class Board {
       seen.forEach((from, k) => {
         const to = seen[(k + 1) % seen.length];
         if (!from || !to) return;
-        const at = nearest(from, to, pixel);
+        const middle = [0, 1].map((k) => (from[k] + to[k]) / 2);
+        const at = apart(middle, pixel) < LINE ? middle : nearest(from, to, pixel);
         if (apart(at, pixel) < found[0]) found = [apart(at, pixel), { body: name, at: this.viewer.unproject(at) }];
       });
     }
     return found[1];
   }
 
-  /** A place that snaps to the grid, and to horizontal and vertical from another one. */
+  /** A place that snaps to the grid, to horizontal and vertical from another one, and to lengths that bars have. */
   snapped(pixel, { from = null, free = false } = {}) {
+    this.alike = "";
     const place = this.viewer.unproject(pixel);
     if (free) return place.map(rounded);
     const step = this.step();
     const found = place.map((v) => Math.round(v / step) * step);
     const beside = from && this.viewer.project(from);
-    if (beside) [0, 1].forEach((k) => Math.abs(pixel[k] - beside[k]) < LEVEL && (found[k] = from[k]));
-    return found.map(rounded);
+    if (!beside) return found.map(rounded);
+    const level = [0, 1].map((k) => Math.abs(pixel[k] - beside[k]) < LEVEL);
+    level.forEach((is, k) => is && (found[k] = from[k]));
+    const [along, length] = [level.includes(true) ? found : place, apart(place, from)];
+    const alike = this.lengths().find(([, size]) => Math.abs(size - length) * this.viewer.scale * this.viewer.camera.zoom < ALIKE);
+    if (!alike || !apart(along, from)) return found.map(rounded);
+    this.alike = alike[0];
+    return [0, 1].map((k) => rounded(from[k] + ((along[k] - from[k]) * alike[1]) / apart(along, from)));
+  }
+
+  /** The bars of two points, and how long they are as they are shown. */
+  lengths() {
+    const bars = this.viewer.scene.shapes.filter(({ kind, points, ground }) => kind === "body" && points.length === 2 && !ground);
+    return bars.map(({ name, points }) => [name, apart(...points.map((k) => this.viewer.seen[k]))]).filter(([, size]) => size > 0);
   }
 
   step() {
@@ -160,7 +186,7 @@ export class Board {
     this.viewer.svg.focus({ preventScroll: true });
     this.viewer.svg.setPointerCapture(event.pointerId);
     this.held = { ref: ref ?? this.ref(event), pixel, still: true };
-    if (this.tool === "bar" && !this.pending) this.pending = this.ref(event);
+    if (TWO.includes(this.tool) && !this.pending) this.pending = this.ref(event);
   }
 
   moved(event) {
@@ -190,35 +216,78 @@ export class Board {
       this.viewer.plain = false;
       return this.let();
     }
-    if (this.tool === "bar") {
+    if (TWO.includes(this.tool)) {
       // The first click is held until the second; a drag is both.
       if (this.first || !held.still) return this.finish(ref);
       this.first = true;
       return;
     }
-    const at = held.ref;
     const [dx, dy] = [0, 1].map((k) => this.pixel(event)[k] - held.pixel[k]);
     const angle = held.still ? 0 : Math.round((Math.atan2(-dy, dx) * 180) / Math.PI / 15) * 15;
+    this.act(held.ref, angle);
+  }
+
+  /** What a tool of one click does. */
+  act(at, angle = 0) {
     if (this.tool === "drive") {
       if (at.joint === undefined) return this.said("Click on a joint to drive it.");
       return this.told({ gesture: "drive", joint: at.joint });
     }
-    this.told({ gesture: this.tool, at, ...(["slider", "slot"].includes(this.tool) ? { angle } : {}) });
+    if (this.tool === "lock" && at.joint === undefined) return this.said("Click on a joint to lock it.");
+    return this.told({ gesture: this.tool, at, ...(["slider", "slot"].includes(this.tool) ? { angle } : {}) });
   }
 
-  /** The second end of a bar. */
+  /** The tool for what is chosen, by keys. */
+  applied() {
+    const { selected } = this;
+    if (!selected || selected.all || ["select", "move", "scale"].includes(this.tool)) return false;
+    if (!TWO.includes(this.tool)) this.act(selected);
+    else if (this.pending) this.finish(selected);
+    else this.begin(selected);
+    return true;
+  }
+
+  /** The first of two places. */
+  begin(ref) {
+    this.pending = ref;
+    this.first = true;
+    this.mark();
+    this.said(`${this.tool} from ${ref.joint ?? ref.body ?? ref.at.join("; ")} …`);
+  }
+
+  /** The second of two places. */
   finish(to) {
     const from = this.pending;
+    if (this.tool === "scale") {
+      this.let();
+      return this.scaled([this.placeOf(from), this.placeOf(to)]);
+    }
+    const ends = [from, to].map((ref) => this.placeOf(ref));
     this.let();
-    this.told({ gesture: "bar", from, to });
+    if (this.tool === "dimension" && ends.every(Boolean)) {
+      const bodies = [from, to].map(({ joint }) => this.board.joints.find(({ name }) => name === joint)?.bodies ?? []);
+      if (!bodies[0].some((body) => bodies[1].includes(body))) return this.said(`${from.joint ?? "here"} to ${to.joint ?? "here"}: ${this.distance(...ends)}`);
+    }
+    return this.told({ gesture: this.tool, from, to });
   }
 
-  /** The second end as it is typed: `30<45`, length and angle in degrees, or `30;40`, to the right and up from the first. */
+  /** Length and angle from one place to another one. */
+  distance(from, to) {
+    const [dx, dy] = [0, 1].map((k) => to[k] - from[k]);
+    return `${Number(Math.hypot(dx, dy).toPrecision(5))} < ${Number(((Math.atan2(dy, dx) * 180) / Math.PI).toFixed(2))}°`;
+  }
+
+  /** An end as it is typed: `0;0` where a bar begins, then `30<45`, length and angle in degrees, or `30;40`, to the right and up. */
   typed(text, parsed) {
     const polar = text.includes("<");
     const [a, b] = text.split(polar ? "<" : ";").map(parsed);
     const from = this.pending && this.placeOf(this.pending);
-    if (!from || a === null || b == null || Number.isNaN(b)) return false;
+    if (a === null || b == null || (!from && polar)) return false;
+    if (!from) {
+      const ref = this.hit(this.viewer.project([a, b]));
+      this.begin(ref && apart(this.placeOf(ref), [a, b]) <= 1e-6 * Math.hypot(a, b, 1e-9) ? ref : { at: [a, b] });
+      return true;
+    }
     const turn = (b * Math.PI) / 180;
     const by = polar ? [a * Math.cos(turn), a * Math.sin(turn)] : [a, b];
     const at = from.map((v, k) => rounded(v + by[k]));
@@ -262,8 +331,7 @@ export class Board {
     const marks = [ring(seen, ref.joint !== undefined || ref.body !== undefined ? 9 : 3, "b-new")];
     if (from) {
       marks.push(stroke([this.viewer.project(from), seen], "b-new"));
-      const [dx, dy] = [0, 1].map((k) => to[k] - from[k]);
-      marks.push(words(seen, `${Number(Math.hypot(dx, dy).toPrecision(5))} < ${Number(((Math.atan2(dy, dx) * 180) / Math.PI).toFixed(2))}°`));
+      marks.push(words(seen, this.distance(from, to) + (ref.at && !ref.body && this.alike ? ` = ${this.alike}` : "")));
     }
     this.layer.replaceChildren(...marks);
   }
@@ -276,9 +344,22 @@ export class Board {
     this.chosen(ref);
   }
 
+  /** Chooses what comes next, for those who use no pointer. */
+  next(by) {
+    const all = [...this.board.joints.map(({ name }) => ({ joint: name })), ...this.board.free.map(({ body, index }) => ({ body, index })), ...this.board.bodies.map((body) => ({ body }))];
+    if (!all.length) return;
+    const at = all.findIndex((ref) => JSON.stringify(ref) === JSON.stringify(this.selected));
+    const ref = all[at < 0 ? (by > 0 ? 0 : all.length - 1) : (at + by + all.length) % all.length];
+    this.choose(ref);
+    const joint = this.board.joints.find(({ name }) => name === ref.joint);
+    this.said(joint ? `${joint.name}: ${joint.bodies.join(", ")}` : ref.index === undefined ? ref.body : `${ref.body}, point ${ref.index + 1}`);
+  }
+
   mark() {
     if (!this.viewer) return;
-    for (const old of this.viewer.svg.querySelectorAll(".b-chosen")) old.remove();
+    for (const old of this.viewer.svg.querySelectorAll(".b-chosen, .b-mark")) old.remove();
+    this.viewer.svg.append(...this.marks());
+    this.backdrop.replaceChildren(...(this.picture?.drawn(this.viewer) ?? []));
     const refs = this.selected?.all ? this.board.joints.map(({ name }) => ({ joint: name })) : this.selected ? [this.selected] : [];
     for (const ref of refs) {
       const spot = ref.joint !== undefined || ref.index !== undefined ? this.spot(ref) : null;
@@ -290,6 +371,29 @@ export class Board {
       }
     }
     this.grid.replaceChildren(...(this.viewer.plain && this.board.planar ? this.lines() : []));
+  }
+
+  /** What the drawing says of the file beside the mechanism: dimensions, locks, the places that are wanted. */
+  marks() {
+    const found = [];
+    for (const [name, { between = [], tolerance }] of Object.entries(this.board.dimensions ?? {})) {
+      const ends = between.map((joint) => this.spot({ joint }));
+      if (ends.length !== 2 || !ends.every(Boolean)) continue;
+      const [[x, y], [u, v]] = ends;
+      const size = apart(...ends) || 1;
+      const [dx, dy] = [(-14 * (v - y)) / size, (14 * (u - x)) / size];
+      found.push(stroke([[x, y], [x + dx, y + dy], [u + dx, v + dy], [u, v]], "b-mark"));
+      found.push(words([(x + u) / 2 + dx - 8, (y + v) / 2 + dy + 10], `${name}${typeof tolerance === "number" ? ` ±${tolerance}` : ""}`, "b-mark"));
+    }
+    for (const { name, locked } of this.board.joints) {
+      const spot = locked && this.spot({ joint: name });
+      if (spot) found.push(box(spot, 8, "b-mark"));
+    }
+    for (const place of this.board.target?.points ?? []) {
+      const [x, y] = place.every?.((v) => typeof v === "number") ? this.viewer.project(place) : [NaN, NaN];
+      if (Number.isFinite(x)) found.push(stroke([[x - 5, y], [x + 5, y]], "b-mark"), stroke([[x, y - 5], [x, y + 5]], "b-mark"));
+    }
+    return found;
   }
 
   lines() {
@@ -331,4 +435,5 @@ function made(name, attributes, text = null) {
 
 const ring = ([cx, cy], r, kind) => made("circle", { cx, cy, r, class: kind });
 const stroke = (points, kind) => made("path", { d: points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join(""), class: kind });
-const words = ([x, y], text) => made("text", { x: x + 12, y: y - 10 }, text);
+const box = ([x, y], r, kind) => made("rect", { x: x - r, y: y - r, width: 2 * r, height: 2 * r, class: kind });
+const words = ([x, y], text, kind = "b-new-words") => made("text", { x: x + 12, y: y - 10, class: kind }, text);

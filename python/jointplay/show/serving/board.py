@@ -12,6 +12,9 @@ from typing import Any
 
 from jointplay.analyses.nominal import Nominal
 from jointplay.basics import poses as core_poses
+from jointplay.file.schema import NotAnExpression, Variables, variables_of
+from jointplay.file.schema.keys import Steps
+from jointplay.file.schema.tables import UnitsTable
 from jointplay.file.schema.values import is_number
 from jointplay.model.mechanism import Mechanism
 from jointplay.show.viewer import scene
@@ -26,6 +29,10 @@ GROUND = "ground"
 DRAWN: BodyPose = (0.0, 0.0, 0.0)
 #: what is seen of an empty drawing, in millimetres to each side
 ROOM = (120.0, 70.0)
+#: why a joint is not dragged
+LOCKED = "is locked"
+#: sections of the file whose properties a page shows
+SHOWN = ("drives", "limits", "output", "outputs", "springs", "dimensions", "variables", "costs", "load_cases")
 #: the colours of bars that are no bodies of a mechanism yet, on a light and on a dark page
 BARE = {"colour": "#6a7075", "dark": "#a8adb2"}
 
@@ -68,10 +75,23 @@ def bodies_of(table: Mapping[str, Any]) -> list[str]:
     return [str(name) for name in found]
 
 
-def numbers(value: Any) -> XY | None:
-    """A place in the plane; None where it is none, or an expression."""
-    is_place = isinstance(value, list | tuple) and len(value) == 2 and all(map(is_number, value))
-    return (float(value[0]), float(value[1])) if is_place else None
+def numbers(value: Any, variables: Variables | None = None) -> XY | None:
+    """A place in the plane; None where it is none, or an expression, unless the variables in it are given."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        return None
+    try:
+        found = [variables.number(v) if variables is not None and isinstance(v, str) else v for v in value]
+    except NotAnExpression:
+        return None
+    return (float(found[0]), float(found[1])) if all(map(is_number, found)) else None
+
+
+def variables_in(raw: Mapping[str, Any]) -> Variables | None:
+    """The variables of a file; None where they have no values, which reading it says."""
+    try:
+        return Variables(*variables_of(raw))
+    except NotAnExpression:
+        return None
 
 
 def free_of(raw: Mapping[str, Any]) -> dict[str, list[XY]]:
@@ -82,11 +102,29 @@ def free_of(raw: Mapping[str, Any]) -> dict[str, list[XY]]:
     return {body: [p for p in map(numbers, points) if p is not None] for body, points in found.items()}
 
 
+def locked_in(raw: Mapping[str, Any]) -> list[str]:
+    """The joints that stay where they are when others are dragged."""
+    board = raw.get("board")
+    return list(board.get("locked", ())) if isinstance(board, Mapping) else []
+
+
+def loads_of(raw: Mapping[str, Any]) -> Iterator[tuple[Steps, str, Mapping[str, Any]]]:
+    """The loads of a file that stand in lists: where, in which load case (empty: in all), and what each says."""
+    for k, own in enumerate(raw.get("loads", ())):
+        yield ("loads", k), "", own
+    for name, loads in raw.get("load_cases", {}).items():
+        if isinstance(loads, list):
+            for k, own in enumerate(loads):
+                yield ("load_cases", name, k), name, own
+
+
 def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> Iterator[Json]:
     """The joints of a file with all that the page shows of them."""
     own = raw.get("joints", {})
     compiled = {} if m is None else dict(m.data.joints)
-    drives = {t.get("joint"): d for d, t in raw.get("drives", {}).items() if isinstance(t, Mapping)}
+    drives = {str(t.get("joint")).split("/")[0]: d for d, t in raw.get("drives", {}).items() if isinstance(t, Mapping)}
+    variables = variables_in(raw)
+    locked = locked_in(raw)
     points: dict[str, int] = {}
     for k, name in enumerate(() if m is None else m.joints):
         points.setdefault(name.split("/")[0], m.joint_points[k][0])  # type: ignore[union-attr]
@@ -96,10 +134,14 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
         at, fixed = None, ""
         if m is None or m.pose_size != core_poses.SPATIAL:
             first = bodies[0] if bodies else GROUND
-            place = compiled[name].placements[first].at if name in compiled else numbers(place_on(table, first))
+            place = (
+                compiled[name].placements[first].at if name in compiled else numbers(place_on(table, first), variables)
+            )
             at = None if place is None else placed_at(poses.get(first, DRAWN), (float(place[0]), float(place[1])))
         if name not in own:
             fixed = "is a copy of a pattern, or in another file"
+        elif name in locked:
+            fixed = LOCKED
         yield {
             "name": name,
             "kind": table.get("type", compiled[name].kind if name in compiled else ""),
@@ -107,6 +149,9 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
             "at": at,
             "point": points.get(name),
             "drawn": "on" not in table,
+            "written": table.get("at"),
+            "locked": name in locked,
+            **{key: table[key] for key in ("teeth", "radii") if key in table},
             "clearance": table.get("clearance"),
             "drive": drives.get(name),
             "fixed": fixed,
@@ -152,6 +197,15 @@ def sketch(joints: list[Json]) -> Json:
         "texts": [],
         "frame": frame,
     }
+
+
+def outlines(drawn: Json) -> list[list[XY]]:
+    """The bodies of a drawing in the plane as lines."""
+    if drawn["axes"] != len("xy"):
+        return []
+    places = drawn["places"][0]
+    lines = [[places[k] for k in s["points"]] for s in drawn["shapes"] if s["kind"] == "body" and not s["ground"]]
+    return [line for line in lines if len(line) > 1 and not any(None in place for place in line)]
 
 
 def with_bars(drawn: Json, raw: Mapping[str, Any], poses: BodyPoses, joints: list[Json]) -> Json:
@@ -209,7 +263,7 @@ def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before
     every = [b for joint in joints for b in joint["bodies"]]
     return {
         "planar": is_planar,
-        "units": raw.get("units", {}),
+        "units": {**UnitsTable.model_validate({}).model_dump(exclude_none=True), **raw.get("units", {})},
         "joints": joints,
         "bodies": [body for body in dict.fromkeys((*every, *free)) if body != GROUND],
         "free": [
@@ -218,7 +272,8 @@ def told(raw: Mapping[str, Any], m: Mechanism | None, at: Nominal | None, before
             for k, point in enumerate(points)
         ],
         "poses": poses,
-        **{key: raw.get(key, {}) for key in ("drives", "limits", "output", "outputs")},
-        "loads": raw.get("loads", []),
+        **{key: raw.get(key, {}) for key in SHOWN},
+        "loads": [{"at": steps, "case": name, "load": own} for steps, name, own in loads_of(raw)],
+        "target": raw.get("target"),
         "scene": with_bars(drawn, raw, poses, joints) if is_planar else drawn,
     }

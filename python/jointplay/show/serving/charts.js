@@ -3,8 +3,11 @@
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 420, HEIGHT = 190, LEFT = 58, RIGHT = 12, TOP = 24, BOTTOM = 34;
 
-/** Draws curves {name, values, exact} over numbers, with the place where the sliders are (null: not on the axis). */
-export function chart(element, { title, unit, label, x, curves, limit, here }) {
+/**
+ * Draws curves {name, values, exact} over numbers, with the place where the sliders are (null: not on the axis). The limit is
+ * dragged where `limited` takes another one.
+ */
+export function chart(element, { title, unit, label, x, curves, limit, here, limited = null }) {
   const svg = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
   svg.setAttribute("aria-label", `${title} along the path`);
   const known = curves.flatMap(({ values }) => values).filter((v) => v !== null);
@@ -22,7 +25,8 @@ export function chart(element, { title, unit, label, x, curves, limit, here }) {
   text(svg, WIDTH - RIGHT, HEIGHT - 4, label, "end");
   if (limit !== null) {
     make("path", { d: `M${LEFT} ${up(limit)}H${WIDTH - RIGHT}`, class: "limit" }, svg);
-    text(svg, WIDTH - RIGHT, up(limit) - 4, "limit", "end");
+    const told = text(svg, WIDTH - RIGHT, up(limit) - 4, "limit", "end");
+    if (limited) dragged(svg, { limit, up, top, told, limited });
   }
   if (here !== null && here >= low && here <= high) make("path", { d: `M${right(here)} ${TOP}V${HEIGHT - BOTTOM}`, class: "here" }, svg);
   for (const { name, values, exact } of curves) {
@@ -60,6 +64,32 @@ export function bars(element, shares) {
   );
 }
 
+/** The line of the limit follows a pointer; where it is let go it is the limit, with two digits. */
+function dragged(svg, { limit, up, top, told, limited }) {
+  const line = svg.querySelector(".limit");
+  const grip = make("path", { d: line.getAttribute("d"), class: "grip" }, svg);
+  make("title", {}, grip).textContent = "drag the limit";
+  let next = null;
+  grip.addEventListener("pointerdown", (event) => {
+    event.preventDefault();
+    grip.setPointerCapture(event.pointerId);
+    next = limit;
+  });
+  grip.addEventListener("pointermove", (event) => {
+    if (next === null) return;
+    const box = svg.getBoundingClientRect();
+    const part = (up(0) - ((event.clientY - box.top) * HEIGHT) / box.height) / (up(0) - up(top));
+    next = Number(Math.max(part * top, top / 1000).toPrecision(2));
+    for (const one of [line, grip]) one.setAttribute("d", `M${LEFT} ${up(next)}H${WIDTH - RIGHT}`);
+    told.setAttribute("y", up(next) - 4);
+    told.textContent = `limit ${next}`;
+  });
+  grip.addEventListener("pointerup", () => {
+    if (next !== null && next !== limit) limited(next);
+    next = null;
+  });
+}
+
 // Round numbers between two others.
 function ticks(low, high) {
   const rough = (high - low) / 4 || 1;
@@ -74,7 +104,7 @@ function ticks(low, high) {
 export const short = (value) => String(Number(value.toPrecision(4)));
 
 function text(svg, x, y, words, anchor, kind = "") {
-  make("text", { x, y, "text-anchor": anchor, class: kind }, svg).textContent = words;
+  return Object.assign(make("text", { x, y, "text-anchor": anchor, class: kind }, svg), { textContent: words });
 }
 
 function make(name, attributes, parent) {

@@ -75,6 +75,9 @@ class Draft:
             rest = np.zeros((1, len(m.drives)))
             at = Nominal(rest, guess, m.core.output(guess), np.zeros(1, dtype=np.uint8))
         board = told(self.raw, None if self.m is None else self.m.first, at, before)
+        if not has_output(self.raw):
+            drawn = board["scene"]
+            board["scene"] = {**drawn, "shapes": [shape for shape in drawn["shapes"] if shape["kind"] != "output"]}
         return {**board, "missing": list(self.missing)}
 
 
@@ -112,14 +115,14 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
         _checked({**raw, "joints": {"J": {**STUB, "at": at}}}, name)
         first = "join a bar to the ground or to another bar" if free_of(raw) else "draw a bar, or begin with a template"
         return Draft(text, raw, missing=(_says(f"There is no joint yet: {first}."),))
-    has_output = bool("output" in raw or raw.get("outputs") or "include" in raw)
+    is_asked = has_output(raw)
     own = raw if "include" in raw else _checked(raw, name)
-    whole = raw if has_output else {**raw, "output": {"body": _some_body(own)}}
+    whole = raw if is_asked else {**raw, "output": _some_output(own)}
     try:
         loose = _loose(raw)
         if loose:
             return Draft(text, raw, missing=loose)
-        m = read_at(text, path, name) if has_output else Mechanism(whole, name)
+        m = read_at(text, path, name) if is_asked else Mechanism(whole, name)
     except InputError:
         if not (open_ends := [body for body in free_of(raw) if len(_joints_of(raw, body)) == 1]):
             raise
@@ -129,7 +132,7 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
             text, raw, missing=(_says(f"One end of {listed(open_ends)} is free: put a pin or the output there."),)
         )
     missing = [*_motions(m)]
-    if not has_output:
+    if not is_asked:
         missing.append(_says("There is no output yet: which point matters?", tool="output"))
     if missing:
         return Draft(text, raw, m, missing=tuple(missing))
@@ -148,10 +151,18 @@ def _joints_of(raw: Mapping[str, Any], body: str) -> list[str]:
     return [name for name, table in raw["joints"].items() if body in bodies_of(table)]
 
 
-def _some_body(raw: Mapping[str, Any]) -> str:
-    """A body that stands for that of the output: one that would hang loose without it, if there is one."""
+def has_output(raw: Mapping[str, Any]) -> bool:
+    """Whether a text says which point matters, or a file that it includes may."""
+    return bool("output" in raw or raw.get("outputs") or "include" in raw)
+
+
+def _some_output(raw: Mapping[str, Any]) -> Json:
+    """What stands for the output: a body that would hang loose without it, if there is one, at a joint of it."""
     bodies = dict.fromkeys(b for table in raw["joints"].values() for b in bodies_of(table) if b != GROUND)
-    return next((b for b in bodies if len(_joints_of(raw, b)) == 1), next(iter(bodies), GROUND))
+    body = next((b for b in bodies if len(_joints_of(raw, b)) == 1), next(iter(bodies), GROUND))
+    # A joint of two points is none.
+    at = [name for name in _joints_of(raw, body) if raw["joints"][name].get("type") not in ("gear", "belt")]
+    return {"body": body, **({"at": at[0]} if at else {})}
 
 
 def _says(text: str, **do: Any) -> Json:

@@ -16,8 +16,9 @@ export class History {
   }
 
   /** A new state after a gesture; nothing where it is the same. */
-  push(state) {
-    if (same(state, this.now) && JSON.stringify(state.offsets) === JSON.stringify(this.now.offsets)) return;
+  push(next) {
+    const state = { picture: this.now.picture, ...next };
+    if (same(state, this.now) && state.picture === this.now.picture && JSON.stringify(state.offsets) === JSON.stringify(this.now.offsets)) return;
     this.past.push(this.now);
     this.now = state;
     this.future = [];
@@ -44,7 +45,7 @@ export class History {
 
   keep() {
     if (this.isSaved) forget(this.name);
-    else put(this.name, { ...this.now, when: Date.now() });
+    else put(this.name, { ...this.now, picture: undefined, when: Date.now() });
     this.changed();
   }
 }

@@ -1,32 +1,36 @@
 // The properties of what is chosen, in the words of the file. It shows what the server said of the file and sends edits: places of
 // values and what stands there then; `told({ edits })`.
 
-import { digits, element, field, marked } from "./sliders.js";
+import { digits, parsed } from "./numbers.js";
+import { choice, element, field, marked, texts } from "./sliders.js";
+import { whole } from "./whole.js";
 
 /** How the play of a kind of joint can be given. */
 const WAYS = {
-  revolute: ["none", "radial", "diametral", "fit", "hole and pin"],
+  revolute: ["none", "radial", "diametral", "fit", "hole and pin", "bearing"],
   fixed: ["none", "radial", "diametral", "fit", "hole and pin"],
   prismatic: ["none", "gap", "fit"],
   pin_in_slot: ["none", "gap", "fit"],
+  gear: ["none", "backlash"],
 };
 const PIN = ["none", "radial", "diametral", "fit", "hole and pin"];
 const IN_SPACE = { revolute: PIN, cylindrical: PIN, spherical: PIN, universal: PIN };
 /** Kinds whose pins tilt in space, by their length. */
 const LONG = ["revolute", "cylindrical", "universal"];
-const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length" };
-const MORE = [{ angle: "angle" }, { z: "length", rx: "angle", ry: "angle", rz: "angle" }];
+/** How an offset lies in its clearance. */
+const LAWS = ["", "normal", "uniform", "boundary"];
+const BEARINGS = ["C2", "CN", "C3", "C4", "C5"];
 
 const wayOf = (play) => {
   if (!play) return "none";
   if (play.fit !== undefined) return "fit";
   if (play.hole !== undefined && play.pin !== undefined) return "hole and pin";
-  return ["radial", "diametral", "gap"].find((key) => play[key] !== undefined) ?? "as in the text";
+  return ["radial", "diametral", "gap", "backlash", "bearing"].find((key) => play[key] !== undefined) ?? "as in the text";
 };
 
 export class Inspector {
-  constructor(place, { told, chosen, fits }) {
-    Object.assign(this, { place, told, chosen, fits });
+  constructor(place, { told, chosen, fits, copied }) {
+    Object.assign(this, { place, told, chosen, fits, copied });
   }
 
   /** Shows what is chosen on a board: nothing, a joint, a body, the end of a bar, or all joints. */
@@ -44,7 +48,7 @@ export class Inspector {
     if (selected?.all) this.play(this.board.joints.filter(({ kind, fixed }) => this.waysOf(kind) && !fixed));
     else if (joint) this.joint(joint);
     else if (selected?.body !== undefined) this.body(selected);
-    this.mechanism();
+    whole(this);
     if (field) (fields().find((one) => key && (one.dataset.key || one.id) === key) ?? fields()[count])?.focus({ preventScroll: true });
   }
 
@@ -73,6 +77,18 @@ export class Inspector {
     this.told({ edits });
   }
 
+  send(what) {
+    if (what) this.told(what);
+  }
+
+  /** A field for a number or an expression; a variable that is named with it comes first. */
+  number(parent, options, put) {
+    return field(parent, { ...options, names: Object.keys(this.board.variables) }, (value, variable) => {
+      const what = put(value);
+      if (what) this.told({ ...what, edits: [...(variable ? [[["variables", variable[0]], variable[1]]] : []), ...(what.edits ?? [])] });
+    });
+  }
+
   button(words, run, parent = this.place) {
     const made = element("button", { type: "button", textContent: words }, parent);
     made.addEventListener("click", run);
@@ -90,16 +106,51 @@ export class Inspector {
     element("h2", { textContent: `${joint.name}: ${joint.kind.replaceAll("_", " ")} of ${joint.bodies.join(", ")}` }, this.place);
     if (joint.fixed) return element("p", { textContent: `It ${joint.fixed}; change it in the text.` }, this.place);
     this.name("joint", joint.name);
-    if (joint.at) {
-      // The place as it is shown; the other points stay where they are.
-      ["x", "y"].forEach((axis, k) => {
-        field(this.place, { words: axis, value: digits(joint.at[k]), unit: this.board.units.length, key: axis }, (value) => value !== null && this.told({ gesture: "move", at: { joint: joint.name }, to: joint.at.with(k, value) }));
-      });
-    }
+    if (joint.at && joint.kind !== "gear") this.place2({ joint: joint.name }, joint.written ?? joint.at);
+    if (joint.teeth) this.teeth(joint);
     if (this.waysOf(joint.kind)) this.play([joint]);
+    if (joint.clearance && joint.kind !== "gear") this.prices(joint.name, joint.clearance);
+    if (!this.board.planar) return this.button("delete", () => this.told({ gesture: "delete", what: { joint: joint.name } }));
     const bar = element("div", { className: "bar" }, this.place);
-    if (!joint.drive && ["revolute", "prismatic", "pin_in_slot"].includes(joint.kind)) this.button("drive it", () => this.told({ gesture: "drive", joint: joint.name }), bar);
-    return this.button("delete", () => this.told({ gesture: "delete", what: { joint: joint.name } }), bar);
+    const act = (words, gesture, more = { at: { joint: joint.name } }) => this.button(words, () => this.told({ gesture, ...more }), bar);
+    if (!joint.drive && ["revolute", "prismatic", "pin_in_slot"].includes(joint.kind)) act("drive it", "drive", { joint: joint.name });
+    if (joint.kind === "revolute" && !joint.bodies.includes("ground")) act("to the ground", "ground");
+    if (["revolute", "fixed"].includes(joint.kind)) act(joint.kind === "fixed" ? "a pin again" : "weld", "weld");
+    if (joint.kind === "revolute") act("torsion spring", "spring", { joint: joint.name });
+    act("output here", "output");
+    act("force on it", "load");
+    act(joint.locked ? "unlock" : "lock", "lock");
+    return act("delete", "delete", { what: { joint: joint.name } });
+  }
+
+  /** Both coordinates of a place, each a number or an expression; all other points stay where they are. */
+  place2(at, place) {
+    ["x", "y"].forEach((axis, k) => {
+      this.number(this.place, { words: axis, value: digits(place[k]), unit: this.board.units.length, key: axis }, (value) => value !== null && { gesture: "move", at, to: place.with(k, value) });
+    });
+  }
+
+  /** Tooth counts of a gear pair, whose centres stay where they are. */
+  teeth({ name, teeth, radii, bodies }) {
+    teeth.forEach((count, k) => {
+      field(this.place, { words: `teeth of ${bodies[k]}`, value: count, key: `teeth.${k}` }, (value) => value !== null && this.told({ gesture: "teeth", joint: name, teeth: teeth.with(k, value) }));
+    });
+    if (radii) element("p", { className: "hint", textContent: `Pitch radii ${radii.map(digits).join(" and ")} ${this.board.units.length}.` }, this.place);
+  }
+
+  /** What a clearance costs: sizes or fits that can be ordered, with their prices. */
+  prices(name, clearance) {
+    const way = clearance.fit !== undefined ? "fit" : clearance.bearing !== undefined ? "bearing" : "size";
+    const own = this.board.costs[name]?.choices ?? [];
+    const value = own.map((one) => `${one[way]}: ${one.cost}`).join("; ");
+    const placeholder = { fit: "H7/g6: 24; H8/f7: 15", bearing: "CN: 4; C2: 9", size: "0,02: 24; 0,05: 15" }[way];
+    texts(this.place, { words: "prices", value, placeholder, key: `costs.${name}` }, (text, input) => {
+      const rows = text.split(";").filter((part) => part.trim()).map((part) => part.split(":").map((word) => word.trim()));
+      const choices = rows.map(([what, cost]) => ({ [way]: way === "size" ? parsed(what) : what, cost: parsed(cost ?? "") }));
+      const wrong = choices.findIndex((one) => Object.values(one).includes(null));
+      marked(input, wrong < 0 ? "" : `prices: '${rows[wrong].join(": ")}' is not a ${way} and its price, such as ${placeholder}`);
+      if (wrong < 0) this.edit([["costs", name], choices.length ? { choices } : null]);
+    });
   }
 
   /** The clearance of one joint, or the same of several. */
@@ -114,13 +165,13 @@ export class Inspector {
     const select = element("select", { id: "way" }, element("label", { textContent: "as " }, box));
     for (const way of ways.includes(own) ? ways : [...ways, own]) element("option", { value: way, textContent: way, selected: way === own }, select);
     const rows = element("div", {}, box);
-    const put = (value) => this.edit(...joints.map(({ name }) => [["joints", name, "clearance"], value]));
+    const put = (value) => ({ edits: joints.map(({ name }) => [["joints", name, "clearance"], value]) });
     const show = () => {
       rows.replaceChildren();
       this.ways(rows, select.value, select.value === own ? play : rest(play), joints[0].kind, put);
     };
     select.addEventListener("input", () => {
-      if (select.value === "none") return put(null);
+      if (select.value === "none") return this.send(put(null));
       return show();
     });
     show();
@@ -132,18 +183,34 @@ export class Inspector {
     const needs = [];
     const row = (words, key, needed = true) => {
       if (needed) needs.push(key);
-      field(rows, { words, unit, key, value: draft[key] ?? "" }, (value) => {
+      this.number(rows, { words, unit, key, value: draft[key] ?? "" }, (value) => {
         if (value === null) delete draft[key];
         else draft[key] = value;
-        ready();
+        return ready();
       });
     };
     const ready = () => needs.every((key) => draft[key] !== undefined) && put(draft);
-    if (["radial", "diametral", "gap"].includes(way)) row(way, way);
+    const law = () => choice(rows, { words: "scatters", value: draft.law ?? "", options: LAWS, key: "law" }, (value) => {
+      if (value) draft.law = value;
+      else delete draft.law;
+      this.send(ready());
+    });
+    if (["radial", "diametral", "gap", "backlash"].includes(way)) row(way, way);
+    if (["radial", "diametral", "gap"].includes(way) && (draft.tolerance === undefined || typeof draft.tolerance !== "object")) row("± tolerance", "tolerance", false);
+    if (way === "bearing") {
+      needs.push("bearing");
+      draft.bearing ??= "CN";
+      choice(rows, { words: "group (ISO 5753-1)", value: draft.bearing, options: BEARINGS, key: "bearing" }, (value) => {
+        draft.bearing = value;
+        this.send(ready());
+      });
+      row("bore", "bore");
+    }
     if (way === "fit") this.fit(rows, draft, kind === "prismatic" || kind === "pin_in_slot" ? "nominal" : "diameter", needs, ready);
     if (way === "hole and pin") this.pair(rows, draft, needs, ready);
     if (kind === "prismatic" && way !== "none") row("length in the guide", "length");
     if (!this.board.planar && LONG.includes(kind) && way !== "none") row("length of the pin", "length");
+    if (way !== "as in the text" && way !== "none" && kind !== "gear") law();
     if (way === "as in the text") element("p", { textContent: "It is given in a way that only the text shows." }, rows);
   }
 
@@ -164,14 +231,14 @@ export class Inspector {
     field(rows, { words: size, unit: this.board.units.length, key: size, value: draft[size] ?? "" }, (value) => {
       if (value === null) delete draft[size];
       else draft[size] = value;
-      if (draft.fit) ready();
+      if (draft.fit) this.send(ready());
       else list();
     });
     rows.append(label);
     select.addEventListener("input", () => {
       if (!select.value) return;
       draft.fit = select.value;
-      ready();
+      this.send(ready());
     });
     await list();
   }
@@ -190,7 +257,7 @@ export class Inspector {
           if (own.class !== undefined) ["plus", "minus"].forEach((k) => delete own[k]);
           if (own.diameter === undefined) delete draft[part];
           else draft[part] = { ...own };
-          ready();
+          this.send(ready());
         });
       }
     }
@@ -204,51 +271,16 @@ export class Inspector {
     own.slice(1).forEach((joint, k) => {
       const from = own[k];
       const size = Math.hypot(joint.at[0] - from.at[0], joint.at[1] - from.at[1]);
-      if (index === undefined) field(this.place, { words: `${from.name} to ${joint.name}`, unit: this.board.units.length, value: digits(size), key: `${from.name} ${joint.name}` }, (value) => value !== null && this.told({ gesture: "length", from: from.name, to: joint.name, value }));
+      if (index === undefined) this.number(this.place, { words: `${from.name} to ${joint.name}`, unit: this.board.units.length, value: digits(size), key: `${from.name} ${joint.name}` }, (value) => value !== null && { gesture: "length", from: from.name, to: joint.name, value });
     });
     const free = this.board.free.find((one) => one.body === body && one.index === index);
+    if (free) this.place2({ body, index }, free.at);
+    const bar = element("div", { className: "bar" }, this.place);
     if (free) {
-      ["x", "y"].forEach((axis, k) => {
-        field(this.place, { words: axis, value: digits(free.at[k]), unit: this.board.units.length, key: axis }, (value) => value !== null && this.told({ gesture: "move", at: { body, index }, to: free.at.with(k, value) }));
-      });
-    }
-    this.button("delete", () => this.told({ gesture: "delete", what: index === undefined ? { body } : { body, index } }));
-  }
-
-  /** What is of the whole mechanism: limits, drives, loads. */
-  mechanism() {
-    const { board } = this;
-    const limits = element("details", { open: true, id: "limits" }, this.place);
-    element("summary", { textContent: "Limits of the output" }, limits);
-    for (const [key, kind] of Object.entries({ ...LIMITS, ...MORE[Number(!board.planar)] })) {
-      const value = board.limits[key];
-      if (value !== undefined && typeof value === "object") element("p", { textContent: `${key} is ${JSON.stringify(value)}; change it in the text.` }, limits);
-      else field(limits, { words: key, unit: board.units[kind], value: value ?? "", key: `limits.${key}` }, (next) => this.edit([["limits", key], next]));
-    }
-    for (const [name, drive] of Object.entries(board.drives)) {
-      const box = element("details", { open: true, className: "drive" }, this.place);
-      element("summary", { textContent: `Drive ${name} of ${drive.joint ?? "several joints"}` }, box);
-      const turns = board.joints.find((joint) => joint.name === drive.joint)?.kind === "revolute";
-      const unit = board.units[turns ? "angle" : "length"];
-      if (drive.values !== undefined) element("p", { textContent: `${drive.values.length ?? ""} values, in the text` }, box);
-      if (drive.from !== undefined) {
-        for (const key of ["from", "to", "count"]) field(box, { words: key, unit: key === "count" ? "" : unit, value: drive[key] ?? "", key: `drives.${name}.${key}` }, (value) => value !== null && this.edit([["drives", name, key], value]));
-      }
-      if (drive.error === undefined || typeof drive.error !== "object") field(box, { words: "error", unit, value: drive.error ?? "", key: `drives.${name}.error` }, (value) => this.edit([["drives", name, "error"], value]));
-      this.button("delete", () => this.told({ gesture: "delete", what: { drive: name } }), box);
-    }
-    board.loads.forEach((load, k) => {
-      const box = element("details", { open: true, className: "load" }, this.place);
-      element("summary", { textContent: `Load ${k + 1}${load.body ? ` on ${load.body}` : ""}` }, box);
-      if (Array.isArray(load.force) && load.force.every((v) => !Array.isArray(v))) {
-        load.force.forEach((value, axis) => field(box, { words: `force ${"xyz"[axis]}`, unit: board.units.force, value, key: `loads.${k}.force.${axis}` }, (next) => next !== null && this.edit([["loads", k, "force", axis], next])));
-      }
-      this.button("delete", () => this.told({ gesture: "delete", what: { load: k } }), box);
-    });
-    if (board.output?.body) {
-      const box = element("p", { textContent: `Output: ${board.output.body} at ${[board.output.at ?? [0, 0]].flat().join(", ")} ` }, this.place);
-      this.button("delete", () => this.told({ gesture: "delete", what: { output: true } }), box);
-    }
+      const words = { ground: "pin to the ground", slider: "slider", slot: "slot", weld: "weld to the ground", output: "output here", load: "force on it" };
+      for (const [gesture, text] of Object.entries(words)) this.button(text, () => this.told({ gesture, at: { body, index } }), bar);
+    } else if (this.board.planar) this.button("copy", () => this.copied(body), bar);
+    this.button("delete", () => this.told({ gesture: "delete", what: index === undefined ? { body } : { body, index } }), bar);
   }
 
   /** Marks the field of a key that a message names. */
@@ -261,6 +293,6 @@ export class Inspector {
 /** What a clearance has beside its size. */
 function rest(play) {
   const own = { ...(play ?? {}) };
-  for (const key of ["radial", "diametral", "gap", "fit", "hole", "pin", "slot", "slider", "tolerance", "size_law", "bearing", "bore", "reduction"]) delete own[key];
+  for (const key of ["radial", "diametral", "gap", "fit", "hole", "pin", "slot", "slider", "backlash", "tolerance", "size_law", "bearing", "bore", "reduction"]) delete own[key];
   return own;
 }

@@ -14,6 +14,7 @@ import json
 import os
 import secrets
 import shlex
+import tempfile
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
@@ -28,6 +29,8 @@ from typing import Any
 from jointplay import examples
 from jointplay.basics.units import LENGTHS
 from jointplay.errors import InputError, JointplayError, one_line, shown
+from jointplay.exchange.drafting import to_dxf
+from jointplay.exchange.reading import read
 from jointplay.file import document, toml
 from jointplay.model.sizing import plays
 from jointplay.show import viewer
@@ -35,14 +38,17 @@ from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import PageLook
 from jointplay.show.reporting.page import page as report
 
-from . import drafts, gestures
+from . import drafts, gestures, naming
 from .answers import STAGES, now, opened, settled
-from .board import BodyPose, Json
+from .board import BodyPose, Json, outlines
 from .door import HOST, PIECE, Connection, Door
 from .drafts import Draft
 from .folder import Folder, Opened
+from .hand import Edit, number_of
+from .mailing import mailed
 from .replies import reply
-from .session import FARTHEST, Cancelled, PageQuestion, Session
+from .session import FARTHEST, Cancelled, PageQuestion, Session, placed
+from .templates import TEMPLATES, template
 
 #: names of this machine that a browser may have been given
 NAMES = ("127.0.0.1", "localhost")
@@ -50,6 +56,8 @@ NAMES = ("127.0.0.1", "localhost")
 LARGEST = 8_500_000
 #: digits of the length of a request
 DIGITS = 9
+#: drawings and linkages that are opened, too: texts in the plane that name no other files
+FOREIGN = (".dxf", ".pmks", ".pyslvs", ".linkage2", ".json")
 #: pages whose mechanisms are kept; of further ones the oldest has to be opened again
 MOST_PAGES = 64
 VERSIONS = ("HTTP/1.0", "HTTP/1.1")
@@ -63,7 +71,10 @@ def _own(name: str) -> str:
 
 
 #: ECMAScript of the page, beside that of the drawing
-MODULES = ("studio.js", "board.js", "charts.js", "export.js", "history.js", "inspector.js", "sliders.js", "variants.js")
+MODULES = (
+    *("studio.js", "board.js", "charts.js", "export.js", "history.js", "inspector.js", "numbers.js"),
+    *("picture.js", "play.js", "sliders.js", "tour.js", "variants.js", "whole.js"),
+)
 #: what a page is made of
 PARTS: dict[str, tuple[str, Callable[[], str]]] = {
     "": (HTML, lambda: _own("page.html")),
@@ -101,24 +112,41 @@ class Studio:
             "save": self.save,
             "text": self.text,
             "report": self.report,
+            "page": self.page,
+            "picture": self.picture,
+            "dxf": self.dxf,
         }
 
     def choices(self, _told: Json) -> Json:
         """What can be opened."""
         bundled = [{"name": name, "title": examples.title(name)} for name in examples.names()]
-        return {"first": self.first, "folder": str(self.folder.path), "files": self.folder.names(), "examples": bundled}
+        own = {"first": self.first, "folder": str(self.folder.path), "files": self.folder.names()}
+        return {**own, "examples": bundled, "templates": [*TEMPLATES]}
+
+    def _chosen(self, told: Json) -> Opened:
+        if "new" in told:
+            return Opened(drafts.EMPTY, "drawing.toml")
+        if "template" in told:
+            name = str(told["template"])
+            return Opened(template(name), f"{name}.toml")
+        if "example" in told:
+            name = str(told["example"])
+            return Opened(examples.text(name), f"{name}.toml")
+        if "text" in told:
+            name, text = one_line(str(told.get("name", ""))), str(told["text"])
+            kind = Path(name).suffix.lower()
+            return Opened(_imported(text, kind), f"{Path(name).stem}.toml") if kind in FOREIGN else Opened(text, name)
+        return self.folder.open(str(told.get("file", self.first)))
+
+    def picture(self, told: Json) -> Json:
+        """The bodies of what could be opened, as lines; none in space."""
+        found = self._chosen(told)
+        in_space = toml.parse(found.content).get("space") == "spatial"
+        return {"lines": [] if in_space else outlines(self._read(found.content, found).board({})["scene"])}
 
     def open(self, told: Json) -> Json:
         """Open a mechanism for a page; the page calls it by the number that it gets."""
-        if "new" in told:
-            found = Opened(drafts.EMPTY, "drawing.toml")
-        elif "example" in told:
-            name = str(told["example"])
-            found = Opened(examples.text(name), f"{name}.toml")
-        elif "text" in told:
-            found = Opened(str(told["text"]), one_line(str(told.get("name", ""))))
-        else:
-            found = self.folder.open(str(told.get("file", self.first)))
+        found = self._chosen(told)
         draft = self._read(found.content, found)
         if draft.problem is not None:
             raise InputError(draft.problem["text"])
@@ -145,16 +173,15 @@ class Studio:
         notes: list[str] = []
         if "rename" in told:
             kind, old, new = _three(told["rename"])
-            wanted = gestures.renamed(toml.parse(text), kind, old, new)
+            wanted = naming.renamed(toml.parse(text), kind, old, new)
             text = document.renamed(text, wanted, old, new)
             before = {new if body == old else body: pose for body, pose in before.items()}
-        edits = _edits(told)
+        text = _edited(text, _edits(told))
         if "gesture" in told:
             # Units may be those of a part that is included.
             shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
-            edits, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
-        for steps, value in edits:
-            text = document.edited(text, steps, value)
+            more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
+            text = _edited(text, more)
         shown = self._shown(self._read(text, found), found, before)
         with self._lock:
             self._pages.pop(str(told["page"]), None)
@@ -164,7 +191,7 @@ class Studio:
     def fits(self, told: Json) -> Json:
         """The preferred fits of a diameter, with their least and largest play, in units of the file."""
         draft, _ = self._page(told)
-        value = gestures.number_of(told.get("diameter"), "a diameter")
+        value = number_of(told.get("diameter"), "a diameter")
         unit = LENGTHS.get(str(draft.raw.get("units", {}).get("length")), LENGTHS["mm"])
         return {"fits": plays(value, unit, str(told.get("fit", "")))}
 
@@ -231,6 +258,26 @@ class Studio:
         command = shlex.join(["jointplay", "report", name if is_own else "FILE"])
         return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), PageLook(command))}
 
+    def page(self, told: Json) -> Json:
+        """A page with the mechanism to play with, its verdict and its file, which needs no server."""
+        session, (draft, found) = self._session(told), self._page(told)
+        m = session.changed(PageQuestion.of(told).values)
+        return {"html": mailed(m, self._text(draft, found, told))}
+
+    def dxf(self, told: Json) -> Json:
+        """The drawing for a CAD program, in the configuration that is nearest to what the page shows."""
+        session, asked = self._session(told), PageQuestion.of(told)
+        m = session.changed(asked.values).first
+        return {"dxf": to_dxf(m, placed(m, session.along(m), asked.drives)[1])}
+
+
+def _imported(text: str, kind: str) -> str:
+    """The mechanism file of a drawing or linkage of another program."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / f"linkage{kind}"
+        place.write_text(text, encoding="utf-8")
+        return read(place).written
+
 
 def _three(told: Any) -> list[str]:
     """What is renamed: whether a joint or a body, its name, and the new one."""
@@ -251,9 +298,15 @@ def _poses(told: Json) -> dict[str, BodyPose]:
     return found  # type: ignore[return-value]
 
 
-def _edits(told: Json) -> list[gestures.Edit]:
+def _edited(text: str, edits: list[Edit]) -> str:
+    for steps, value in edits:
+        text = document.edited(text, steps, value)
+    return text
+
+
+def _edits(told: Json) -> list[Edit]:
     """Places and values that a page sends."""
-    found: list[gestures.Edit] = []
+    found: list[Edit] = []
     edits = told.get("edits", [])
     entries: list[Any] = edits if isinstance(edits, list) else [None]
     for entry in entries:

@@ -1,4 +1,6 @@
-// Elements of a form: numbers as people type them, and sliders with a number beside them.
+// Elements of a form: fields for numbers and texts, choices, and sliders with a number beside them.
+
+import { digits, entered, parsed } from "./numbers.js";
 
 const STEPS = 2000;
 
@@ -8,36 +10,52 @@ export function element(name, properties = {}, parent = null) {
   return made;
 }
 
-/** A number with a decimal point or a decimal comma; null of what is none. */
-export function parsed(text) {
-  const plain = String(text).trim().replace(",", ".");
-  const number = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
-  return Number.isFinite(number) ? number : null;
+/**
+ * A field for a number; `told(value, variable)` is called with all that is typed and left, as `entered` has it. What is none is
+ * marked. With `names` of variables it takes expressions.
+ */
+export function field(parent, { words, value = "", unit = "", key = "", names = null }, told) {
+  const input = row(parent, { words, value, unit, key });
+  if (!names) input.inputMode = "decimal";
+  input.addEventListener("change", () => {
+    const { problem, ...found } = entered(input.value, { unit, names });
+    marked(input, problem ? `${words}: ${problem}` : "");
+    if (!problem) told(found.value, found.variable);
+  });
+  return input;
 }
 
-/** A number as it is shown. */
-export const digits = (value) => String(Number(value.toPrecision(6)));
+/** A field for a text; `told` is called with what is typed and left. */
+export function texts(parent, { words, value = "", unit = "", key = "", placeholder = "" }, told) {
+  const input = row(parent, { words, value, unit, key });
+  Object.assign(input, { placeholder, spellcheck: false });
+  input.addEventListener("change", () => told(input.value.trim(), input));
+  return input;
+}
 
-/** A field for a number; `told` is called with every number that is typed and left. What is none is marked. */
-export function field(parent, { words, value = "", unit = "", key = "" }, told) {
-  const row = element("div", { className: "field" }, parent);
-  const label = element("label", {}, row);
+function row(parent, { words, value, unit, key }) {
+  const place = element("div", { className: "field" }, parent);
+  const label = element("label", {}, place);
   element("span", { textContent: words }, label);
-  const input = element("input", { inputMode: "decimal", value: value ?? "", autocomplete: "off" }, label);
+  const input = element("input", { value: value ?? "", autocomplete: "off" }, label);
   Object.assign(input.dataset, { key, was: input.value });
-  element("span", { className: "unit", textContent: unit }, row);
+  element("span", { className: "unit", textContent: unit ?? "" }, place);
   // The next key is for the board again.
   input.addEventListener("keydown", ({ key }) => {
     if (key === "Escape") input.value = input.dataset.was;
     if (key === "Enter") input.blur();
   });
-  input.addEventListener("change", () => {
-    const number = parsed(input.value);
-    const isEmpty = input.value.trim() === "";
-    marked(input, number === null && !isEmpty ? `${words}: '${input.value}' is not a number` : "");
-    if (number !== null || isEmpty) told(number);
-  });
   return input;
+}
+
+/** A list to choose from; `told` is called with what is chosen. */
+export function choice(parent, { words, value, options, key = "" }, told) {
+  const label = element("label", { className: "field", textContent: `${words} ` }, parent);
+  const select = element("select", {}, label);
+  select.dataset.key = key;
+  for (const option of options) element("option", { value: option, textContent: option || "as usual", selected: option === value }, select);
+  select.addEventListener("input", () => told(select.value));
+  return select;
 }
 
 /** Says of a field what is wrong with it; nothing where it is right. */

@@ -8,7 +8,11 @@ import { bars, chart, short } from "./charts.js";
 import { exported } from "./export.js";
 import { History, forget, unsaved } from "./history.js";
 import { Inspector } from "./inspector.js";
-import { element, parsed, slider } from "./sliders.js";
+import { parsed } from "./numbers.js";
+import { Picture, keepPicture, pictureOf } from "./picture.js";
+import { Play } from "./play.js";
+import { element, slider } from "./sliders.js";
+import { Tour } from "./tour.js";
 import { Variants } from "./variants.js";
 
 const QUANTITIES = ["position", "rotation"];
@@ -67,6 +71,7 @@ function changed(part) {
   ask();
 }
 
+const isTable = (value) => value !== null && typeof value === "object";
 const hasAnswers = () => Boolean(open?.questions) && !open.problem;
 
 async function ask() {
@@ -191,10 +196,13 @@ function along() {
   const charts = QUANTITIES.map((quantity) => {
     const place = document.createElement("div");
     const curves = questions.map((name) => ({ name, values: shown.path[name][quantity].values, exact: shown.path[name].exact }));
+    // Those of a variant that is a ghost lie behind, where it has as many configurations.
+    const other = variants.seen?.path ?? {};
+    const behind = questions.filter((name) => other[name]?.[quantity].values.length === x.length).map((name) => ({ name: `${name} behind`, values: other[name][quantity].values, exact: other[name].exact }));
     if (curves.length) {
       const { unit, limit } = shown.path[questions[0]][quantity];
       const label = single ? `${open.drives[0].name} [${open.drives[0].unit}]` : "configuration";
-      chart(place, { title: quantity, unit, label, x, curves, limit, here: Number.isFinite(here) ? here : null });
+      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limit, here: Number.isFinite(here) ? here : null, limited: open.problem || isTable(open.board.limits[quantity]) ? null : (value) => edit({ edits: [[["limits", quantity], value]] }) });
     }
     return place;
   });
@@ -232,6 +240,7 @@ function line() {
 
 // ---- sliders ----------------------------------------------------------------------------------------------------------------------
 
+let play = null;
 // What sets the sliders of drives, and of offsets by name.
 let drivesTo = [];
 let offsetsTo = {};
@@ -240,12 +249,28 @@ function moves() {
   const place = at("moves");
   place.replaceChildren();
   drivesTo = [];
+  play?.stop();
+  play = null;
   const rows = open.along.filter((row) => row.every((v) => v !== null));
   if (rows.length > 1 && open.drives.length) {
     const label = element("label", { className: "path" }, place);
     element("span", { textContent: "along the path" }, label);
     const range = element("input", { type: "range", id: "along-path", min: 0, max: rows.length - 1, step: "any", value: Math.floor(rows.length / 2) }, label);
     range.addEventListener("input", () => follow(Number(range.value)));
+    const [begin, end] = [rows[0], rows.at(-1)].map((row) => open.scene.places[open.along.indexOf(row)]);
+    const closed = rows.length > 2 && begin.flat().every((v, k) => Math.abs(v - end.flat()[k]) < 1e-4 * open.scene.extent);
+    play = new Play(element("div", { id: "play" }, place), {
+      count: rows.length,
+      closed,
+      moved: (at) => {
+        isHeld = true;
+        follow(at);
+      },
+      rested: () => {
+        isHeld = false;
+        settle();
+      },
+    });
   }
   drivesTo = open.drives.map((drive, k) =>
     slider(place, { ...drive, words: drive.name, value: asked.drives[k] }, (value) => changed({ drives: asked.drives.with(k, value) })),
@@ -254,6 +279,8 @@ function moves() {
 
 /** Moves the drives to a place along the path, between its configurations as well. */
 function follow(place) {
+  // A text that has a problem has no path.
+  if (!open.along) return;
   const rows = open.along.filter((row) => row.every((v) => v !== null));
   const k = Math.min(Math.floor(place), rows.length - 2);
   const drives = rows[k].map((v, d) => v + (place - k) * (rows[k + 1][d] - v));
@@ -332,7 +359,7 @@ function choices() {
 
 /** A step that can be undone: what sliders have changed. */
 function done() {
-  history?.push({ ...history.now, values: asked.values, offsets: asked.offsets });
+  history?.push({ ...history.now, values: asked.values, offsets: asked.offsets, label: touched || "slider" });
   shownText();
 }
 
@@ -351,23 +378,35 @@ export const board = new Board({
   chosen: (ref) => inspector.show(open.board, ref),
   followed: (place) => at("along-path") && follow(place),
   said: (words) => said(words),
+  scaled: (ends) => {
+    scaling = ends;
+    at("typed").focus();
+    said("Type the distance of the two points.");
+  },
 });
+// Two points of the picture whose distance is asked for; and what is copied.
+let scaling = null;
+let copied = "";
 const inspector = new Inspector(at("inspector"), {
   told: (what) => edit(what),
   chosen: (ref) => board.choose(ref),
+  copied: (body) => copy(body),
   fits: async (told) => (await trying(() => post("fits", { page: asked.page, ...told })))?.fits,
 });
+const tour = new Tour(at("tools"));
 const variants = new Variants(at("variants"), {
-  kept: () => ({ state: history.now, scene: viewer.scene, numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
+  kept: () => ({ state: history.now, scene: viewer.scene, path: structuredClone(shown.path), numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
   restored: (state) => go(state, true),
   ghost: (scene) => viewer.ghost(scene),
+  seen: () => hasAnswers() && along(),
 });
 
 function tools() {
   const place = at("tools");
   place.replaceChildren();
   const own = open.board.planar ? Object.entries(TOOLS) : Object.entries(TOOLS).slice(0, 2);
-  for (const [tool, { key, words }] of own) {
+  for (const [tool, { key, words, hidden }] of own) {
+    if (hidden && !board.picture) continue;
     const button = element("button", { type: "button", textContent: words, title: `key ${key.toUpperCase()}` }, place);
     button.dataset.tool = tool;
     button.setAttribute("aria-keyshortcuts", key);
@@ -375,14 +414,38 @@ function tools() {
   }
   const drawn = element("button", { type: "button", textContent: "as drawn", title: "key Home: the drives where the file is drawn" }, place);
   drawn.addEventListener("click", asDrawn);
+  if (open.board.planar) {
+    const label = element("label", { className: "button", textContent: board.picture ? "another picture" : "picture behind", title: "to draw over; two points scale it" }, place);
+    const input = element("input", { id: "picture", type: "file", accept: "image/*", hidden: true }, label);
+    input.addEventListener("change", () => trying(async () => picture(await Picture.of(input.files[0], viewer))));
+    if (board.picture) element("button", { type: "button", textContent: "without it" }, place).addEventListener("click", () => picture(null));
+    element("button", { type: "button", id: "guide", textContent: "guide" }, place).addEventListener("click", () => tour.start(open.board));
+  }
   use(open.board.planar ? board.tool : "select");
+}
+
+/** Another picture behind the drawing, or none. */
+function picture(next) {
+  board.picture = next;
+  keepPicture(history.name, next);
+  history.push({ ...history.now, picture: next, label: next ? "picture" : "without picture" });
+  tools();
+  board.mark();
+}
+
+/** A bar like another one, beside it. */
+function copy(body) {
+  const by = 4 * board.step();
+  return edit({ gesture: "duplicate", body, by: [by, -by] });
 }
 
 function use(tool) {
   board.use(tool);
   for (const button of at("tools").querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", button.dataset.tool === tool);
   at("hint").textContent = TOOLS[tool].hint;
-  at("typed").hidden = tool !== "bar";
+  scaling = null;
+  at("typed").hidden = !["bar", "scale"].includes(tool);
+  at("typed").placeholder = tool === "scale" ? "distance, such as 120" : "30<45 or 30;40";
 }
 
 /** The drives at zero where bodies are drawn assembled: there all of them are as the file has them. */
@@ -432,14 +495,27 @@ function edit(what) {
     // What sliders have changed meanwhile is not in the text yet.
     const values = Object.fromEntries(Object.entries(asked.values).filter(([key, value]) => sent[key] !== value));
     enter(found, { values, offsets: asked.offsets });
-    history.push({ text: found.text, values, offsets: asked.offsets });
+    history.push({ text: found.text, values, offsets: asked.offsets, label: labelled(what) });
   });
+}
+
+/** What was done, in a word or two, for the list of steps. */
+function labelled({ gesture, edits, rename, text }) {
+  if (gesture) return TOOLS[gesture]?.words ?? gesture;
+  if (edits?.length) return edits[0][0].join(".");
+  return rename ? `rename ${rename[1]}` : text === undefined ? "change" : "text";
 }
 
 /** Shows a state of the history, or of a variant. */
 function go(state, isNew = false) {
   return inTurn(async (mine) => {
     const { text, values, offsets } = state;
+    if (state.picture !== undefined && state.picture !== board.picture) {
+      board.picture = state.picture;
+      keepPicture(history.name, board.picture);
+      tools();
+      board.mark();
+    }
     if (text !== open.text || open.problem) {
       const found = await trying(() => post("edit", { page: asked.page, text, poses }));
       if (!found || mine !== openings) return;
@@ -449,7 +525,7 @@ function go(state, isNew = false) {
       if (hasAnswers()) knobs();
       shownText();
     }
-    if (isNew) history.push({ text, values, offsets });
+    if (isNew) history.push({ text, values, offsets, label: "taken back" });
   });
 }
 
@@ -462,6 +538,7 @@ function enter(found, { values, offsets }) {
   document.body.classList.toggle("draft", !found.questions && !found.problem);
   for (const id of ["knobs", "moves"]) at(id).inert = Boolean(found.problem);
   if (found.problem) {
+    play?.stop();
     asked = { ...asked, page: found.page, values: {}, serial: asked.serial + 1 };
     settling?.abort();
     settling = null;
@@ -492,6 +569,7 @@ function everything(before = null) {
   missing();
   tools();
   inspector.show(open.board, board.selected);
+  tour.shown(open.board);
   if (hasAnswers()) {
     colours();
     moves();
@@ -500,6 +578,8 @@ function everything(before = null) {
     knobs();
     changed({});
   } else {
+    play?.stop();
+    play = null;
     for (const id of ["moves", "knobs", "choices", "answer", "charts", "verdict", "shares", "state"]) at(id).replaceChildren();
     at("numbers").tBodies[0].replaceChildren();
     asked = { ...asked, serial: asked.serial + 1 };
@@ -580,11 +660,12 @@ async function begin(what) {
   const found = await trying(() => post("open", what));
   if (!found || mine !== openings) return;
   open = found;
-  Object.assign(board, { tool: "select", selected: null, pending: null });
+  tour.stop();
+  Object.assign(board, { tool: "select", selected: null, pending: null, picture: pictureOf(`${folder}/${found.file || found.name}`) });
   variants.clear();
   asked = { page: open.page, serial: 0, values: {}, drives: open.begin ?? [], question: open.questions ? first() : "worst", offsets: {} };
   poses = open.board.poses;
-  history = new History(`${folder}/${open.file || open.name}`, { text: open.text, values: {}, offsets: {} }, undoable);
+  history = new History(`${folder}/${open.file || open.name}`, { text: open.text, values: {}, offsets: {}, picture: board.picture, label: "opened" }, undoable);
   at("name").value = open.file || open.name.split("/").at(-1);
   at("text").value = open.text;
   at("wrong").textContent = "";
@@ -623,11 +704,15 @@ function colours() {
 function undoable() {
   at("undo").disabled = !history.past.length;
   at("redo").disabled = !history.future.length;
+  const states = [...history.past, history.now, ...history.future.toReversed()];
+  const options = states.map(({ label }, k) => element("option", { value: k - history.past.length, textContent: `${k}: ${label}`, selected: k === history.past.length }));
+  at("steps").replaceChildren(...options.toReversed());
   document.body.dataset.saved = history.isSaved;
 }
 
-function step(back) {
-  const state = history?.step(back);
+function step(back, count = 1) {
+  let state = null;
+  for (let k = 0; k < count; k++) state = history?.step(back) ?? state;
   if (state) go(state);
 }
 
@@ -649,17 +734,49 @@ async function offer() {
 }
 
 /** What one can begin with: nothing, a file of the folder, an example. */
-function templates({ files, examples }) {
-  const rows = [["an empty drawing", "bars, pins and guides are drawn", { new: true }]];
-  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
+function templates({ files, examples, templates }) {
+  const rows = [["an empty drawing", "bars, pins and guides are drawn", { new: true }], ["a guided first drawing", "a four-bar from nothing to a verdict", { new: true, guided: true }]];
+  rows.push(...files.map((name) => [name, "of the folder", { file: name }]), ...templates.map((name) => [name, "drawn, with one drive", { template: name }]), ...examples.map(({ name, title }) => [name, title, { example: name }]));
   at("start").replaceChildren(
     ...rows.map(([words, title, what]) => {
       const button = element("button", { type: "button", textContent: words });
       element("small", { textContent: title }, button);
-      button.addEventListener("click", () => begin(what));
+      button.addEventListener("click", async () => {
+        await begin(what);
+        if (what.guided && open) tour.start(open.board);
+      });
+      button.dataset.what = JSON.stringify(what);
       return button;
     }),
   );
+  if (!open) pictures();
+}
+
+/** What the templates look like, one after the other, until one is open. */
+async function pictures() {
+  for (const button of [...at("start").children]) {
+    const what = JSON.parse(button.dataset.what);
+    if (what.new) continue;
+    const { lines } = (await post("picture", what).catch(() => null)) ?? { lines: [] };
+    if (open) return;
+    if (lines.length) button.prepend(outlined(lines));
+  }
+}
+
+function outlined(lines) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  const [xs, ys] = [0, 1].map((k) => lines.flat().map((place) => place[k]));
+  const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const room = 0.06 * Math.max(right - left, high - low);
+  svg.setAttribute("viewBox", [left - room, -high - room, right - left + 2 * room, high - low + 2 * room].join(" "));
+  svg.setAttribute("aria-hidden", true);
+  for (const line of lines) {
+    const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    path.setAttribute("d", line.map(([x, y], k) => `${k ? "L" : "M"}${x} ${-y}`).join("") + (line.length > 2 ? "Z" : ""));
+    path.setAttribute("vector-effect", "non-scaling-stroke");
+    svg.append(path);
+  }
+  return svg;
 }
 
 function download(name, kind, text) {
@@ -695,10 +812,18 @@ at("open").addEventListener("input", () => {
 at("upload").addEventListener("change", async () => {
   const [file] = at("upload").files;
   at("upload").value = "";
-  if (file) begin({ text: await file.text(), name: file.name });
+  if (file) trying(async () => begin({ text: fileIn(await file.text(), file.name), name: file.name.replace(/\.html?$/i, ".toml") }));
 });
+/** The file in a page that was mailed, or the text itself. */
+function fileIn(text, name) {
+  if (!/\.html?$/i.test(name)) return text;
+  const own = /<script type="application\/json" id="mechanism">(.*?)<\/script>/s.exec(text);
+  if (!own) throw new Error(`${name} is a page without a mechanism in it`);
+  return JSON.parse(own[1]);
+}
 at("undo").addEventListener("click", () => step(true));
 at("redo").addEventListener("click", () => step(false));
+at("steps").addEventListener("input", () => step(Number(at("steps").value) < 0, Math.abs(Number(at("steps").value))));
 at("save").addEventListener("click", save);
 at("download").addEventListener("click", () => trying(async () => download(`${stem()}.toml`, "application/toml", (await post("text", asked)).text)));
 at("report").addEventListener("click", () =>
@@ -708,13 +833,42 @@ at("report").addEventListener("click", () =>
     said("the report is saved where the browser saves files");
   }),
 );
+at("mail").addEventListener("click", () =>
+  trying(async () => {
+    said("the page is being made …");
+    download(`${stem()}.html`, "text/html", (await post("page", asked)).html);
+    said("the page is saved where the browser saves files: it plays without a server, and opens here again");
+  }),
+);
+at("dxf").addEventListener("click", () => trying(async () => download(`${stem()}.dxf`, "application/dxf", (await post("dxf", asked)).dxf)));
 for (const kind of ["svg", "png"]) at(kind).addEventListener("click", () => trying(async () => download(`${stem()}.${kind}`, "", await exported(viewer.svg, kind))));
 at("typed").addEventListener("keydown", (event) => {
   if (event.key !== "Enter") return;
-  if (board.typed(at("typed").value, parsed)) at("typed").value = "";
+  if (scaling) {
+    const distance = parsed(at("typed").value);
+    if (!(distance > 0)) return said(`'${at("typed").value}' is not a distance`, true);
+    picture(board.picture.scaled(scaling, distance));
+    at("typed").value = "";
+    use("select");
+  } else if (board.typed(at("typed").value, parsed)) at("typed").value = "";
   else said(board.pending ? `'${at("typed").value}' is no end of a bar: 30<45 is length and angle, 30;40 to the right and up` : "Click where the bar begins first.", true);
   viewer.svg.focus({ preventScroll: true });
 });
+
+// Steps of the grid to the right and up.
+const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** Moves what is chosen by a step of the grid; whether something is. */
+function nudged(by) {
+  const { selected } = board;
+  const joint = open.board.joints.find(({ name }) => name === selected?.joint);
+  const free = open.board.free.find(({ body, index }) => body === selected?.body && index === selected?.index);
+  const place = joint?.at ?? free?.at;
+  if (!place) return false;
+  if (joint?.fixed) said(`${joint.name} ${joint.fixed}.`);
+  else edit({ gesture: "move", at: selected, to: place.map((v, k) => v + by[k] * board.step()) });
+  return true;
+}
 
 // ---- keys -------------------------------------------------------------------------------------------------------------------------
 
@@ -724,7 +878,16 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey) {
     const key = event.key.toLowerCase();
     if (isTyping && key !== "s") return;
-    const run = { z: () => step(!event.shiftKey), y: () => step(false), s: save, a: () => board.choose({ all: true }) }[key];
+        const body = board.selected?.index === undefined && board.selected?.body;
+    const run = {
+      z: () => step(!event.shiftKey),
+      y: () => step(false),
+      s: save,
+      a: () => board.choose({ all: true }),
+      // What is marked as text is copied as text.
+      ...(body && getSelection().isCollapsed ? { c: () => ((copied = body), said(`${body} is copied: Ctrl-V`)) } : {}),
+      ...(copied ? { v: () => copy(copied) } : {}),
+    }[key];
     if (!run) return;
     event.preventDefault();
     run();
@@ -732,7 +895,8 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.altKey) return;
   if (event.key === "Escape") {
-    if (board.pending || board.held) board.let();
+    if (play?.timer) play.stop();
+    else if (board.pending || board.held) board.let();
     else if (board.tool !== "select") use("select");
     else board.choose(null);
     document.activeElement?.blur?.();
@@ -747,10 +911,18 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key === "Home") return asDrawn();
-  if (board.pending && /^[\d.,-]$/.test(event.key)) {
+  if (event.key === " " && play && open.along && !event.target.matches?.("summary, input:not([type=range])")) {
+    event.preventDefault();
+    return play.toggle(Number(at("along-path").value));
+  }
+  const onBoard = [document.body, viewer.svg].includes(event.target);
+  if (event.key === "Enter" && onBoard && board.applied()) return event.preventDefault();
+  if (ARROWS[event.key] && onBoard && nudged(ARROWS[event.key])) return event.preventDefault();
+  if (["bar", "scale"].includes(board.tool) && /^[\d.,-]$/.test(event.key)) {
     at("typed").focus();
     return;
   }
+  if (event.key.toLowerCase() === "n" && !event.target.matches?.("select")) return board.next(event.shiftKey ? -1 : 1);
   const tool = !event.target.matches?.("select") && Object.entries(TOOLS).find(([, { key }]) => key === event.key.toLowerCase());
   if (tool && open.board.planar) use(tool[0]);
 });

@@ -6,8 +6,8 @@ import { short } from "./charts.js";
 const QUANTITIES = ["position", "rotation"];
 
 export class Variants {
-  constructor(place, { kept, restored, ghost }) {
-    Object.assign(this, { place, kept, restored, ghost, all: [], seen: null, count: 0 });
+  constructor(place, { kept, restored, ghost, seen }) {
+    Object.assign(this, { place, kept, restored, ghost, told: seen, all: [], seen: null, count: 0 });
     const bar = element("div", { className: "bar" }, place);
     element("button", { type: "button", id: "keep", textContent: "keep the present one" }, bar).addEventListener("click", () => this.keep());
     this.table = element("div", {}, place);
@@ -44,6 +44,7 @@ export class Variants {
       ghost.addEventListener("input", () => {
         this.seen = ghost.checked ? variant : null;
         this.shown();
+        this.told();
         this.show();
       });
       element("button", { type: "button", textContent: "go back to it" }, cell).addEventListener("click", () => this.restored(variant.state));

@@ -227,6 +227,8 @@ class Viewer {
     if (this.shown.names) this.names(displaced ?? nominal);
     const lines = known(nominal[0]) ? scene.texts[this.at] ?? [] : [...(scene.texts[this.at] ?? []), "not assembled"];
     this.text.replaceChildren(...lines.map((line) => Object.assign(document.createElement("li"), { textContent: line })));
+    // A home that draws on it draws again.
+    this.after?.();
   }
 
   bodies(layer, places, className) {

@@ -1,0 +1,44 @@
+// Numbers as people type them: with a decimal point or comma, in another unit, as an expression of variables, or with a name for it.
+
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+/** Millimetres in a unit of length. */
+const LENGTHS = { um: 1e-3, mm: 1, cm: 10, m: 1000, in: 25.4, inch: 25.4 };
+/** What expressions have beside variables. */
+const FUNCTIONS = ["pi", "sqrt", "hypot", "abs", "min", "max", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"];
+
+/** A number with a decimal point or a decimal comma; null of what is none. */
+export function parsed(text) {
+  const plain = String(text).trim().replace(",", ".");
+  const number = NUMBER.test(plain) ? Number(plain) : NaN;
+  return Number.isFinite(number) ? number : null;
+}
+
+/** A number as it is shown. */
+export const digits = (value) => (typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value));
+
+/**
+ * What is typed into a field: `{ value }`, a number, null of nothing, or an expression as a text; `{ variable: [name, value] }` with
+ * it where `name = value` is typed; `{ problem }` of what is none of these. Without `names` of variables there are numbers only.
+ */
+export function entered(text, { unit = "", names = null } = {}) {
+  const plain = text.trim();
+  if (!plain) return { value: null };
+  const number = parsed(plain);
+  if (number !== null) return { value: number };
+  const problem = `'${plain}' is not a number`;
+  const measured = /^(.*\d)\s*([a-z]+)$/i.exec(plain);
+  const by = measured && LENGTHS[measured[2]] / LENGTHS[unit];
+  if (by && parsed(measured[1]) !== null) return { value: Number((parsed(measured[1]) * by).toPrecision(12)) };
+  if (!names) return { problem };
+  const [, name, rest] = /^([A-Za-z]\w*)\s*=\s*([^=]+)$/.exec(plain) ?? [];
+  if (name) {
+    const found = entered(rest, { unit, names: names.filter((one) => one !== name) });
+    return found.problem || found.value === null ? { problem: found.problem ?? problem } : { value: name, variable: [name, found.value] };
+  }
+  const own = plain.replace(/^=\s*/, "");
+  // Within parentheses a comma is between two numbers.
+  const value = own.includes("(") ? own : own.replace(/(\d),(\d)/g, "$1.$2");
+  if (!/^[\w\s.+\-*/(),]+$/.test(value)) return { problem };
+  const unknown = (value.match(/(?<![\w.])[A-Za-z_]\w*/g) ?? []).find((word) => !names.includes(word) && !FUNCTIONS.includes(word));
+  return unknown ? { problem: `${problem}, and '${unknown}' is no variable: ${unknown} = 3 makes one` } : { value };
+}

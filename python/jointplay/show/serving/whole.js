@@ -1,0 +1,118 @@
+// The properties of the whole mechanism, below those of what is chosen: limits, drives, loads, springs, dimensions, variables.
+
+import { choice, element, marked, texts } from "./sliders.js";
+import { entered, parsed } from "./numbers.js";
+
+const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length" };
+const MORE = [{ angle: "angle" }, { z: "length", rx: "angle", ry: "angle", rz: "angle" }];
+/** How a size scatters between its limits; none is what the file says of its kind. */
+const LAWS = ["", "normal", "uniform", "triangular"];
+
+const isTable = (value) => value !== null && typeof value === "object";
+
+export function whole(inspector) {
+  const { board } = inspector;
+  limits(inspector);
+  for (const [name, drive] of Object.entries(board.drives)) driven(inspector, name, drive);
+  board.loads.forEach((one) => loaded(inspector, one));
+  for (const [name, spring] of Object.entries(board.springs)) sprung(inspector, name, spring);
+  for (const [name, own] of Object.entries(board.dimensions)) measured(inspector, name, own);
+  variables(inspector);
+  if (board.output?.body) {
+    const box = element("p", { textContent: `Output: ${board.output.body} at ${[board.output.at ?? [0, 0]].flat().join(", ")} ` }, inspector.place);
+    inspector.button("delete", () => inspector.told({ gesture: "delete", what: { output: true } }), box);
+  }
+}
+
+function box(inspector, kind, title) {
+  const place = element("details", { open: true, className: kind }, inspector.place);
+  element("summary", { textContent: title }, place);
+  return place;
+}
+
+/** A field of a value of the file; what only the text can say is left to it. */
+function value(inspector, place, steps, words, own, unit = "", needed = false) {
+  if (isTable(own)) return element("p", { className: "hint", textContent: `${words} is ${JSON.stringify(own)}; change it in the text.` }, place);
+  return inspector.number(place, { words, unit, value: own ?? "", key: steps.join(".") }, (next) => (next !== null || !needed) && { edits: [[steps, next]] });
+}
+
+function law(inspector, place, steps, own) {
+  if (isTable(own)) return element("p", { className: "hint", textContent: `It scatters as ${JSON.stringify(own)}; change it in the text.` }, place);
+  return choice(place, { words: "scatters", value: own ?? "", options: LAWS, key: steps.join(".") }, (next) => inspector.edit([steps, next || null]));
+}
+
+function limits(inspector) {
+  const { board } = inspector;
+  const place = box(inspector, "limits", "Limits of the output");
+  place.id = "limits";
+  for (const [key, kind] of Object.entries({ ...LIMITS, ...MORE[Number(!board.planar)] })) value(inspector, place, ["limits", key], key, board.limits[key], board.units[kind]);
+}
+
+function driven(inspector, name, drive) {
+  const { board } = inspector;
+  const place = box(inspector, "drive", `Drive ${name} of ${drive.joint ?? "several joints"}`);
+  const turns = board.joints.find(({ name: one }) => one === drive.joint?.split("/")[0])?.kind === "revolute";
+  const unit = board.units[turns ? "angle" : "length"];
+  const steps = (key) => ["drives", name, key];
+  if (Array.isArray(drive.values)) {
+    texts(place, { words: "values", unit, value: drive.values.join("; "), key: `drives.${name}.values` }, (text, input) => {
+      const found = text.split(";").filter((part) => part.trim()).map(parsed);
+      const wrong = !found.length || found.includes(null);
+      marked(input, wrong ? `values: '${text}' are not numbers with ; between them` : "");
+      if (!wrong) inspector.edit([steps("values"), found]);
+    });
+  }
+  if (drive.from !== undefined) for (const key of ["from", "to", "count"]) value(inspector, place, steps(key), key, drive[key], key === "count" ? "" : unit, true);
+  value(inspector, place, steps("error"), "error", drive.error, unit);
+  if (drive.error) law(inspector, place, steps("law"), drive.law);
+  value(inspector, place, steps("backlash"), "backlash", drive.backlash, unit);
+  inspector.button("delete", () => inspector.told({ gesture: "delete", what: { drive: name } }), place);
+}
+
+function loaded(inspector, { at, case: own, load }) {
+  const { board } = inspector;
+  const k = at.at(-1);
+  const place = box(inspector, "load", `Load ${k + 1}${own ? ` of ${own}` : ""}${load.body ? ` on ${load.body}` : ""}`);
+  if (Array.isArray(load.force) && load.force.every((v) => !Array.isArray(v))) {
+    load.force.forEach((force, axis) => value(inspector, place, [...at, "force", axis], `force ${"xyz"[axis]}`, force, board.units.force, true));
+  }
+  if (board.planar) value(inspector, place, [...at, "moment"], "moment", load.moment, `${board.units.force ?? ""} ${board.units.length ?? ""}`);
+  const input = texts(place, { words: "load case", value: own, placeholder: "in all cases", key: `${at.join(".")}.case` }, (to) => inspector.told({ gesture: "case", load: k, from: own, to }));
+  input.setAttribute("list", "cases");
+  inspector.button("delete", () => inspector.told({ gesture: "delete", what: { load: k, case: own } }), place);
+  const known = document.getElementById("cases") ?? element("datalist", { id: "cases" }, document.body);
+  known.replaceChildren(...Object.keys(board.load_cases).map((name) => element("option", { value: name })));
+}
+
+function sprung(inspector, name, spring) {
+  const { units } = inspector.board;
+  const place = box(inspector, "spring", `Spring ${name} ${spring.joint ? `about ${spring.joint}` : `of ${Object.keys(spring.on ?? {}).join(" and ")}`}`);
+  const [size, unit] = spring.joint ? ["free_angle", units.angle] : ["free_length", units.length];
+  const force = spring.joint ? `${units.force} ${units.length}` : units.force;
+  value(inspector, place, ["springs", name, "stiffness"], "stiffness", spring.stiffness, `${force}/${unit}`, true);
+  value(inspector, place, ["springs", name, size], size.replace("_", " "), spring[size], unit, !spring.joint);
+  value(inspector, place, ["springs", name, "preload"], "preload", spring.preload, force);
+  inspector.button("delete", () => inspector.told({ gesture: "delete", what: { spring: name } }), place);
+}
+
+function measured(inspector, name, own) {
+  const { board } = inspector;
+  const place = box(inspector, "dimension", `Dimension ${name} of ${own.body}: ${(own.between ?? []).join(" to ")}`);
+  const steps = (key) => ["dimensions", name, key];
+  value(inspector, place, steps("tolerance"), "± tolerance", own.tolerance, board.units.length);
+  law(inspector, place, steps("law"), own.law);
+  value(inspector, place, steps("deviation"), "deviation", own.deviation, board.units.length);
+  inspector.button("delete", () => inspector.told({ gesture: "delete", what: { dimension: name } }), place);
+}
+
+/** Names for numbers, which every field takes. */
+function variables(inspector) {
+  const { board } = inspector;
+  const place = box(inspector, "variables", "Variables");
+  for (const [name, own] of Object.entries(board.variables)) value(inspector, place, ["variables", name], name, own, "", true);
+  texts(place, { words: "a new one", placeholder: "crank = 40", key: "variables" }, (text, input) => {
+    const { variable, problem } = entered(text, { names: Object.keys(board.variables) });
+    marked(input, variable || !text ? "" : `a new variable: ${problem ?? `'${text}' is not a name and its value, such as crank = 40`}`);
+    if (variable) inspector.edit([["variables", variable[0]], variable[1]]);
+  });
+}

@@ -1,0 +1,49 @@
+"""A browser, a folder with mechanisms, and somebody in front of a studio."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from helpers.browser import Browser, opened
+from helpers.studio import Person, choose, served
+from jointplay import examples
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with opened(tmp_path_factory.mktemp("profile")) as running:
+        yield running
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("four-bar", "four-bar-fits"):
+        (tmp_path / f"{name}.toml").write_text(examples.text(name))
+    return tmp_path
+
+
+@pytest.fixture
+def person(folder: Path, browser: Browser) -> Iterator[Person]:
+    """Somebody in front of the four-bar."""
+    with served(folder) as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        yield Person(page)
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []
+
+
+@pytest.fixture
+def drawer(folder: Path, browser: Browser) -> Iterator[Person]:
+    """Somebody in front of an empty drawing."""
+    with served(folder, "") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.querySelectorAll('#open option').length > 20")
+        choose(page, {"new": True})
+        page.wait("document.body.classList.contains('draft')")
+        yield Person(page)
+        # Values that are refused are no complaint.
+        assert [one for one in page.complaints if '"source": "network"' not in one] == []

@@ -1,0 +1,505 @@
+"""What each tool of the drawing board does, as a person uses it; numbers are compared with those by hand."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from helpers.browser import Browser, needs_browser
+from helpers.studio import NEWEST, Person, number, served
+from jointplay.file import toml
+from jointplay.show.serving import drafts
+
+pytestmark = needs_browser
+
+SVG = "document.querySelector('#drawing svg').getBoundingClientRect()"
+NOTE = "document.getElementById('note').textContent"
+
+
+def lever(drawer: Person) -> None:
+    """Two bars, 60 and 80 long at a right angle, the first one on a driven pin of the ground."""
+    drawer.press("b")
+    for x, y in [(0, 0), (60, 0), (60, 0), (60, 80)]:
+        drawer.click(x, y)
+    drawer.press("g")
+    drawer.click(0, 0)
+    drawer.press("d")
+    drawer.click(0, 0)
+
+
+def test_a_weld_makes_one_lever_of_two_bars_and_is_a_pin_again(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("w")
+    drawer.click(60, 0)
+    drawer.press("o")
+    drawer.click(60, 80)
+    m = jp.loads(drawer.text)
+    assert m.value("joints.J1.type") == "fixed"
+    # The end is on a circle of 100 about the pin.
+    turned = np.radians(np.linspace(-20, 20, 9)) + np.arctan2(80, 60)
+    np.testing.assert_allclose(
+        jp.solve(m).nominal[:, :2], 100 * np.array([np.cos(turned), np.sin(turned)]).T, atol=1e-9
+    )
+    drawer.press("w")
+    drawer.click(60, 0)
+    assert toml.parse(drawer.text)["joints"]["J1"]["type"] == "revolute"
+
+
+def test_a_gear_pair_turns_by_the_ratio_of_its_teeth(drawer: Person) -> None:
+    drawer.press("b")
+    for x, y in [(0, 0), (0, 40), (60, 0), (60, 40)]:
+        drawer.click(x, y)
+    drawer.press("g")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    drawer.press("e")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    assert toml.parse(drawer.text)["joints"]["mesh1"]["radii"] == [30, 30]
+    drawer.press("d")
+    drawer.click(0, 0)
+    drawer.press("o")
+    drawer.click(60, 40)
+    drawer.pick("#parts", '{"joint":"mesh1"}')
+    drawer.fill("teeth.1", "40")
+    m = jp.loads(drawer.text)
+    assert m.value("joints.mesh1.radii") == [20, 40]
+    angle = jp.solve(m).nominal[:, 2]
+    # The drive has steps of 5 degrees.
+    np.testing.assert_allclose(np.diff(angle), -2.5, atol=1e-9)
+    drawer.pick("#way", "backlash")
+    drawer.fill("backlash", "0,1")
+    assert jp.loads(drawer.text).value("joints.mesh1.clearance.backlash") == 0.1
+    # A wheel that is dragged takes its pitch circle along.
+    drawer.press("v")
+    drawer.drag((60, 0), (90, 0))
+    assert jp.loads(drawer.text).value("joints.mesh1.radii") == [30, 60]
+
+
+def test_a_slot_guides_the_end_of_a_rod(drawer: Person) -> None:
+    drawer.press("b")
+    for x, y in [(0, 0), (0, 40), (0, 40), (100, 0)]:
+        drawer.click(x, y)
+    drawer.press("g")
+    drawer.click(0, 0)
+    drawer.press("t")
+    drawer.click(100, 0)
+    drawer.press("d")
+    drawer.click(0, 0)
+    drawer.press("o")
+    drawer.click(100, 0)
+    turned = np.radians(np.linspace(-20, 20, 9))
+    x = -40 * np.sin(turned) + np.sqrt(100**2 + 40**2 - (40 * np.cos(turned)) ** 2)
+    np.testing.assert_allclose(jp.solve(jp.loads(drawer.text)).nominal[:, 0], x, atol=1e-9)
+
+
+def test_a_spring_pulls_and_a_torsion_spring_turns(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("w")
+    drawer.click(60, 0)
+    drawer.press("c")
+    drawer.click(60, 80)
+    drawer.click(0, 80)
+    spring = toml.parse(drawer.text)["springs"]["spring1"]
+    assert spring == {"on": {"bar2": [60, 80], "ground": [0, 80]}, "stiffness": 1, "free_length": 60}
+    drawer.fill("springs.spring1.stiffness", "2,5")
+    drawer.fill("springs.spring1.free_length", "40")
+    drawer.pick("#parts", '{"joint":"J2"}')
+    drawer.tap("#inspector button:nth-of-type(2)")
+    raw = toml.parse(drawer.text)
+    assert (raw["springs"]["spring1"]["stiffness"], raw["springs"]["spring1"]["free_length"]) == (2.5, 40)
+    assert raw["springs"]["spring2"] == {"joint": "J2", "stiffness": 1, "free_angle": 0}
+
+
+def test_a_dimension_is_shown_and_has_a_tolerance_with_a_law(person: Person) -> None:
+    person.press("i")
+    places = {name: person.where(name) for name in ("J1", "J3", "J4")}
+    person.click(*places["J3"])
+    person.click(*places["J4"])
+    raw = toml.parse(person.text)
+    # The rocker is 150 long.
+    assert raw["dimensions"]["l1"] == {"body": "rocker", "between": ["J3", "J4"], "tolerance": 0.1}
+    person.fill("dimensions.l1.tolerance", "0,05")
+    person.pick("#inspector [data-key='dimensions.l1.law']", "uniform")
+    m = jp.loads(person.text)
+    assert (m.value("dimensions.l1.tolerance"), m.value("dimensions.l1.law")) == (0.05, "uniform")
+    # Between two bodies it is measured, and the file stays as it is.
+    text = person.text
+    person.press("i")
+    person.click(*places["J1"])
+    person.click(*places["J3"])
+    assert person.page.run(NOTE).startswith("J1 to J3: ")
+    length = float(person.page.run(NOTE).split(": ")[1].split(" <")[0])
+    assert length == pytest.approx(np.hypot(*np.subtract(places["J3"], places["J1"])), abs=1e-2)
+    assert person.text == text
+
+
+def test_the_output_is_a_point_of_a_bar(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("w")
+    drawer.click(60, 0)
+    # The middle of a bar snaps.
+    drawer.press("p")
+    drawer.click(60, 41)
+    assert toml.parse(drawer.text)["board"]["free"]["bar2"] == [[60, 80], [60, 40]]
+    drawer.press("o")
+    drawer.click(60, 40)
+    assert toml.parse(drawer.text)["output"] == {"body": "bar2", "at": [60, 40]}
+
+
+def test_a_picture_behind_is_scaled_by_two_points_and_undone(drawer: Person, tmp_path: Path) -> None:
+    page = drawer.page
+    picture = tmp_path / "sketch.png"
+    picture.write_bytes(base64.b64decode(PIXEL))
+    root = page.ask("DOM.getDocument")["root"]["nodeId"]
+    node = page.ask("DOM.querySelector", nodeId=root, selector="#picture")["nodeId"]
+    page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(picture)])
+    page.wait("document.querySelector('#drawing image')")
+    width = "Number(document.querySelector('#drawing image').getAttribute('width'))"
+    before = page.run(width)
+    drawer.press("k")
+    drawer.click(-20, 0)
+    drawer.click(20, 0)
+    drawer.type("80")
+    drawer.press("Enter")
+    # 40 units of the view are 80 of the picture.
+    assert page.run(width) == pytest.approx(2 * before, rel=1e-3)
+    assert drawer.text == drafts.EMPTY
+    drawer.press("z", 2)
+    assert page.run(width) == pytest.approx(before)
+    drawer.press("z", 2)
+    assert page.run("document.querySelector('#drawing image')") is None
+
+
+#: a picture of one pixel
+PIXEL = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+
+
+def test_a_locked_joint_stays_and_lengths_change_at_the_other_end(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("l")
+    drawer.click(60, 0)
+    assert toml.parse(drawer.text)["board"]["locked"] == ["J1"]
+    text = drawer.text
+    drawer.press("v")
+    drawer.drag((60, 0), (30, 30))
+    assert drawer.text == text
+    assert "J1 is locked" in drawer.page.run(NOTE)
+    drawer.press("l")
+    drawer.click(60, 0)
+    drawer.click(0, 0)
+    assert toml.parse(drawer.text)["board"]["locked"] == ["J2"]
+    # The second joint is the one that moves, unless it is locked.
+    drawer.pick("#parts", '{"body":"bar1"}')
+    drawer.fill("J1 J2", "90")
+    joints = toml.parse(drawer.text)["joints"]
+    assert (joints["J1"]["at"], joints["J2"]["at"]) == ([90, 0], [0, 0])
+    drawer.press("l")
+    drawer.click(0, 0)
+    assert "locked" not in toml.parse(drawer.text).get("board", {})
+
+
+def test_a_bar_is_copied_by_keys(drawer: Person) -> None:
+    drawer.press("b")
+    drawer.click(-40, 0)
+    drawer.click(0, 30)
+    drawer.press("v")
+    drawer.click(-20, 15)
+    drawer.press("c", 2)
+    drawer.press("v", 2)
+    free = toml.parse(drawer.text)["board"]["free"]
+    assert np.subtract(free["bar2"][1], free["bar2"][0]).tolist() == [40, 30]
+    assert free["bar2"] != free["bar1"]
+
+
+def test_bars_snap_to_horizontal_and_to_lengths_that_are_there(drawer: Person) -> None:
+    drawer.press("b")
+    # A bar of 42.5 upwards, which is on no grid.
+    for text in ("-60;0", "42,5<90"):
+        drawer.page.run("document.getElementById('typed').focus()")
+        drawer.type(text)
+        drawer.press("Enter")
+    drawer.drag((0, 0), (43, 1))
+    free = toml.parse(drawer.text)["board"]["free"]
+    np.testing.assert_allclose(free["bar2"], [[0, 0], [42.5, 0]], atol=1e-8)
+
+
+def test_expressions_and_variables_are_typed_in_place(drawer: Person) -> None:
+    lever(drawer)
+    drawer.pick("#parts", '{"joint":"J1"}')
+    drawer.fill("x", "crank = 60")
+    raw = toml.parse(drawer.text)
+    assert raw["variables"] == {"crank": 60}
+    assert raw["joints"]["J1"]["at"] == ["crank", 0]
+    drawer.fill("y", "crank / 4")
+    drawer.press("o")
+    drawer.click(60, 80)
+    drawer.fill("variables.crank", "48,0")
+    assert toml.parse(drawer.text)["variables"] == {"crank": 48}
+    drawer.pick("#parts", '{"body":"bar1"}')
+    size = drawer.page.run("document.querySelector('#inspector [data-key=\"J1 J2\"]').value")
+    assert float(size) == pytest.approx(np.hypot(48, 12), abs=1e-3)
+    # An inch, and a name that is none.
+    drawer.fill("limits.position", "0.01in")
+    assert toml.parse(drawer.text)["limits"]["position"] == 0.254
+    drawer.fill("limits.position", "cronk")
+    assert "'cronk' is no variable: cronk = 3 makes one" in drawer.page.run(NOTE)
+    assert toml.parse(drawer.text)["limits"]["position"] == 0.254
+
+
+def test_loads_act_in_cases(person: Person) -> None:
+    text = person.text
+    person.fill("loads.0.force.1", "-12,5")
+    person.fill("loads.0.case", "press")
+    raw = toml.parse(person.text)
+    assert "loads" not in raw
+    assert raw["load_cases"]["press"][0]["force"] == [0, -12.5]
+    person.page.wait("document.querySelector('#choices select')")
+    person.press("f")
+    person.click(*person.where("J2"))
+    person.fill("loads.0.case", "lift")
+    assert [*toml.parse(person.text)["load_cases"]] == ["press", "lift"]
+    person.fill("load_cases.press.0.case", "")
+    raw = toml.parse(person.text)
+    assert ([*raw["load_cases"]], len(raw["loads"])) == (["lift"], 1)
+    for _ in range(5):
+        person.press("z", 2)
+    assert person.text == text
+
+
+def test_a_drive_has_its_range_error_law_and_backlash(drawer: Person) -> None:
+    lever(drawer)
+    for key, value in [("from", "-30"), ("to", "30,5"), ("count", "5"), ("error", "0,1"), ("backlash", "0,2")]:
+        drawer.fill(f"drives.drive1.{key}", value)
+    drawer.pick("#inspector [data-key='drives.drive1.law']", "triangular")
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    assert own == {
+        "joint": "J2",
+        "from": -30,
+        "to": 30.5,
+        "count": 5,
+        "error": 0.1,
+        "backlash": 0.2,
+        "law": "triangular",
+    }
+    drawer.fill("drives.drive1.backlash", "")
+    assert "backlash" not in toml.parse(drawer.text)["drives"]["drive1"]
+
+
+def test_the_values_of_a_drive_are_typed(person: Person) -> None:
+    person.fill("drives.theta1.values", "25; 40,5; 70")
+    assert toml.parse(person.text)["drives"]["theta1"]["values"] == [25, 40.5, 70]
+
+
+def test_a_clearance_is_a_bearing_with_a_price(person: Person) -> None:
+    person.pick("#parts", '{"joint":"J1"}')
+    person.fill("costs.J1", "0,5: 24; 1: 15")
+    assert toml.parse(person.text)["costs"]["J1"]["choices"] == [{"size": 0.5, "cost": 24}, {"size": 1, "cost": 15}]
+    person.fill("costs.J1", "")
+    assert "costs" not in toml.parse(person.text)
+    person.pick("#way", "bearing")
+    person.pick("#inspector [data-key=bearing]", "C3")
+    person.fill("bore", "25")
+    assert jp.loads(person.text).value("joints.J1.clearance") == {"bearing": "C3", "bore": 25}
+
+
+def test_the_guide_leads_through_a_first_drawing(folder: Path, browser: Browser) -> None:
+    with served(folder, "") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.querySelectorAll('#start button').length > 20")
+        drawer = Person(page)
+        page.run("document.querySelectorAll('#start button')[1].click()")
+        page.wait("!document.getElementById('tour').hidden")
+        said = []
+
+        def step() -> None:
+            said.append(int(page.text("#tour").split(" of ")[0]))
+
+        step()
+        drawer.press("b")
+        for x, y in [(-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40)]:
+            drawer.click(x, y)
+        step()
+        drawer.press("g")
+        drawer.click(-60, -40)
+        drawer.click(40, -40)
+        step()
+        drawer.press("d")
+        drawer.click(-60, -40)
+        step()
+        drawer.press("o")
+        drawer.click(50, 30)
+        step()
+        drawer.press("a", 2)
+        drawer.pick("#way", "radial")
+        drawer.fill("radial", "0,05")
+        step()
+        drawer.fill("limits.position", "0,5")
+        step()
+        assert said == [1, 2, 3, 4, 5, 6, 7]
+        drawer.tap("#tour button")
+        assert page.run("document.getElementById('tour').hidden")
+
+
+def test_the_mechanism_plays_and_the_file_stays(person: Person) -> None:
+    page, text = person.page, person.text
+    angle = f"Number({number('theta1')}.value)"
+    begin = page.run(angle)
+    page.run("document.querySelector('#drawing svg').focus()")
+    person.press(" ")
+    page.wait(f"Math.abs({angle} - {begin}) > 5")
+    person.press(" ")
+    rest = page.run(angle)
+    page.wait(NEWEST)
+    assert page.run(angle) == rest
+    assert 22.7 <= rest <= 76.39
+    assert person.text == text
+    assert page.run("document.body.dataset.saved") == "true"
+
+
+def test_a_page_to_mail_plays_without_a_server_and_is_taken_back(
+    person: Person, browser: Browser, tmp_path: Path
+) -> None:
+    page = person.page
+    person.fill("limits.position", "3,5")
+    text = person.text
+    page.run("window.kept = null, URL.createObjectURL = (blob) => ((window.kept = blob), 'data:,')")
+    person.tap("#mail")
+    page.wait("window.kept")
+    mailed = tmp_path / "mailed.html"
+    mailed.write_text(page.run("window.kept.text()"))
+    other = browser.page(mailed.as_uri(), width=800, height=600)
+    other.wait("document.querySelector('.jp-viewer svg .jp-body')")
+    assert "Limits missed" in other.run("document.body.innerText")
+    moved = "document.querySelector('.solid .jp-body').getAttribute('d')"
+    first = other.run(moved)
+    other.click(".jp-controls button")
+    other.wait(f"{moved} !== {json.dumps(first)}")
+    assert [one for one in other.addresses if not one.startswith("file:")] == []
+    assert other.complaints == []
+    root = page.ask("DOM.getDocument")["root"]["nodeId"]
+    node = page.ask("DOM.querySelector", nodeId=root, selector="#upload")["nodeId"]
+    person.press("s", 2)
+    page.wait("document.body.dataset.saved === 'true'")
+    page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(mailed)])
+    page.wait("document.getElementById('name').value === 'mailed.toml'")
+    assert person.text == text
+
+
+def test_a_four_bar_is_drawn_by_keys_alone(folder: Path, browser: Browser) -> None:
+    with served(folder, "") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.querySelectorAll('#start button').length > 20")
+        drawer = Person(page)
+        drawer.tab("document.activeElement.textContent.startsWith('an empty drawing')")
+        drawer.press("Enter")
+        page.wait("document.body.classList.contains('opened')")
+        drawer.press("b")
+        for text in ("0;0", "40<90", "0;40", "100<20", "93,97;74,2", "80;0"):
+            for key in text:
+                drawer.press(key)
+            drawer.press("Enter")
+        raw = toml.parse(drawer.text)
+        assert len(raw["joints"]) == 1, "the third bar begins beside the second"
+        # The first corner is joined; the last bar is drawn anew from the end of the second.
+        drawer.press("z", 2)
+        drawer.press("v")
+        for _ in range(3):
+            drawer.press("n")
+        assert page.run(NOTE) == "bar2, point 1"
+        drawer.press("b")
+        drawer.press("Enter")
+        for key in "100;-74,2":
+            drawer.press(key)
+        drawer.press("Enter")
+        raw = toml.parse(drawer.text)
+        assert [joint["bodies"] for joint in raw["joints"].values()] == [["bar1", "bar2"], ["bar2", "bar3"]]
+        drawer.press("g")
+        for _ in range(2):
+            while "point 1" not in page.run(NOTE):
+                drawer.press("n")
+            drawer.press("Enter")
+        while "ground" not in page.run(NOTE):
+            drawer.press("n")
+        drawer.press("d")
+        drawer.press("Enter")
+        while not page.run(NOTE).startswith("J2"):
+            drawer.press("n")
+        drawer.press("o")
+        drawer.press("Enter")
+        drawer.tab("document.activeElement.dataset.key === 'limits.position'")
+        drawer.type("0,5")
+        drawer.press("Enter")
+        page.wait("document.querySelector('#line .held')")
+        assert jp.loads(drawer.text).value("output.at") == "J2"
+
+
+def test_one_goes_back_to_a_step_of_a_list(drawer: Person) -> None:
+    lever(drawer)
+    text = drawer.text
+    page = drawer.page
+    steps = page.run("[...document.querySelectorAll('#steps option')].map((one) => one.textContent)")
+    assert steps == ["4: drive", "3: ground", "2: bar", "1: bar", "0: opened"]
+    drawer.pick("#steps", "-3")
+    assert toml.parse(drawer.text)["board"]["free"] == {"bar1": [[0, 0], [60, 0]]}
+    drawer.pick("#steps", "3")
+    assert drawer.text == text
+
+
+def test_what_is_chosen_stays_marked_where_it_is_when_the_view_moves(person: Person) -> None:
+    page = person.page
+    person.pick("#parts", '{"joint":"J2"}')
+    x, y = person.pixel(-50, 20)
+    page.ask("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-200, modifiers=2)
+    page.wait("import('./studio.js').then(({ board }) => board.viewer.camera.zoom > 1.2)")
+    ring = "document.querySelector('.b-chosen').getAttribute('cx')"
+    (at, _), left = person.pixel(*person.where("J2")), page.run(f"{SVG}.left")
+    assert float(page.run(ring)) * page.run(f"{SVG}.width") / 800 == pytest.approx(at - left, abs=0.1)
+
+
+def test_arrows_move_what_is_chosen_by_a_step_each(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("v")
+    drawer.click(60, 0)
+    before = toml.parse(drawer.text)["joints"]["J1"]["at"]
+    drawer.press("ArrowRight")
+    drawer.press("ArrowUp")
+    after = toml.parse(drawer.text)["joints"]["J1"]["at"]
+    step = drawer.page.run("import('./studio.js').then(({ board }) => board.step())")
+    np.testing.assert_allclose(np.subtract(after, before), [step, step])
+    drawer.press("z", 2)
+    drawer.press("z", 2)
+    assert toml.parse(drawer.text)["joints"]["J1"]["at"] == before
+
+
+def test_a_limit_is_dragged_in_the_plot_of_the_errors(person: Person) -> None:
+    page = person.page
+    page.wait("document.querySelector('#charts .grip')")
+    page.run("document.querySelector('#charts svg').scrollIntoView({ block: 'center' })")
+    line = "document.querySelector('#charts .limit').getBoundingClientRect()"
+    x, y, axis = page.run(
+        f"[{line}.left + 60, {line}.top, document.querySelector('#charts .grid').getBoundingClientRect().top]"
+    )
+    # Half way down to the axis, from 4.
+    page.drag((x, y), (x, (y + axis) / 2))
+    person.done()
+    assert toml.parse(person.text)["limits"]["position"] == 2
+    page.wait("document.querySelector('#line .missed')")
+    person.press("z", 2)
+    assert toml.parse(person.text)["limits"]["position"] == 4
+
+
+def test_a_drawing_of_another_program_is_opened(drawer: Person) -> None:
+    page = drawer.page
+    root = page.ask("DOM.getDocument")["root"]["nodeId"]
+    node = page.ask("DOM.querySelector", nodeId=root, selector="#upload")["nodeId"]
+    drawing = Path(__file__).parents[2] / "docs" / "drawings" / "coupler.dxf"
+    page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(drawing)])
+    page.wait("document.getElementById('name').value === 'coupler.toml'")
+    m = jp.read(drawing)
+    assert [*toml.parse(drawer.text)["joints"]] == [*m.raw["joints"]]
