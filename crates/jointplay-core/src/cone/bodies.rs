@@ -19,7 +19,8 @@ pub(super) enum Atom {
     Interval { low: f64, high: f64 },
     /// Unit disc or ball.
     Round { size: usize },
-    /// An axis from -1 to 1 and arms between +-1, shorter the farther along the axis.
+    /// An axis and arms between +-1, shorter the farther along the axis: at least one of them shrinks to nothing at the
+    /// end of the axis, which alone bounds it.
     Tapered { arms: usize, tapers: [f64; 4] },
 }
 
