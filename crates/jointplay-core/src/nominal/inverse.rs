@@ -13,6 +13,8 @@ use crate::nominal::path::Configuration;
 
 /// Gauss-Newton steps per target.
 const STEPS: usize = 200;
+/// Part of the characteristic length by which the output may miss a target that it has reached.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Newton steps of the closure per target. Ordinary targets take some tens; one that cannot be reached would be
 /// approached along the edge of what can be assembled, by one vain continuation after the other.
 const WORK: usize = 3_000;
@@ -117,7 +119,7 @@ impl Mechanism {
                     return Ok((state, error.norm()));
                 }
             }
-            if last {
+            if last || error.norm() <= ROUNDING * self.length {
                 break;
             }
         }
