@@ -2,9 +2,9 @@
 
 python benchmarks/felt.py report press 3-rrr        single commands and examples, printed with what takes most of each
 
-Every start is a fresh interpreter; its files are in the page cache of the system, its byte code is compiled. Times are of
-the processor, with all threads. Where they go is sampled on the same clock, which adds a few per cent: a sample counts
-for the package whose code is running. What is called from Python shows as one long sample, and is the core's.
+Every start is a fresh interpreter; its files are in the page cache of the system, its byte code is compiled. Times are
+of the processor, with all threads. Where they go is sampled on the same clock, which adds a few per cent: a sample
+counts for the package whose code is running. What is called from Python shows as one long sample, and is the core's.
 """
 
 from __future__ import annotations

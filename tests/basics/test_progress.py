@@ -57,7 +57,9 @@ def built() -> Iterator[tuple[str, Callable[[], object]]]:
     places = {name: as_drawn.nominal.sel(component=name).values for name in ("x", "y")}
     table = {"configuration": [*range(len(places["x"]))], **places}
     limited, sigma = m.with_({"limits.position": 1.0}), {"length": 0.01}
-    pushed = m.with_({"load_cases": {"push": [{"force": [300, -500]}], "pull": [{"force": [-300, 500]}]}, "gravity": None})
+    pushed = m.with_(
+        {"load_cases": {"push": [{"force": [300, -500]}], "pull": [{"force": [-300, 500]}]}, "gravity": None}
+    )
     both = {"configuration": [*range(5)] * 2, "load_case": ["push"] * 5 + ["pull"] * 5}
     both |= {name: [*places[name][:5]] * 2 for name in ("x", "y")}
     yield "loaded", lambda: jp.loaded(example("four-bar"))

@@ -171,9 +171,7 @@ def compute(
 ) -> Result:
     """The light form of `compensate`."""
     if not one_table:
-        return _of_each_case(
-            m, question, offsets, deviations, weights=weights, target=target, at=at, progress=progress
-        )
+        return _of_each_case(m, question, offsets, deviations, weights=weights, target=target, at=at, progress=progress)
     if question != "loaded" or not m.load_cases:
         has = "" if m.load_cases else "; the file has no load cases"
         raise InputError(f"one table is for all load cases of the question 'loaded'{has}", file=m.file, key="one_table")

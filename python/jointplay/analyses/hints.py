@@ -126,7 +126,7 @@ def _clearances(m: Mechanism) -> Iterator[str]:
     links_of: dict[int, list[float]] = {}
     for places in _spans(m).values():
         # A joint may be on a body twice; its first place counts.
-        for joint, here in {k: at for k, at in reversed(places)}.items():
+        for joint, here in dict(reversed(places)).items():
             apart = (float(np.linalg.norm(at - here)) for _, at in places)
             links_of.setdefault(joint, []).extend(length for length in apart if length > 1e-9 * m.length)
     for source in m.compiled_sources:

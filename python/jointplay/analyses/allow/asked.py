@@ -40,8 +40,8 @@ PRESSED = 4096
 OUTSIDE = 10
 #: what binds where not an error does: no pose, and a size that the file cannot have
 ASSEMBLY, REFUSED = "assembly", "refused"
-#: configurations that use less than this share of the most that one uses are looked at in the end only; and where larger
-#: sizes never use less, so that hardly another one binds
+#: configurations that use less than this share of the most that one uses are looked at in the end only; and where
+#: larger sizes never use less, so that hardly another one binds
 NEAR, NEARER = 0.6, 0.95
 
 
