@@ -582,6 +582,11 @@ class TestAPerson:
 
     def test_has_names_for_everything_and_room_at_800_pixels(self, person: Person) -> None:
         page = person.page
+        # With as many properties as there are.
+        person.press("c")
+        person.click(*person.where("J2"))
+        person.click(-60, 80)
+        person.pick("#parts", '{"joint":"J2"}')
         size = {"width": 800, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         page.ask("Emulation.setDeviceMetricsOverride", **size)
         assert page.run("document.documentElement.scrollWidth") <= 800

@@ -5,7 +5,7 @@ const WIDTH = 420, HEIGHT = 190, LEFT = 58, RIGHT = 12, TOP = 24, BOTTOM = 34;
 
 /**
  * Draws curves {name, values, exact} over numbers, with the place where the sliders are (null: not on the axis). The limit is
- * dragged where `limited` takes another one.
+ * dragged where `limited` takes another one (null: none).
  */
 export function chart(element, { title, unit, label, x, curves, limit, here, limited = null }) {
   const svg = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
@@ -73,6 +73,8 @@ function dragged(svg, { limit, up, top, told, limited }) {
   grip.addEventListener("pointerdown", (event) => {
     event.preventDefault();
     grip.setPointerCapture(event.pointerId);
+    // Answers that come meanwhile wait until it is let go.
+    grip.classList.add("held");
     next = limit;
   });
   grip.addEventListener("pointermove", (event) => {
@@ -84,10 +86,13 @@ function dragged(svg, { limit, up, top, told, limited }) {
     told.setAttribute("y", up(next) - 4);
     told.textContent = `limit ${next}`;
   });
-  grip.addEventListener("pointerup", () => {
-    if (next !== null && next !== limit) limited(next);
-    next = null;
-  });
+  for (const kind of ["pointerup", "pointercancel"]) {
+    grip.addEventListener(kind, () => {
+      grip.classList.remove("held");
+      limited(kind === "pointerup" && next !== limit ? next : null);
+      next = null;
+    });
+  }
 }
 
 // Round numbers between two others.

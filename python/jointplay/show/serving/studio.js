@@ -202,11 +202,11 @@ function along() {
     if (curves.length) {
       const { unit, limit } = shown.path[questions[0]][quantity];
       const label = single ? `${open.drives[0].name} [${open.drives[0].unit}]` : "configuration";
-      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limit, here: Number.isFinite(here) ? here : null, limited: open.problem || isTable(open.board.limits[quantity]) ? null : (value) => edit({ edits: [[["limits", quantity], value]] }) });
+      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limit, here: Number.isFinite(here) ? here : null, limited: open.problem || isTable(open.board.limits[quantity]) ? null : (value) => (value === null ? along() : edit({ edits: [[["limits", quantity], value]] })) });
     }
     return place;
   });
-  at("charts").replaceChildren(...charts);
+  if (!at("charts").querySelector(".grip.held")) at("charts").replaceChildren(...charts);
   const rough = questions.filter((question) => !shown.path[question].exact);
   at("state").textContent = rough.length ? "not yet exact" : questions.length ? "exact" : "";
   at("state").className = rough.length ? "rough" : "";
