@@ -211,6 +211,17 @@ def test_what_is_compared_is_judged_for_forces_too():
     )
 
 
+def test_of_several_load_cases_the_worst_one_is_named():
+    cases = {name: [{"body": "piston", "force": [-part * FORCE, 0]}] for name, part in (("more", 1.0), ("less", 0.5))}
+    m = mechanism(**{"loads": [], "load_cases": cases, "limits.drive_torques.theta": 0.999 * brute_force(PLAY)})
+    for changes in ({}, {"load_cases": dict(reversed(cases.items()))}):
+        one = m.with_(changes)
+        result = jp.compare(one, one, names=["a", "b"])
+        assert result.forces_load_case.values.tolist() == ["more", "more"]
+        assert np.allclose(result.forces_used, 1.0 / 0.999, rtol=1e-6)
+        assert sentence(result).text.endswith("at configuration 1 of load case more.")
+
+
 def test_sizes_that_are_chosen_and_that_wear_are_judged_for_forces_too(tmp_path, capsys):
     from jointplay.cli import run
 

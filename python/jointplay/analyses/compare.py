@@ -69,7 +69,8 @@ def compare(
     xarray.Dataset
         The variables of the question over `mechanism` and `configuration`, in the units of `a`; `drive_value` (nan for
         the drives of others) and `mismatch` (nominal pose - that of `a`). Where `a` has no pose there is nothing
-        to follow: others are ``not_assembled`` there, with all numbers nan.
+        to follow: others are ``not_assembled`` there, with all numbers nan. Where a file limits forces also
+        `forces_outcome` (``held``, ``missed`` or ``not shown`` in the worst case), with `forces_used` and where it is.
 
     Examples
     --------

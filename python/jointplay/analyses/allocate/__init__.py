@@ -102,7 +102,8 @@ def allocate(
         where it uses most. Of `random` `decided_by`: with which contact, and in which load case, most of the limit is
         used.
 
-        Over `limit`, the factors of `curve`: `curve_cost`, `curve_status`.
+        Over `limit`, the factors of `curve`: `curve_cost`, `curve_status`. Where the file limits forces,
+        `forces_outcome` with these sizes, as of `compare`.
 
         `status` is ``ok``; ``infeasible``: no sizes were found with which the limits hold, and the tightest ones are
         given, which miss them; ``unfinished``: the sizes hold, but there may be cheaper ones; or the status of a

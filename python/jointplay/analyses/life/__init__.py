@@ -107,6 +107,7 @@ def life(
         they hold with all that was tried; ``undetermined``, where from there on the loads do not say how joints share
         them; ``no_limit``, where the file has none; ``no_wear``, where nothing grows; ``no_pose``, where some
         configuration has no pose, so that the cycle is not known. The attribute `cycle` says what a cycle is.
+        Where the file limits forces, `forces_outcome` at the end of the life, as of `compare`.
         Of a machine that runs `contact_rate`, the largest at the end of the life, with `contact`, `contact_source` and
         `contact_configuration`, see `loaded`.
 

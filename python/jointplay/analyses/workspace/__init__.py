@@ -85,13 +85,14 @@ def workspace(
     Returns
     -------
     xarray.Dataset
-        `size` (area or volume) and `size_error` (how far the size of every second node is from it), `share` over
-        `bound` (parts of the boundary that are bounded by the end of a range, such as ``drives.q1.high``, by
+        `size` (area or volume) and `size_error` (how far the size of every second node is from it, or what tolerance
+        and edges that are cut off leave), `share` over `bound` (parts of the boundary that are bounded by the end of a
+        range, such as ``drives.q1.high``, by
         ``not_assembled``, ``singular``, a limit, or ``edge``: that of the grid), `disc_centre`, `disc_radius`,
         `box_low`, `box_high` and `box_size` with `disc_radius_error` and `box_size_error`; the boundary as `vertex`
         (the points, over `point` and `along`), `vertex_bound` and `facet` (numbers of the points of segments or
         triangles, counterclockwise seen from outside); over the axes `inside` and `outside_by`; `status`: ``ok``, or
-        ``empty``.
+        ``empty``. With a question of a file that limits forces, `forces_outcome`: ``held``, or ``not shown``, and why.
 
     Raises
     ------
