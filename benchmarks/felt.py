@@ -10,7 +10,6 @@ counts for the package whose code is running. What is called from Python shows a
 from __future__ import annotations
 
 import json
-import re
 import signal
 import sys
 import tempfile
@@ -20,7 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 import jointplay as jp
-from harness import Report, Spread, Target, number, processor_seconds
+from harness import Report, Spread, Target, processor_seconds
 
 COMMANDS = ("check", "error", "allow", "report", "map")
 #: nodes of a drive where a file has no grid to be mapped
@@ -127,6 +126,11 @@ def words(parts: Counter[str]) -> str:
     return ", ".join(f"{name} {100 * spent / sum(parts.values()):.0f} %" for name, spent in parts.most_common(3))
 
 
+def line(command: str, name: str, seconds: float, code: int, parts: Counter[str]) -> str:
+    """What was measured of a command and an example."""
+    return f"{command:8}{name:24}{seconds:8.2f} s  exit {code}  {words(parts) if parts else 'refused'}"
+
+
 def measure(_: int) -> Report:
     """Measure all commands on all examples, each once."""
     rows, targets = [], []
@@ -137,24 +141,22 @@ def measure(_: int) -> Report:
             parts: Counter[str] = Counter()
             for name in jp.examples.names():
                 taken, code, own = measured(command, name, folder)
+                print(line(command, name, taken, code, own), file=sys.stderr, flush=True)
                 if code in ANSWERED:
                     seconds[name] = taken
                     parts.update(own)
-            slowest = sorted(seconds, key=lambda name: -seconds[name])[:5]
-            told = ", ".join(f"{name} {number(seconds[name])}" for name in slowest)
-            spread = Spread.of([*seconds.values()]).text()
-            rows.append([f"`{command}`", str(len(seconds)), spread, told, words(parts)])
+            slowest = max(seconds, key=lambda name: seconds[name])
+            rows.append([f"`{command}`", Spread.of([*seconds.values()]).text(), slowest, words(parts)])
             if command == "report":
                 targets = _targets(seconds)
-    header = ["command", "examples", "s", "slowest", "largest parts"]
+    header = ["command", "s", "slowest", "largest parts"]
     return Report("felt", "Whole commands on every bundled example", header, rows, targets)
 
 
 def _targets(seconds: dict[str, float]) -> list[Target]:
     spaces: dict[str, list[float]] = {}
     for name, taken in seconds.items():
-        is_spatial = re.search(r'(?m)^space = "spatial"', jp.examples.text(name)) is not None
-        spaces.setdefault("spatial" if is_spatial else "planar", []).append(taken)
+        spaces.setdefault(jp.loads(jp.examples.text(name)).raw.get("space", "planar"), []).append(taken)
     return [Target(f"felt: `report`, {space}, s", SECONDS[space], True, max(every)) for space, every in spaces.items()]
 
 
@@ -164,7 +166,7 @@ def main(command: str, names: list[str]) -> None:
         write(folder)
         for name in names or jp.examples.names():
             seconds, code, parts = measured(command, name, folder)
-            print(f"{command:8}{name:24}{seconds:8.2f} s  exit {code}  {words(parts)}", flush=True)
+            print(line(command, name, seconds, code, parts), flush=True)
 
 
 if __name__ == "__main__":

@@ -72,10 +72,8 @@ class Chain:
         """Say what the batch engine left to the plain solver, and compare the first order with the exact closure."""
         drawn, pushed = self.random(), self.loaded()
         spread = np.sqrt(drawn["covariance"][0, 0, 0] / drawn["covariance_first_order"][0, 0, 0])
-        return (
-            f"{int(drawn['fallbacks'].sum())} of {SAMPLES} samples and {int(pushed['fallbacks'])} of "
-            f"{CONFIGURATIONS} configurations by the plain solver, sigma {spread:.3f} of first order"
-        )
+        left = int(drawn["fallbacks"].sum()), int(pushed["fallbacks"])
+        return f"{left[0]} samples, {left[1]} configurations, {spread:.3f}"
 
 
 def peak(loops: int) -> float:

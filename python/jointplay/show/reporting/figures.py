@@ -29,7 +29,7 @@ def svg(figure: Figure) -> str:
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
     with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
         # To save a figure would draw it twice.
-        FigureCanvasSVG(figure).print_svg(content, metadata={"Date": None})
+        FigureCanvasSVG(figure).print_svg(content, metadata={"Date": None})  # type: ignore[no-untyped-call]
     return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
 
 
