@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
-from helpers.studio import NEWEST, Person, number, served
+from helpers.studio import NEWEST, Person, choose, number, served
 from jointplay.file import toml
 from jointplay.show.serving import drafts
 
@@ -503,3 +503,17 @@ def test_a_drawing_of_another_program_is_opened(drawer: Person) -> None:
     page.wait("document.getElementById('name').value === 'coupler.toml'")
     m = jp.read(drawing)
     assert [*toml.parse(drawer.text)["joints"]] == [*m.raw["joints"]]
+
+
+def test_nothing_is_said_of_the_mechanism_before(person: Person) -> None:
+    """The verdict of the former mechanism stood beside another one until its own was there."""
+    page = person.page
+    page.wait("document.querySelector('#line button')")
+    # The answer to the first question never comes.
+    page.run(
+        "window.asked = fetch, window.fetch = (name, ...rest) =>"
+        " name === 'now' ? new Promise(() => {}) : window.asked(name, ...rest), 0"
+    )
+    choose(page, {"example": "five-bar"})
+    page.wait("document.getElementById('name').value === 'five-bar.toml'")
+    page.wait("document.querySelectorAll('#line button, #answer p, #charts svg, #numbers td').length === 0")

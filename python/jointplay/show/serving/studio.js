@@ -570,6 +570,11 @@ function everything(before = null) {
   tools();
   inspector.show(open.board, board.selected);
   tour.shown(open.board);
+  // Answers about another mechanism are none about this one.
+  if (!before || !hasAnswers()) {
+    for (const id of ["answer", "charts", "verdict", "shares", "state", "line"]) at(id).replaceChildren();
+    at("numbers").tBodies[0].replaceChildren();
+  }
   if (hasAnswers()) {
     colours();
     moves();
@@ -580,8 +585,7 @@ function everything(before = null) {
   } else {
     play?.stop();
     play = null;
-    for (const id of ["moves", "knobs", "choices", "answer", "charts", "verdict", "shares", "state"]) at(id).replaceChildren();
-    at("numbers").tBodies[0].replaceChildren();
+    for (const id of ["moves", "knobs", "choices"]) at(id).replaceChildren();
     asked = { ...asked, serial: asked.serial + 1 };
     settling?.abort();
     settling = null;
