@@ -28,6 +28,7 @@ import jointplay as jp
 from helpers.cores import on_all_cores
 from jointplay import examples
 from jointplay.result import from_dataset, parts, size
+from jointplay.show.reporting.answers import directions
 from jointplay.show.reporting.printing import BROWSERS
 
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -97,7 +98,7 @@ def numbers_of(m: jp.Mechanism, text: str, drawn: dict[str, Any], k: int) -> Ite
     for variable in ("worst_position", "worst_rotation"):
         if not np.allclose(column(table, variable), worst[variable].values.ravel(), equal_nan=True):
             yield f"{variable} in worst.csv"
-    region = jp.region(m.first)
+    region = jp.region(m.first, directions=directions(m.first))
     extent = column(files(text, "region.csv")[k], "extent")
     if not np.allclose(extent, region.extent.values.ravel()[: len(extent)], equal_nan=True):
         yield "extent in region.csv"
