@@ -59,7 +59,7 @@ def call(command: str, name: str, folder: str) -> list[str]:
 def grid(path: Path) -> list[str]:
     """Options for a grid over the range of the first two drives, where the file has none."""
     m = jp.load(path)
-    if "grid" in m.raw:
+    if "grid" in m.raw or not m.drives:
         return []
     known = jp.solve(m)
     found: list[str] = []
