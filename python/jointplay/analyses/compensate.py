@@ -56,6 +56,8 @@ FARTHEST = 0.5
 SHRUNK, NEAR = 0.1, 1e-8
 #: two errors are the same up to this part of them
 SAME = 1e-13
+#: what holds steps, as a part of the derivatives, where ranges do
+SHORT = 1e-6
 #: rounds in which offsets of the worst case are added, and the part by which the largest error of all may be more than
 #: that of those which were
 ROUNDS, MISSED = 40, 1e-8
@@ -382,8 +384,7 @@ def correct(
     ranges : ndarray
         Lowest and highest value of every drive, shape (2, drive).
     """
-    low, high = ranges
-    drives = np.clip(at.drives, low, high)
+    drives = np.clip(at.drives, *ranges)
     everywhere = np.arange(len(drives))
     error, status = before[0].copy(), before[1].copy()
     if len(held := np.flatnonzero((drives != at.drives).any(axis=1))):
@@ -415,7 +416,7 @@ def correct(
             outward = _step(slope[k], weight, error[k] - wanted[k], unit, drives[k], ranges)
             # Where the output hardly follows, the way to its target is long: as far as errors are linear, and no turns.
             outward *= min(1.0, FARTHEST / max(float(np.abs(outward / unit).max()), FARTHEST))
-            step[k] = np.clip(drives[k] + outward, low, high) - drives[k]
+            step[k] = outward
         length = np.abs(step / unit).max(axis=1)
         active = active[np.isfinite(length[active])]
         still = active[length[active] <= STILL]
@@ -425,7 +426,7 @@ def correct(
         renews[still] = True
         searching, part = active[length[active] > STILL], 1.0
         while len(searching) and part >= SHORTEST:
-            trial = drives[searching] + part * step[searching]
+            trial = _within(drives[searching] + part * step[searching], unit, ranges)
             found, outcome = errors(trial, searching)
             there, moved = size(found, searching), part * length[searching]
             # Near the least error it hardly changes, and the derivatives see more.
@@ -448,17 +449,27 @@ def correct(
 
 
 def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
-    """The step of least norm; drives that it would push out of their range stay where they are."""
+    """The step of least norm; where it would leave a range, the one within all ranges that leaves least."""
+    from scipy.optimize import lsq_linear
+
     if not np.isfinite(slopes).all():
         return np.full_like(drives, np.nan)
-    free = np.ones(len(drives), dtype=bool)
-    while True:
-        matrix = weight[:, None] * slopes * unit * free
-        step: Floats = unit * free * np.linalg.lstsq(matrix, -weight * gap, rcond=1e-9)[0]
-        out = free & (((drives <= ranges[0]) & (step < 0)) | ((drives >= ranges[1]) & (step > 0)))
-        if not out.any():
-            return step
-        free &= ~out
+    matrix, right = weight[:, None] * slopes * unit, -weight * gap
+    low, high = (ranges - drives) / unit
+    step = np.linalg.lstsq(matrix, right, rcond=1e-9)[0]
+    if not ((low <= step) & (step <= high)).all():
+        # Of steps that leave as much a short one.
+        held = SHORT * np.linalg.norm(matrix) * np.eye(len(drives))
+        rows, right = np.vstack([matrix, held]), np.append(right, np.zeros(len(drives)))
+        step = lsq_linear(rows, right, (low, np.maximum(high, low + STILL)), method="bvls", tol=1e-14).x
+    return np.asarray(unit * step)
+
+
+def _within(drives: Floats, unit: Floats, ranges: Floats) -> Floats:
+    """Drives within their ranges; those at an end are there without rounding."""
+    for end in ranges:
+        drives = np.where(np.abs(drives - end) <= STILL * unit, end, drives)
+    return np.asarray(np.clip(drives, *ranges))
 
 
 def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: Mapping[str, Any] | None) -> Errors:
