@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,8 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
     """Under every joint and every body of the file, with the names of sources that follow from them."""
     text = examples.text(name)
     m = jp.loads(text)
-    for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
+    others = [(kind, name) for kind, section in naming.KINDS.items() for name in [*m.raw.get(section, {})][:1]]
+    for kind, old in [*others, ("body", m.owners[0])]:
         wanted = naming.renamed(m.raw, kind, old, "other_name")
         again = document.renamed(text, wanted, old, "other_name")
         assert len(again.splitlines()) == len(text.splitlines())
@@ -74,6 +76,38 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
         np.testing.assert_array_equal(other.core_spec["guess"], m.core_spec["guess"])
         assert len(other.sources) == len(m.sources)
         assert [s.replace("other_name", old) for s in other.sources] == [*m.sources]
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("drive", {"limits": {"drives": {"a": [0, 9]}, "drive_torques": {"a": 5}}, "grid": {"a": [0, 9], "x": 3}}),
+        ("drive", {"target": {"function": {"of": "angle", "value": "2 * a - max(a, 1)"}}}),
+        ("drive", {"outputs": {"tip": {"target": {"dwell": {"of": "x", "drive": "a"}}}}}),
+        ("drive", {"correlations": [{"sources": ["a", "J1"], "rank": 0.5}], "costs": {"a": {"a": 1}}}),
+        ("drive", {"design": {"vary": {"drives.a.error": [1, 2]}}}),
+        ("dimension", {"costs": {"a": {"b": 1}}, "design": {"vary": {"dimensions.a.tolerance": [1, 2]}}}),
+        ("spring", {"design": {"vary": {"springs.a.stiffness": [1, 2]}}}),
+    ],
+)
+def test_all_that_speaks_of_a_name_speaks_of_the_other_one(kind: str, told: dict[str, Any]) -> None:
+    """And what else has the name keeps it: here a body, and a key of the file itself."""
+    own = {naming.KINDS[kind]: {"a": {"from": 1}}, **told}
+    others = {"joints": {"J1": {"on": {"a": [0, 0]}}}, "output": {"body": "a"}}
+    wanted = json.loads(re.sub(r"\ba\b", "motor", json.dumps(own)))
+    # Of a cost its constant part.
+    wanted = {**wanted, **({"costs": {"motor": told["costs"]["a"]}} if "costs" in told else {})}
+    assert naming.renamed({**own, **others}, kind, "a", "motor") == {**wanted, **others}
+
+
+def test_a_gesture_that_leaves_no_valid_file_is_refused_and_the_board_stays(tmp_path: Path) -> None:
+    studio = Studio(Folder(tmp_path))
+    page = studio.open({"example": "four-bar"})["page"]
+    with pytest.raises(InputError, match="drives: too many drives: .theta1. and .drive1. command the same motion"):
+        studio.edit({"page": page, "gesture": "drive", "joint": "J2"})
+    assert studio.now({"page": page, "drives": [40.0]})["here"]
+    # A typed text is the person's, with what is wrong in it.
+    assert studio.edit({"page": page, "text": FOUR_BAR.replace('"J1"', '"J7"')})["problem"]
 
 
 def places(m: jp.Mechanism, at: np.ndarray) -> dict[str, np.ndarray]:

@@ -291,6 +291,38 @@ def test_a_drive_has_its_range_error_law_and_backlash(drawer: Person) -> None:
     assert "backlash" not in toml.parse(drawer.text)["drives"]["drive1"]
 
 
+def test_drives_dimensions_and_springs_get_other_names(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("c")
+    drawer.click(60, 80)
+    drawer.click(0, 80)
+    drawer.press("i")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    for kind, section, old in [
+        ("drive", "drives", "drive1"),
+        ("spring", "springs", "spring1"),
+        ("dimension", "dimensions", "l1"),
+    ]:
+        before = toml.parse(drawer.text)
+        drawer.fill(f"{kind}.{old}.name", f"my_{old}")
+        raw = toml.parse(drawer.text)
+        assert raw == {**before, section: {f"my_{old}": before[section][old]}}
+    text = drawer.text
+    drawer.fill("drive.my_drive1.name", "a b")
+    assert "is not a name" in drawer.page.run(NOTE)
+    assert drawer.text == text
+
+
+def test_a_drive_too_many_is_refused_and_the_answers_stay(person: Person) -> None:
+    text = person.text
+    person.press("d")
+    person.click(*person.where("J2"))
+    assert "too many drives" in person.page.run(NOTE)
+    assert person.text == text
+    assert not person.page.run("document.body.classList.contains('stale')")
+
+
 def test_the_values_of_a_drive_are_typed(person: Person) -> None:
     person.fill("drives.theta1.values", "25; 40,5; 70")
     assert toml.parse(person.text)["drives"]["theta1"]["values"] == [25, 40.5, 70]

@@ -104,8 +104,15 @@ def drive(hand: Hand, told: Json) -> None:
             raise InputError(f"'{name}' has axes of its own bodies; write its drive in the text")
     else:
         raise InputError(f"'{name}' has no motion that can be driven")
-    own = {"joint": free[0], "from": tidy(here - reach), "to": tidy(here + reach), "count": COUNT}
+    own = {"joint": free[0], "from": tidy(here - reach), "to": tidy(here + reach), "count": _count(hand)}
     hand.put(("drives", hand.new("drive", hand.raw.get("drives", {}))), own)
+
+
+def _count(hand: Hand) -> int:
+    """How many values drives have, which run together; a single one is held."""
+    drives = [own for own in hand.raw.get("drives", {}).values() if isinstance(own, Mapping)]
+    counts = [len(v) if isinstance(v := own.get("values"), list) else own.get("count", 1) for own in drives]
+    return next((count for count in counts if isinstance(count, int) and count > 1), COUNT)
 
 
 def _extent(hand: Hand) -> float:
