@@ -103,7 +103,7 @@ def test_all_that_speaks_of_a_name_speaks_of_the_other_one(kind: str, told: dict
 def test_a_gesture_that_leaves_no_valid_file_is_refused_and_the_board_stays(tmp_path: Path) -> None:
     studio = Studio(Folder(tmp_path))
     page = studio.open({"example": "four-bar"})["page"]
-    with pytest.raises(InputError, match="drives: too many drives: .theta1. and .drive1. command the same motion"):
+    with pytest.raises(InputError, match="too many drives: 'theta1' and 'drive1' command the same motion"):
         studio.edit({"page": page, "gesture": "drive", "joint": "J2"})
     assert studio.now({"page": page, "drives": [40.0]})["here"]
     # A typed text is the person's, with what is wrong in it.
