@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -143,6 +144,53 @@ def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
         angles = dict(zip(m.bodies, poses[:, 2], strict=True))
         start = {f"start.{body}": {"angle": float(np.degrees(angle))} for body, angle in angles.items()}
         np.testing.assert_allclose(jp.solve(moved.with_(start)).nominal[0, :2], before["J3 a"], atol=1e-6)
+
+
+def test_bars_that_keep_their_lengths_take_along_what_they_carry() -> None:
+    """In the four-bar, whose bodies have axes of their own, at a configuration of its path; crank and coupler turn."""
+    m = jp.loads(FOUR_BAR)
+    session = drafts.read(FOUR_BAR, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[5]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    text = document.edited(FOUR_BAR, ("output",), {"body": "coupler", "at": [30, 10]})
+    text = document.edited(text, ("bodies", "coupler"), {"mass": 1, "centre": [75, 5]})
+    raw = toml.parse(text)
+    before = places(m, poses)
+    goal = before["J1 a"] + [40, 90]
+    told = {"gesture": "move", "at": {"joint": "J2"}, "to": [*goal], "keeps": "lengths"}
+    for steps, value in gestures.edits(raw, shown, told)[0]:
+        text = document.edited(text, steps, value)
+    changed = toml.parse(text)
+    after = places(jp.loads(text), poses)
+
+    def size(at: dict[str, np.ndarray], one: str, other: str) -> float:
+        return float(np.linalg.norm(at[f"{one} a"] - at[f"{other} a"]))
+
+    for one, other in [("J1", "J2"), ("J2", "J3")]:
+        assert size(after, one, other) == pytest.approx(size(before, one, other), abs=1e-7)
+    assert size(after, "J3", "J4") != pytest.approx(size(before, "J3", "J4"), abs=1)
+    for name in ("J1", "J4"):
+        np.testing.assert_allclose(after[f"{name} a"], before[f"{name} a"], atol=1e-7)
+    aim = (goal - before["J1 a"]) / np.linalg.norm(goal - before["J1 a"])
+    np.testing.assert_allclose(after["J2 a"], before["J1 a"] + size(before, "J1", "J2") * aim, atol=1e-7)
+    # Distances of what the coupler carries from its pins are those before.
+    for old, new in [((30, 10), changed["output"]["at"]), ((75, 5), changed["bodies"]["coupler"]["centre"])]:
+        for pin in ("J2", "J3"):
+            own, now = (one["joints"][pin]["on"]["coupler"] for one in (raw, changed))
+            assert math.dist(new, now) == pytest.approx(math.dist(old, own), abs=1e-7)
+
+
+def test_a_slider_stays_in_its_guide_where_a_rod_keeps_its_length() -> None:
+    kept = {"gesture": "move", "at": {"joint": "J1"}, "keeps": "lengths"}
+    joints = toml.parse(draft(*SLIDER_CRANK, {**kept, "to": [30, 40]}))["joints"]
+    # The crank of 50 and the rod of 130, as 5-12-13: x = 30 + sqrt(130^2 - 40^2).
+    assert joints["J1"]["at"] == [30, 40]
+    for name in ("J3", "J4"):
+        np.testing.assert_allclose(joints[name]["at"], [30 + np.sqrt(130**2 - 40**2), 0], atol=1e-6)
+    # A crank of 50 on a locked pin of the slider: two lengths hold it.
+    with pytest.raises(InputError, match="the lengths to J2, J3 hold 'J1' where it is"):
+        draft(*SLIDER_CRANK, {"gesture": "lock", "at": {"joint": "J3"}}, {**kept, "to": [30, 40]})
 
 
 def draft(*told: dict[str, Any], text: str = drafts.EMPTY) -> str:

@@ -14,6 +14,7 @@ from jointplay.file.schema.keys import Steps
 
 from .board import GROUND, XY, BodyPose, Json, bodies_of, free_of, locked_in, numbers, placed_at, seen_from
 from .hand import Edit, Hand, number_in, number_of, point_of, tidy
+from .keeping import keep_lengths
 from .removing import delete
 from .tying import case, dimension, duplicate, gear, lock, meshed, spring, teeth, weld
 
@@ -147,7 +148,7 @@ def _point_on_body(hand: Hand, ref: Json) -> Json:
 
 
 def move(hand: Hand, told: Json) -> None:
-    """Another place of a joint or of a free point; all other points stay where they are shown."""
+    """Another place of a joint or of a free point; all other points stay where they are shown, or bars keep lengths."""
     ref = dict(told["at"])
     place = _typed_place(hand, told["to"])
     if "joint" not in ref:
@@ -160,6 +161,10 @@ def move(hand: Hand, told: Json) -> None:
     table = hand.joint(name)
     if name in locked_in(hand.raw):
         raise InputError(f"'{name}' is locked")
+    if told.get("keeps") == "lengths":
+        for one, at in keep_lengths(hand, name, place).items():
+            move(hand, {"at": {"joint": one}, "to": list(at)})
+        return None
     before = hand.place_of(name)
     if "on" not in table:
         hand.require_drawn(name)

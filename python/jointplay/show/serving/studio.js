@@ -415,6 +415,11 @@ function tools() {
   const drawn = element("button", { type: "button", textContent: "as drawn", title: "key Home: the drives where the file is drawn" }, place);
   drawn.addEventListener("click", asDrawn);
   if (open.board.planar) {
+    const keeps = element("select", { id: "keeps", title: "key H: what stays when a joint is dragged" }, element("label", { textContent: "keeps: " }, place));
+    keeps.setAttribute("aria-label", "keeps: what stays when a joint is dragged");
+    keeps.setAttribute("aria-keyshortcuts", "h");
+    for (const what of KEPT) element("option", { value: what, textContent: what, selected: what === board.keeps }, keeps);
+    keeps.addEventListener("input", () => keep(keeps.value));
     const label = element("label", { className: "button", textContent: board.picture ? "another picture" : "picture behind", title: "to draw over; two points scale it" }, place);
     const input = element("input", { id: "picture", type: "file", accept: "image/*", hidden: true }, label);
     input.addEventListener("change", () => trying(async () => picture(await Picture.of(input.files[0], viewer))));
@@ -422,6 +427,14 @@ function tools() {
     element("button", { type: "button", id: "guide", textContent: "guide" }, place).addEventListener("click", () => tour.start(open.board));
   }
   use(open.board.planar ? board.tool : "select");
+}
+
+/** What a drag of a joint keeps: all other positions, or the lengths of the bars on it. */
+const KEPT = ["positions", "lengths"];
+
+function keep(what) {
+  board.keeps = at("keeps").value = what;
+  said(`A drag of a joint keeps ${what === "lengths" ? "the lengths of the bars on it" : "the positions of all others"}.`);
 }
 
 /** Another picture behind the drawing, or none. */
@@ -870,7 +883,7 @@ function nudged(by) {
   const place = joint?.at ?? free?.at;
   if (!place) return false;
   if (joint?.fixed) said(`${joint.name} ${joint.fixed}.`);
-  else edit({ gesture: "move", at: selected, to: place.map((v, k) => v + by[k] * board.step()) });
+  else edit({ gesture: "move", at: selected, to: place.map((v, k) => v + by[k] * board.step()), keeps: board.keeps });
   return true;
 }
 
@@ -927,6 +940,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key.toLowerCase() === "n" && !event.target.matches?.("select")) return board.next(event.shiftKey ? -1 : 1);
+  if (event.key.toLowerCase() === "h" && open.board.planar && !event.target.matches?.("select")) return keep(KEPT.find((one) => one !== board.keeps));
   const tool = !event.target.matches?.("select") && Object.entries(TOOLS).find(([, { key }]) => key === event.key.toLowerCase());
   if (tool && open.board.planar) use(tool[0]);
 });
