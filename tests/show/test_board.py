@@ -16,9 +16,10 @@ import jointplay as jp
 from helpers.browser import Browser, needs_browser
 from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
 from jointplay import examples
+from jointplay.analyses.nominal import Nominal
 from jointplay.errors import InputError
 from jointplay.file import document, toml
-from jointplay.show.serving import drafts, gestures, naming, templates
+from jointplay.show.serving import answers, drafts, gestures, naming, templates
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.server import Studio
 
@@ -191,6 +192,33 @@ def test_a_slider_stays_in_its_guide_where_a_rod_keeps_its_length() -> None:
     # A crank of 50 on a locked pin of the slider: two lengths hold it.
     with pytest.raises(InputError, match="the lengths to J2, J3 hold 'J1' where it is"):
         draft(*SLIDER_CRANK, {"gesture": "lock", "at": {"joint": "J3"}}, {**kept, "to": [30, 40]})
+
+
+def test_the_transmission_angle_is_that_of_the_triangle_and_a_dead_centre_is_signed() -> None:
+    """A four-bar of 30, 60, 60 and 90, whose rod and rocker are in line where the crank points away from its pin."""
+    for (x, y), is_dead in [((0, 30), False), ((-30, 0), True)]:
+        middle = np.array([x + 90, y]) / 2
+        up = np.array([y, 90 - x]) / math.hypot(90 - x, y)
+        top = middle + up * math.sqrt(max(60**2 - math.dist(middle, (90, 0)) ** 2, 0))
+        ends = [{"at": [0, 0]}, {"at": [x, y]}, {"at": [*top]}, {"at": [90, 0]}]
+        told = [
+            {"gesture": "bar", "from": ends[0], "to": ends[1]},
+            {"gesture": "bar", "from": {"body": "bar1", "index": 1}, "to": ends[2]},
+            {"gesture": "bar", "from": {"body": "bar2", "index": 0}, "to": ends[3]},
+            {"gesture": "ground", "at": {"body": "bar1", "index": 0}},
+            {"gesture": "ground", "at": {"body": "bar3", "index": 0}},
+            {"gesture": "drive", "joint": "J3"},
+            {"gesture": "output", "at": {"joint": "J2"}},
+        ]
+        m = jp.loads(draft(*told))
+        poses = np.zeros((1, len(m.bodies), 3))
+        at = Nominal(np.zeros((1, 1)), poses, m.core.output(poses), np.zeros(1, dtype=np.uint8))
+        found = answers.transmission(m, at)
+        # By the law of cosines: the angle between rod and rocker, or what is left to a straight one.
+        cosine = (60**2 + 60**2 - math.dist((x, y), (90, 0)) ** 2) / (2 * 60 * 60)
+        assert found is not None
+        assert found["alarm"] == is_dead
+        assert found["text"].endswith(f"Transmission angle {math.degrees(math.acos(abs(cosine))):.1f}° at J2")
 
 
 def draft(*told: dict[str, Any], text: str = drafts.EMPTY) -> str:

@@ -412,6 +412,7 @@ def test_the_mechanism_plays_and_the_file_stays(person: Person) -> None:
     rest = page.run(angle)
     page.wait(NEWEST)
     assert page.run(angle) == rest
+    assert page.text("#transmission").startswith("Transmission angle ")
     assert 22.7 <= rest <= 76.39
     assert person.text == text
     assert page.run("document.body.dataset.saved") == "true"

@@ -162,8 +162,8 @@ def move(hand: Hand, told: Json) -> None:
     if name in locked_in(hand.raw):
         raise InputError(f"'{name}' is locked")
     if told.get("keeps") == "lengths":
-        for one, at in keep_lengths(hand, name, place).items():
-            move(hand, {"at": {"joint": one}, "to": list(at)})
+        for one, there in keep_lengths(hand, name, place).items():
+            move(hand, {"at": {"joint": one}, "to": list(there)})
         return None
     before = hand.place_of(name)
     if "on" not in table:

@@ -138,11 +138,17 @@ function show(found, mine) {
     viewer.update(found.scene);
     board.mark();
   }
+  if (found.transmission !== undefined) transmitted(found.transmission);
   document.body.dataset.shown = found.serial;
   document.body.dataset.milliseconds = found.milliseconds;
   answer();
   numbers();
   along();
+}
+
+function transmitted(told) {
+  at("transmission").textContent = told?.text ?? "";
+  at("transmission").classList.toggle("alarm", Boolean(told?.alarm));
 }
 
 const wordOf = (question, answer) => (question === "random" && answer.samples ? `${answer.samples.toLocaleString("en")} specimens` : answer.exact ? "exact" : "to first order");
@@ -585,6 +591,7 @@ function everything(before = null) {
   tour.shown(open.board);
   // Answers about another mechanism are none about this one.
   if (!before || !hasAnswers()) {
+    transmitted(null);
     for (const id of ["answer", "charts", "verdict", "shares", "state", "line"]) at(id).replaceChildren();
     at("numbers").tBodies[0].replaceChildren();
   }
