@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,10 @@ import jointplay as jp
 from helpers.browser import Browser, needs_browser
 from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
 from jointplay import examples
+from jointplay.analyses.nominal import Nominal
 from jointplay.errors import InputError
 from jointplay.file import document, toml
-from jointplay.show.serving import drafts, gestures, naming, templates
+from jointplay.show.serving import answers, drafts, gestures, naming, templates
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.server import Studio
 
@@ -66,7 +69,8 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
     """Under every joint and every body of the file, with the names of sources that follow from them."""
     text = examples.text(name)
     m = jp.loads(text)
-    for kind, old in [("joint", next(iter(m.raw["joints"]))), ("body", m.owners[0])]:
+    others = [(kind, name) for kind, section in naming.KINDS.items() for name in [*m.raw.get(section, {})][:1]]
+    for kind, old in [*others, ("body", m.owners[0])]:
         wanted = naming.renamed(m.raw, kind, old, "other_name")
         again = document.renamed(text, wanted, old, "other_name")
         assert len(again.splitlines()) == len(text.splitlines())
@@ -74,6 +78,38 @@ def test_what_is_renamed_is_the_same_mechanism(name: str) -> None:
         np.testing.assert_array_equal(other.core_spec["guess"], m.core_spec["guess"])
         assert len(other.sources) == len(m.sources)
         assert [s.replace("other_name", old) for s in other.sources] == [*m.sources]
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("drive", {"limits": {"drives": {"a": [0, 9]}, "drive_torques": {"a": 5}}, "grid": {"a": [0, 9], "x": 3}}),
+        ("drive", {"target": {"function": {"of": "angle", "value": "2 * a - max(a, 1)"}}}),
+        ("drive", {"outputs": {"tip": {"target": {"dwell": {"of": "x", "drive": "a"}}}}}),
+        ("drive", {"correlations": [{"sources": ["a", "J1"], "rank": 0.5}], "costs": {"a": {"a": 1}}}),
+        ("drive", {"design": {"vary": {"drives.a.error": [1, 2]}}}),
+        ("dimension", {"costs": {"a": {"b": 1}}, "design": {"vary": {"dimensions.a.tolerance": [1, 2]}}}),
+        ("spring", {"design": {"vary": {"springs.a.stiffness": [1, 2]}}}),
+    ],
+)
+def test_all_that_speaks_of_a_name_speaks_of_the_other_one(kind: str, told: dict[str, Any]) -> None:
+    """And what else has the name keeps it: here a body, and a key of the file itself."""
+    own = {naming.KINDS[kind]: {"a": {"from": 1}}, **told}
+    others = {"joints": {"J1": {"on": {"a": [0, 0]}}}, "output": {"body": "a"}}
+    wanted = json.loads(re.sub(r"\ba\b", "motor", json.dumps(own)))
+    # Of a cost its constant part.
+    wanted = {**wanted, **({"costs": {"motor": told["costs"]["a"]}} if "costs" in told else {})}
+    assert naming.renamed({**own, **others}, kind, "a", "motor") == {**wanted, **others}
+
+
+def test_a_gesture_that_leaves_no_valid_file_is_refused_and_the_board_stays(tmp_path: Path) -> None:
+    studio = Studio(Folder(tmp_path))
+    page = studio.open({"example": "four-bar"})["page"]
+    with pytest.raises(InputError, match="too many drives: 'theta1' and 'drive1' command the same motion"):
+        studio.edit({"page": page, "gesture": "drive", "joint": "J2"})
+    assert studio.now({"page": page, "drives": [40.0]})["here"]
+    # A typed text is the person's, with what is wrong in it.
+    assert studio.edit({"page": page, "text": FOUR_BAR.replace('"J1"', '"J7"')})["problem"]
 
 
 def places(m: jp.Mechanism, at: np.ndarray) -> dict[str, np.ndarray]:
@@ -109,6 +145,80 @@ def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
         angles = dict(zip(m.bodies, poses[:, 2], strict=True))
         start = {f"start.{body}": {"angle": float(np.degrees(angle))} for body, angle in angles.items()}
         np.testing.assert_allclose(jp.solve(moved.with_(start)).nominal[0, :2], before["J3 a"], atol=1e-6)
+
+
+def test_bars_that_keep_their_lengths_take_along_what_they_carry() -> None:
+    """In the four-bar, whose bodies have axes of their own, at a configuration of its path; crank and coupler turn."""
+    m = jp.loads(FOUR_BAR)
+    session = drafts.read(FOUR_BAR, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[5]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    text = document.edited(FOUR_BAR, ("output",), {"body": "coupler", "at": [30, 10]})
+    text = document.edited(text, ("bodies", "coupler"), {"mass": 1, "centre": [75, 5]})
+    raw = toml.parse(text)
+    before = places(m, poses)
+    goal = before["J1 a"] + [40, 90]
+    told = {"gesture": "move", "at": {"joint": "J2"}, "to": [*goal], "keeps": "lengths"}
+    for steps, value in gestures.edits(raw, shown, told)[0]:
+        text = document.edited(text, steps, value)
+    changed = toml.parse(text)
+    after = places(jp.loads(text), poses)
+
+    def size(at: dict[str, np.ndarray], one: str, other: str) -> float:
+        return float(np.linalg.norm(at[f"{one} a"] - at[f"{other} a"]))
+
+    for one, other in [("J1", "J2"), ("J2", "J3")]:
+        assert size(after, one, other) == pytest.approx(size(before, one, other), abs=1e-7)
+    assert size(after, "J3", "J4") != pytest.approx(size(before, "J3", "J4"), abs=1)
+    for name in ("J1", "J4"):
+        np.testing.assert_allclose(after[f"{name} a"], before[f"{name} a"], atol=1e-7)
+    aim = (goal - before["J1 a"]) / np.linalg.norm(goal - before["J1 a"])
+    np.testing.assert_allclose(after["J2 a"], before["J1 a"] + size(before, "J1", "J2") * aim, atol=1e-7)
+    # Distances of what the coupler carries from its pins are those before.
+    for old, new in [((30, 10), changed["output"]["at"]), ((75, 5), changed["bodies"]["coupler"]["centre"])]:
+        for pin in ("J2", "J3"):
+            own, now = (one["joints"][pin]["on"]["coupler"] for one in (raw, changed))
+            assert math.dist(new, now) == pytest.approx(math.dist(old, own), abs=1e-7)
+
+
+def test_a_slider_stays_in_its_guide_where_a_rod_keeps_its_length() -> None:
+    kept = {"gesture": "move", "at": {"joint": "J1"}, "keeps": "lengths"}
+    joints = toml.parse(draft(*SLIDER_CRANK, {**kept, "to": [30, 40]}))["joints"]
+    # The crank of 50 and the rod of 130, as 5-12-13: x = 30 + sqrt(130^2 - 40^2).
+    assert joints["J1"]["at"] == [30, 40]
+    for name in ("J3", "J4"):
+        np.testing.assert_allclose(joints[name]["at"], [30 + np.sqrt(130**2 - 40**2), 0], atol=1e-6)
+    # A crank of 50 on a locked pin of the slider: two lengths hold it.
+    with pytest.raises(InputError, match="the lengths to J2, J3 hold 'J1' where it is"):
+        draft(*SLIDER_CRANK, {"gesture": "lock", "at": {"joint": "J3"}}, {**kept, "to": [30, 40]})
+
+
+def test_the_transmission_angle_is_that_of_the_triangle_and_a_dead_centre_is_signed() -> None:
+    """A four-bar of 30, 60, 60 and 90, whose rod and rocker are in line where the crank points away from its pin."""
+    for (x, y), is_dead in [((0, 30), False), ((-30, 0), True)]:
+        middle = np.array([x + 90, y]) / 2
+        up = np.array([y, 90 - x]) / math.hypot(90 - x, y)
+        top = middle + up * math.sqrt(max(60**2 - math.dist(middle, (90, 0)) ** 2, 0))
+        ends = [{"at": [0, 0]}, {"at": [x, y]}, {"at": [*top]}, {"at": [90, 0]}]
+        told = [
+            {"gesture": "bar", "from": ends[0], "to": ends[1]},
+            {"gesture": "bar", "from": {"body": "bar1", "index": 1}, "to": ends[2]},
+            {"gesture": "bar", "from": {"body": "bar2", "index": 0}, "to": ends[3]},
+            {"gesture": "ground", "at": {"body": "bar1", "index": 0}},
+            {"gesture": "ground", "at": {"body": "bar3", "index": 0}},
+            {"gesture": "drive", "joint": "J3"},
+            {"gesture": "output", "at": {"joint": "J2"}},
+        ]
+        m = jp.loads(draft(*told))
+        poses = np.zeros((1, len(m.bodies), 3))
+        at = Nominal(np.zeros((1, 1)), poses, m.core.output(poses), np.zeros(1, dtype=np.uint8))
+        found = answers.transmission(m, at)
+        # By the law of cosines: the angle between rod and rocker, or what is left to a straight one.
+        cosine = (60**2 + 60**2 - math.dist((x, y), (90, 0)) ** 2) / (2 * 60 * 60)
+        assert found is not None
+        assert found["alarm"] == is_dead
+        assert found["text"].endswith(f"Transmission angle {math.degrees(math.acos(abs(cosine))):.1f}° at J2")
 
 
 def draft(*told: dict[str, Any], text: str = drafts.EMPTY) -> str:

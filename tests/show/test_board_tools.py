@@ -229,6 +229,29 @@ def test_bars_snap_to_horizontal_and_to_lengths_that_are_there(drawer: Person) -
     np.testing.assert_allclose(free["bar2"], [[0, 0], [42.5, 0]], atol=1e-8)
 
 
+def test_bars_snap_to_15_degrees_and_at_right_angles_to_the_bar_that_they_join(drawer: Person) -> None:
+    def ray(start: tuple[float, float], size: float, degrees: float) -> tuple[float, float]:
+        return start[0] + size * np.cos(np.radians(degrees)), start[1] + size * np.sin(np.radians(degrees))
+
+    drawer.press("b")
+    drawer.drag((-60, 0), ray((-60, 0), 60, 29))
+    for text in ("0;-60", "50<37"):
+        drawer.page.run("document.getElementById('typed').focus()")
+        drawer.type(text)
+        drawer.press("Enter")
+    corner = ray((0, -60), 50, 37)
+    drawer.drag(corner, ray(corner, 40, 126))
+    free = {name: np.array(points) for name, points in toml.parse(drawer.text)["board"]["free"].items()}
+    along = free["bar1"][1] - free["bar1"][0]
+    assert np.degrees(np.arctan2(*along[::-1])) == pytest.approx(30, abs=1e-6)
+    across = free["bar3"][0] - corner
+    assert np.degrees(np.arctan2(*across[::-1])) == pytest.approx(127, abs=1e-6)
+    # With Alt it is where the pointer is, to a pixel.
+    drawer.drag((-60, 0), ray((-60, 0), 60, -29), modifiers=1)
+    left = toml.parse(drawer.text)["board"]["free"]["bar4"][-1]
+    np.testing.assert_allclose(left, ray((-60, 0), 60, -29), atol=0.5)
+
+
 def test_expressions_and_variables_are_typed_in_place(drawer: Person) -> None:
     lever(drawer)
     drawer.pick("#parts", '{"joint":"J1"}')
@@ -289,6 +312,38 @@ def test_a_drive_has_its_range_error_law_and_backlash(drawer: Person) -> None:
     }
     drawer.fill("drives.drive1.backlash", "")
     assert "backlash" not in toml.parse(drawer.text)["drives"]["drive1"]
+
+
+def test_drives_dimensions_and_springs_get_other_names(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("c")
+    drawer.click(60, 80)
+    drawer.click(0, 80)
+    drawer.press("i")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    for kind, section, old in [
+        ("drive", "drives", "drive1"),
+        ("spring", "springs", "spring1"),
+        ("dimension", "dimensions", "l1"),
+    ]:
+        before = toml.parse(drawer.text)
+        drawer.fill(f"{kind}.{old}.name", f"my_{old}")
+        raw = toml.parse(drawer.text)
+        assert raw == {**before, section: {f"my_{old}": before[section][old]}}
+    text = drawer.text
+    drawer.fill("drive.my_drive1.name", "a b")
+    assert "is not a name" in drawer.page.run(NOTE)
+    assert drawer.text == text
+
+
+def test_a_drive_too_many_is_refused_and_the_answers_stay(person: Person) -> None:
+    text = person.text
+    person.press("d")
+    person.click(*person.where("J2"))
+    assert "too many drives" in person.page.run(NOTE)
+    assert person.text == text
+    assert not person.page.run("document.body.classList.contains('stale')")
 
 
 def test_the_values_of_a_drive_are_typed(person: Person) -> None:
@@ -357,6 +412,7 @@ def test_the_mechanism_plays_and_the_file_stays(person: Person) -> None:
     rest = page.run(angle)
     page.wait(NEWEST)
     assert page.run(angle) == rest
+    assert page.text("#transmission").startswith("Transmission angle ")
     assert 22.7 <= rest <= 76.39
     assert person.text == text
     assert page.run("document.body.dataset.saved") == "true"
@@ -460,6 +516,32 @@ def test_what_is_chosen_stays_marked_where_it_is_when_the_view_moves(person: Per
     ring = "document.querySelector('.b-chosen').getAttribute('cx')"
     (at, _), left = person.pixel(*person.where("J2")), page.run(f"{SVG}.left")
     assert float(page.run(ring)) * page.run(f"{SVG}.width") / 800 == pytest.approx(at - left, abs=0.1)
+
+
+def test_a_drag_keeps_the_lengths_of_the_bars_on_a_joint_and_is_one_step(drawer: Person) -> None:
+    drawer.draw()
+    raw, text = toml.parse(drawer.text), drawer.text
+    before = {name: np.array(table["at"]) for name, table in raw["joints"].items()}
+    crank, rocker = (next(n for n, at in before.items() if (*at,) == place) for place in [(-30, 0), (50, 30)])
+    drawer.press("v")
+    drawer.press("h")
+    assert drawer.page.run("document.getElementById('keeps').value") == "lengths"
+    drawer.page.run(
+        "window.boxes = 0, new MutationObserver(() => { window.boxes = Math.max(window.boxes,"
+        " document.querySelectorAll('.b-stays').length) })"
+        ".observe(document.querySelector('#drawing svg'), { childList: true, subtree: true }), 0"
+    )
+    drawer.drag((-30, 0), (-60, 20))
+    # Both pins of the ground have a box, and stay.
+    assert drawer.page.run("window.boxes") == 2
+    after = {name: np.array(table["at"]) for name, table in toml.parse(drawer.text)["joints"].items()}
+    # The crank of 50 stands upright; the end of the coupler is pulled along the line from there.
+    np.testing.assert_allclose(after[crank], [-60, 10], atol=1e-6)
+    pulled = (before[rocker] - [-60, 10]) / np.linalg.norm(before[rocker] - [-60, 10])
+    np.testing.assert_allclose(after[rocker], [-60, 10] + np.hypot(80, 30) * pulled, atol=1e-6)
+    assert all((after[name] == before[name]).all() for name in before if name not in (crank, rocker))
+    drawer.press("z", 2)
+    assert drawer.text == text
 
 
 def test_arrows_move_what_is_chosen_by_a_step_each(drawer: Person) -> None:

@@ -26,10 +26,10 @@ from jointplay.analyses.processes import Processes
 from jointplay.analyses.questions import computation
 from jointplay.analyses.ranges import coordinates
 from jointplay.analyses.several import places_of
-from jointplay.basics import poses
+from jointplay.analyses.transmission import angle, lines, place_of
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import limit_key
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import InputError, listed
 from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Variation, variables_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
@@ -186,7 +186,7 @@ class Attempts:
         if "drive_force" in self.aims and len({m.coordinate_kind(k) for k in m.drive_joints}) > 1:
             problem = "drive_force: some drives have forces and some moments, of which none is the larger"
             raise InputError(problem, file=m.file, key="design.aim")
-        self.crossings = {name: _lines(m, name) for name in self.table.transmission}
+        self.crossings = {name: lines(m, name) for name in self.table.transmission}
 
     def at(self, values: Sequence[float], *, exact: bool = False) -> Candidate:
         """What becomes of some values; to first order unless `exact`."""
@@ -284,7 +284,7 @@ class Attempts:
         used["limits.singular_value"] = [part.limits.singular_value / np.maximum(near, 1e-300)]
         for name, crossing in self.crossings.items():
             least = self.table.transmission[name] * part.units.angle
-            used[f"design.transmission.{name}"] = [least / np.maximum(_angle(part, at, crossing), 1e-9)]
+            used[f"design.transmission.{name}"] = [least / np.maximum(angle(part, at, crossing), 1e-9)]
         for part, at in nominals:
             off = strays(part, at.drives, at.poses, at.output, at.status == OK)
             if off is not None and part.ideal is not None and np.isfinite(off.size).any():
@@ -342,54 +342,9 @@ def _of_range(values: Floats, span: tuple[float, float], *, turns: bool) -> Floa
     return np.asarray(np.abs(off) / max(0.5 * (high - low), 1e-12))
 
 
-def _lines(m: Mechanism, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Of both bodies of a joint the points between which their lines go.
-
-    Raises
-    ------
-    InputError
-        When there is no such joint, or one of its bodies has not two joints.
-    """
-    key = f"design.transmission.{name}"
-    if m.pose_size == poses.SPATIAL:
-        raise InputError("transmission angles are of mechanisms in the plane", file=m.file, key=key)
-    if name not in m.joints:
-        raise InputError(not_known(name, "a joint", m.joints), file=m.file, key=key)
-    k = m.joints.index(name)
-    found = []
-    for own, body in zip(m.joint_points[k], m.joint_bodies[k], strict=True):
-        others = [
-            point
-            for j, (points, bodies) in enumerate(zip(m.joint_points, m.joint_bodies, strict=True))
-            for point, other in zip(points, bodies, strict=True)
-            if j != k and other == body
-        ]
-        if body < 0 or len(others) != 1:
-            what = "the ground" if body < 0 else f"body '{m.bodies[body]}' with {len(others) + 1} joints"
-            problem = f"a transmission angle is between two bodies with two joints each; here is {what}"
-            raise InputError(problem, file=m.file, key=key)
-        found.append((own, others[0]))
-    return found[0], found[1]
-
-
-def _angle(m: Mechanism, at: Nominal, crossing: tuple[tuple[int, int], tuple[int, int]]) -> Floats:
-    """The acute angle between two lines at every configuration."""
-    ways = [_place(m, at, far) - _place(m, at, near) for near, far in crossing]
-    cross = ways[0][:, 0] * ways[1][:, 1] - ways[0][:, 1] * ways[1][:, 0]
-    return np.asarray(np.arctan2(np.abs(cross), np.abs(np.sum(ways[0] * ways[1], axis=1))))
-
-
-def _place(m: Mechanism, at: Nominal, point: int) -> Floats:
-    """Where a point of a body is at every configuration, SI."""
-    one = m.points[point]
-    if one.body < 0:
-        return np.tile(np.array(one.at), (len(at), 1))
-    return poses.place(at.poses[:, one.body], one.at)
-
-
 def _diagonal(nominals: list[tuple[Mechanism, Nominal]]) -> float:
     """Of the box around all joints and outputs."""
     part, at = nominals[0]
     points = {point for pair in part.joint_points for point in pair} | {one.output_point for one, _ in nominals}
-    every = np.concatenate([_place(part, at, point) for point in sorted(points)])
+    every = np.concatenate([place_of(part, at, point) for point in sorted(points)])
     return float(np.linalg.norm(np.ptp(every, axis=0)))

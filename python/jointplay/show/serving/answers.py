@@ -19,7 +19,9 @@ from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Nominal
 from jointplay.analyses.questions import computation, options_of
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, around
+from jointplay.analyses.transmission import angle, lines
 from jointplay.basics.arrays import Floats
+from jointplay.basics.poses import SPATIAL
 from jointplay.core.compile import ANGULAR, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
@@ -83,6 +85,7 @@ def now(session: Session, asked: PageQuestion, check: Check) -> Json:
     m_here = m.running_under(nearest, at.drives, at.poses)
     told: Json = {"serial": asked.serial, "exact": False, "samples": FEW} | _standing(m, at, asked)
     told["poses"] = poses_of(m, at)
+    told["transmission"] = transmission(m, at)
     if "problem" not in told:
         here = _here(m_here, at, asked)
         told |= _drawing(here, asked) | _numbers(here.answers)
@@ -150,6 +153,26 @@ def _standing(m: Mechanism, at: Nominal, asked: PageQuestion) -> Json:
     leaves = "" if at.leaves is None or not at.leaves[0] else f": {at.leaves[0]} leaves its range"
     drawn = on_board(m, at, scene(m, at))
     return {"problem": f"{status.replace('_', ' ')} at {_drives(m, asked.drives)}{leaves}", "scene": drawn}
+
+
+def transmission(m: Mechanism, at: Nominal) -> Json | None:
+    """The smallest transmission angle at a configuration, beyond the bodies that drives move, and a dead centre."""
+    if m.pose_size == SPATIAL or not np.isfinite(at.poses).all():
+        return None
+    moved = {name for drive in m.data.drives.values() for name in drive.moves}
+    driven = {body for name, own in zip(m.joints, m.joint_bodies, strict=True) if name in moved for body in own}
+    found = []
+    for name, bodies in zip(m.joints, m.joint_bodies, strict=True):
+        if not driven.intersection(bodies):
+            # Other joints have none.
+            with suppress(InputError):
+                found.append((float(np.degrees(angle(m, at, lines(m, name))[0])), name))
+    if not driven or not found:
+        return None
+    least, joint = min(found)
+    is_dead = bool(m.core.measure(at.drives, at.poses)["singular_value"][0] < m.limits.singular_value)
+    text = f"Transmission angle {least:.1f}° at {joint}"
+    return {"text": f"⚠ dead centre: {text}" if is_dead else text, "alarm": is_dead}
 
 
 def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:

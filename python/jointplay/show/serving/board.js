@@ -13,7 +13,7 @@ const ALIKE = 4;
 const GRID = 9;
 
 export const TOOLS = {
-  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
+  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. H chooses whether a drag keeps positions or lengths. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
   move: { key: "m", words: "move", hint: "Drag the mechanism along its path. The file does not change." },
   bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 0;0 where it begins, then 30<45 (length and angle) or 30;40. Alt does not snap." },
   point: { key: "p", words: "point", hint: "Click on a bar: a point of it, for a pin, the output or a load." },
@@ -35,7 +35,7 @@ const TWO = ["bar", "gear", "spring", "dimension", "scale"];
 
 export class Board {
   constructor({ told, chosen, followed, said, scaled }) {
-    Object.assign(this, { told, chosen, followed, said, scaled, tool: "select", selected: null, pending: null });
+    Object.assign(this, { told, chosen, followed, said, scaled, tool: "select", keeps: "positions", selected: null, pending: null });
   }
 
   /** Another drawing of the viewer; `board` is what the server said of it. */
@@ -126,6 +126,7 @@ export class Board {
   /** A place that snaps to the grid, to horizontal and vertical from another one, and to lengths that bars have. */
   snapped(pixel, { from = null, free = false } = {}) {
     this.alike = "";
+    this.square = null;
     const place = this.viewer.unproject(pixel);
     if (free) return place.map(rounded);
     const step = this.step();
@@ -134,17 +135,45 @@ export class Board {
     if (!beside) return found.map(rounded);
     const level = [0, 1].map((k) => Math.abs(pixel[k] - beside[k]) < LEVEL);
     level.forEach((is, k) => is && (found[k] = from[k]));
-    const [along, length] = [level.includes(true) ? found : place, apart(place, from)];
+    if (!level.includes(true)) this.turned(place, from, found);
+    const [along, length] = [level.includes(true) || this.square !== null ? found : place, apart(place, from)];
     const alike = this.lengths().find(([, size]) => Math.abs(size - length) * this.viewer.scale * this.viewer.camera.zoom < ALIKE);
     if (!alike || !apart(along, from)) return found.map(rounded);
     this.alike = alike[0];
     return [0, 1].map((k) => rounded(from[k] + ((along[k] - from[k]) * alike[1]) / apart(along, from)));
   }
 
+  /** Turns a place to a multiple of 15 degrees, or to a right angle with a bar that is at the other end. */
+  turned(place, from, found) {
+    const [dx, dy] = [0, 1].map((k) => place[k] - from[k]);
+    const angles = [...Array(24).keys()].map((k) => [(k * Math.PI) / 12, ""]);
+    for (const { name, points } of this.bars()) {
+      const ends = points.map((k) => this.viewer.seen[k]);
+      const seen = ends.map((end) => this.viewer.project(end));
+      const at = this.viewer.project(from);
+      const angle = Math.atan2(ends[1][1] - ends[0][1], ends[1][0] - ends[0][0]);
+      if (apart(nearest(...seen, at), at) < 1) angles.push(...[1, -1].map((side) => [angle + (side * Math.PI) / 2, name]));
+    }
+    const off = ([angle]) => (dx * Math.cos(angle) + dy * Math.sin(angle) > 0 ? Math.abs(dy * Math.cos(angle) - dx * Math.sin(angle)) : Infinity);
+    const best = angles.reduce((a, b) => (off(b) < off(a) ? b : a));
+    if (off(best) * this.viewer.scale * this.viewer.camera.zoom >= LEVEL) return;
+    const [angle, name] = best;
+    this.square = name;
+    const unit = [Math.cos(angle), Math.sin(angle)];
+    // A place of the grid in this direction remains; else the length is one of the grid.
+    const [x, y] = [0, 1].map((k) => found[k] - from[k]);
+    if (Math.abs(x * unit[1] - y * unit[0]) <= 1e-9 * Math.hypot(x, y)) return;
+    const size = Math.max(1, Math.round((dx * unit[0] + dy * unit[1]) / this.step())) * this.step();
+    unit.forEach((v, k) => (found[k] = from[k] + size * v));
+  }
+
+  bars() {
+    return this.viewer.scene.shapes.filter(({ kind, points, ground }) => kind === "body" && points.length === 2 && !ground);
+  }
+
   /** The bars of two points, and how long they are as they are shown. */
   lengths() {
-    const bars = this.viewer.scene.shapes.filter(({ kind, points, ground }) => kind === "body" && points.length === 2 && !ground);
-    return bars.map(({ name, points }) => [name, apart(...points.map((k) => this.viewer.seen[k]))]).filter(([, size]) => size > 0);
+    return this.bars().map(({ name, points }) => [name, apart(...points.map((k) => this.viewer.seen[k]))]).filter(([, size]) => size > 0);
   }
 
   step() {
@@ -212,7 +241,7 @@ export class Board {
     const ref = this.ref(event, { from: this.pending && this.placeOf(this.pending) });
     if (held.moves) return;
     if (this.tool === "select") {
-      if (!held.still && held.to) this.told({ gesture: "move", at: held.ref, to: held.to });
+      if (!held.still && held.to) this.told({ gesture: "move", at: held.ref, to: held.to, keeps: this.keeps });
       this.viewer.plain = false;
       return this.let();
     }
@@ -311,6 +340,7 @@ export class Board {
     if (!this.board.planar) return null;
     this.viewer.plain = true;
     held.to = this.snapped(this.pixel(event), { free: event.altKey });
+    if (joint && this.keeps === "lengths") return this.turn(joint, held);
     const seen = this.viewer.project(held.to);
     // What is kept: all other points stay where they are.
     const kept = this.viewer.scene.shapes.filter(({ kind, points, ground }) => kind === "body" && !ground && points.some((k) => apart(this.project(k) ?? [Infinity, 0], this.spot(held.ref)) < 1));
@@ -319,6 +349,25 @@ export class Board {
       ring(seen, 7, "b-new"),
     );
     this.said(`${held.ref.joint ?? held.ref.body} to ${held.to.join(", ")} ${this.board.units.length ?? ""}: all other points stay where they are, lengths change.`);
+    return null;
+  }
+
+  /** A drag that keeps the lengths of the bars on a joint: what stays has a box. The server says where the others go. */
+  turn(joint, held) {
+    const here = this.spot(held.ref);
+    const far = this.board.joints.map((one) => ({ ...one, spot: this.spot({ joint: one.name }) })).filter(({ spot }) => spot && apart(spot, here) >= 1);
+    const along = far.filter(({ bodies }) => bodies.some((body) => body !== "ground" && joint.bodies.includes(body)));
+    const stays = ({ locked, bodies, kind }) => locked || (bodies.includes("ground") && ["revolute", "fixed"].includes(kind));
+    const centres = along.filter(stays);
+    let seen = this.viewer.project(held.to);
+    for (const { spot } of centres.slice(0, 1)) seen = spot.map((v, k) => v + ((seen[k] - v) * apart(spot, here)) / (apart(spot, seen) || 1));
+    this.layer.replaceChildren(
+      ...far.filter((one) => !along.includes(one) || stays(one)).map(({ spot }) => box(spot, 8, "b-new b-stays")),
+      ...centres.map(({ spot }) => stroke([spot, seen], "b-new")),
+      ring(seen, 7, "b-new"),
+    );
+    const gone = along.filter((one) => !stays(one)).map(({ name }) => name);
+    this.said(`${joint.name}: the bars on it keep their lengths${gone.length ? `, ${gone.join(", ")} goes along` : ""}; what has a box stays.`);
     return null;
   }
 
@@ -331,7 +380,7 @@ export class Board {
     const marks = [ring(seen, ref.joint !== undefined || ref.body !== undefined ? 9 : 3, "b-new")];
     if (from) {
       marks.push(stroke([this.viewer.project(from), seen], "b-new"));
-      marks.push(words(seen, this.distance(from, to) + (ref.at && !ref.body && this.alike ? ` = ${this.alike}` : "")));
+      marks.push(words(seen, this.distance(from, to) + (ref.at && !ref.body ? `${this.alike && ` = ${this.alike}`}${this.square ? ` ⊥ ${this.square}` : ""}` : "")));
     }
     this.layer.replaceChildren(...marks);
   }

@@ -14,6 +14,7 @@ from jointplay.file.schema.keys import Steps
 
 from .board import GROUND, XY, BodyPose, Json, bodies_of, free_of, locked_in, numbers, placed_at, seen_from
 from .hand import Edit, Hand, number_in, number_of, point_of, tidy
+from .keeping import keep_lengths
 from .removing import delete
 from .tying import case, dimension, duplicate, gear, lock, meshed, spring, teeth, weld
 
@@ -104,8 +105,15 @@ def drive(hand: Hand, told: Json) -> None:
             raise InputError(f"'{name}' has axes of its own bodies; write its drive in the text")
     else:
         raise InputError(f"'{name}' has no motion that can be driven")
-    own = {"joint": free[0], "from": tidy(here - reach), "to": tidy(here + reach), "count": COUNT}
+    own = {"joint": free[0], "from": tidy(here - reach), "to": tidy(here + reach), "count": _count(hand)}
     hand.put(("drives", hand.new("drive", hand.raw.get("drives", {}))), own)
+
+
+def _count(hand: Hand) -> int:
+    """How many values drives have, which run together; a single one is held."""
+    drives = [own for own in hand.raw.get("drives", {}).values() if isinstance(own, Mapping)]
+    counts = [len(v) if isinstance(v := own.get("values"), list) else own.get("count", 1) for own in drives]
+    return next((count for count in counts if isinstance(count, int) and count > 1), COUNT)
 
 
 def _extent(hand: Hand) -> float:
@@ -140,7 +148,7 @@ def _point_on_body(hand: Hand, ref: Json) -> Json:
 
 
 def move(hand: Hand, told: Json) -> None:
-    """Another place of a joint or of a free point; all other points stay where they are shown."""
+    """Another place of a joint or of a free point; all other points stay where they are shown, or bars keep lengths."""
     ref = dict(told["at"])
     place = _typed_place(hand, told["to"])
     if "joint" not in ref:
@@ -153,6 +161,10 @@ def move(hand: Hand, told: Json) -> None:
     table = hand.joint(name)
     if name in locked_in(hand.raw):
         raise InputError(f"'{name}' is locked")
+    if told.get("keeps") == "lengths":
+        for one, there in keep_lengths(hand, name, place).items():
+            move(hand, {"at": {"joint": one}, "to": list(there)})
+        return None
     before = hand.place_of(name)
     if "on" not in table:
         hand.require_drawn(name)

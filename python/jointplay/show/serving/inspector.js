@@ -95,11 +95,8 @@ export class Inspector {
     return made;
   }
 
-  name(kind, name) {
-    const row = element("label", { className: "field" }, this.place);
-    element("span", { textContent: "name" }, row);
-    const input = element("input", { value: name, spellcheck: false, autocomplete: "off" }, row);
-    input.addEventListener("change", () => this.told({ rename: [kind, name, input.value.trim()] }));
+  name(kind, name, place = this.place) {
+    texts(place, { words: "name", value: name, key: `${kind}.${name}.name` }, (to) => this.told({ rename: [kind, name, to] }));
   }
 
   joint(joint) {

@@ -1,9 +1,9 @@
-"""Another name of a joint or of a body, wherever a file speaks of it."""
+"""Another name of a joint, a body, a drive, a spring or a dimension, wherever a file speaks of it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from jointplay.errors import InputError, not_known, shown
@@ -13,9 +13,18 @@ from jointplay.file.schema.values import NAME
 from .board import GROUND
 from .hand import Hand
 
+#: what can be renamed, and the section of each; bodies have none
+KINDS: Mapping[str, str] = {
+    "joint": "joints",
+    "body": "",
+    "drive": "drives",
+    "spring": "springs",
+    "dimension": "dimensions",
+}
+
 
 def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, Any]:
-    """The tables of a file with another name of a joint or of a body, wherever they speak of it.
+    """The tables of a file with another name of one of `KINDS`, wherever they speak of it.
 
     Raises
     ------
@@ -23,17 +32,19 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
         When the name is none, or is taken.
     """
     hand = Hand(raw, {})
-    known = [*hand.joints] if kind == "joint" else [*hand.bodies(), GROUND]
+    known = [*raw.get(KINDS[kind], {})] if KINDS[kind] else [*hand.bodies(), GROUND]
     if old not in known or old == GROUND:
         raise InputError(not_known(old, f"a {kind} of this file that can be renamed", known))
     if new in known or not re.match(NAME, new):
         problem = "is taken" if new in known else "is not a name: no blanks and none of . / * = [ ] or quotes"
         raise InputError(f"{shown(new)} {problem}")
-    is_key, is_value = (_joint_key, _joint_value) if kind == "joint" else (_body_key, _body_value)
+    is_key, is_value = PLACES[kind]
+    # Where a joint has the name, too, it is the joint's.
+    is_source = kind == "joint" or (kind in ("drive", "dimension") and old not in hand.joints)
 
     def source(text: str) -> str:
-        """The name of a source, which begins with that of its joint."""
-        begins = kind == "joint" and (text == old or text.startswith((f"{old}.", f"{old}/")))
+        """The name of a source, which begins with that of its joint, drive or dimension."""
+        begins = is_source and (text == old or text.startswith((f"{old}.", f"{old}/")))
         return new + text[len(old) :] if begins else text
 
     def key_of(key: str, path: Steps) -> str:
@@ -53,6 +64,8 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
             return [walked(one, (*path, k)) for k, one in enumerate(value)]
         if isinstance(value, str) and path[:1] == ("correlations",):
             return source(value)
+        if kind == "drive" and path[-2:] == ("function", "value") and isinstance(value, str):
+            return re.sub(rf"\b{re.escape(old)}\b", new, value)
         return new if value == old and is_value(path) else value
 
     found: dict[str, Any] = walked(raw, ())
@@ -86,3 +99,21 @@ def _body_key(path: Steps) -> bool:
 
 def _body_value(path: Steps) -> bool:
     return bool(_words(path)) and _words(path)[-1] in ("body", "bodies", "relative_to", "base", "axes", "steps")
+
+
+def _drive_key(path: Steps) -> bool:
+    return path in (("drives",), ("limits", "drives"), ("limits", "drive_torques"), ("grid",))
+
+
+def _drive_value(path: Steps) -> bool:
+    return _words(path)[-1:] == ["drive"]
+
+
+#: of each kind whether a key at a place is its name, and whether a value is
+PLACES: Mapping[str, tuple[Callable[[Steps], bool], Callable[[Steps], bool]]] = {
+    "joint": (_joint_key, _joint_value),
+    "body": (_body_key, _body_value),
+    "drive": (_drive_key, _drive_value),
+    "spring": (lambda path: path == ("springs",), lambda _: False),
+    "dimension": (lambda path: path == ("dimensions",), lambda _: False),
+}

@@ -76,12 +76,8 @@ def _without_range(hand: Hand, section: str, name: str) -> None:
 
 def _at_places(hand: Hand, name: str, place: XY | None) -> None:
     """What was at a joint that goes stands at its place."""
-    entries: list[tuple[Steps, Any]] = [(("output",), hand.raw.get("output"))]
-    entries += [(("outputs", key), own) for key, own in hand.raw.get("outputs", {}).items()]
-    entries += [(("loads", k), own) for k, own in enumerate(hand.raw.get("loads", ()))]
-    entries += [(("load_cases", case, k), own) for case, loads in _cases(hand).items() for k, own in enumerate(loads)]
-    for steps, own in entries:
-        if isinstance(own, Mapping) and own.get("at") == name:
+    for steps, own in points_of(hand):
+        if own.get("at") == name:
             if place is None:
                 problem = (
                     f"{'.'.join(map(str, steps))} is at {name}, whose place is not known here; change it in the text"
@@ -89,6 +85,15 @@ def _at_places(hand: Hand, name: str, place: XY | None) -> None:
                 raise InputError(problem)
             body = own.get("body", hand.raw.get("output", {}).get("body", GROUND))
             hand.put((*steps, "at"), hand.local(str(body), place))
+
+
+def points_of(hand: Hand) -> list[tuple[Steps, Mapping[str, Any]]]:
+    """What is at a point of a body, and where it stands: outputs and loads."""
+    entries: list[tuple[Steps, Any]] = [(("output",), hand.raw.get("output"))]
+    entries += [(("outputs", key), own) for key, own in hand.raw.get("outputs", {}).items()]
+    entries += [(("loads", k), own) for k, own in enumerate(hand.raw.get("loads", ()))]
+    entries += [(("load_cases", case, k), own) for case, loads in _cases(hand).items() for k, own in enumerate(loads)]
+    return [(steps, own) for steps, own in entries if isinstance(own, Mapping)]
 
 
 def _cases(hand: Hand) -> dict[str, list[Mapping[str, Any]]]:

@@ -175,14 +175,19 @@ class Studio:
             kind, old, new = _three(told["rename"])
             wanted = naming.renamed(toml.parse(text), kind, old, new)
             text = document.renamed(text, wanted, old, new)
-            before = {new if body == old else body: pose for body, pose in before.items()}
+            before = {new if (kind, body) == ("body", old) else body: pose for body, pose in before.items()}
         text = _edited(text, _edits(told))
         if "gesture" in told:
             # Units may be those of a part that is included.
             shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
             more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
             text = _edited(text, more)
-        shown = self._shown(self._read(text, found), found, before)
+        after = self._read(text, found)
+        # What is taken away, and what is tried while something is wrong already, may be steps to something valid.
+        is_whole = "rename" in told or told.get("gesture", "delete") != "delete"
+        if is_whole and draft.problem is None and after.problem is not None:
+            raise InputError(after.problem["text"])
+        shown = self._shown(after, found, before)
         with self._lock:
             self._pages.pop(str(told["page"]), None)
             self._replaced.append(str(told["page"]))
@@ -280,8 +285,8 @@ def _imported(text: str, kind: str) -> str:
 
 
 def _three(told: Any) -> list[str]:
-    """What is renamed: whether a joint or a body, its name, and the new one."""
-    if not isinstance(told, list) or len(told) != 3 or told[0] not in ("joint", "body"):
+    """What is renamed: of which kind it is, its name, and the new one."""
+    if not isinstance(told, list) or len(told) != 3 or told[0] not in naming.KINDS:
         raise InputError("this is not what the page asks", key="rename")
     return [str(one) for one in told]
 

@@ -138,11 +138,17 @@ function show(found, mine) {
     viewer.update(found.scene);
     board.mark();
   }
+  if (found.transmission !== undefined) transmitted(found.transmission);
   document.body.dataset.shown = found.serial;
   document.body.dataset.milliseconds = found.milliseconds;
   answer();
   numbers();
   along();
+}
+
+function transmitted(told) {
+  at("transmission").textContent = told?.text ?? "";
+  at("transmission").classList.toggle("alarm", Boolean(told?.alarm));
 }
 
 const wordOf = (question, answer) => (question === "random" && answer.samples ? `${answer.samples.toLocaleString("en")} specimens` : answer.exact ? "exact" : "to first order");
@@ -415,6 +421,11 @@ function tools() {
   const drawn = element("button", { type: "button", textContent: "as drawn", title: "key Home: the drives where the file is drawn" }, place);
   drawn.addEventListener("click", asDrawn);
   if (open.board.planar) {
+    const keeps = element("select", { id: "keeps", title: "key H: what stays when a joint is dragged" }, element("label", { textContent: "keeps: " }, place));
+    keeps.setAttribute("aria-label", "keeps: what stays when a joint is dragged");
+    keeps.setAttribute("aria-keyshortcuts", "h");
+    for (const what of KEPT) element("option", { value: what, textContent: what, selected: what === board.keeps }, keeps);
+    keeps.addEventListener("input", () => keep(keeps.value));
     const label = element("label", { className: "button", textContent: board.picture ? "another picture" : "picture behind", title: "to draw over; two points scale it" }, place);
     const input = element("input", { id: "picture", type: "file", accept: "image/*", hidden: true }, label);
     input.addEventListener("change", () => trying(async () => picture(await Picture.of(input.files[0], viewer))));
@@ -422,6 +433,14 @@ function tools() {
     element("button", { type: "button", id: "guide", textContent: "guide" }, place).addEventListener("click", () => tour.start(open.board));
   }
   use(open.board.planar ? board.tool : "select");
+}
+
+/** What a drag of a joint keeps: all other positions, or the lengths of the bars on it. */
+const KEPT = ["positions", "lengths"];
+
+function keep(what) {
+  board.keeps = at("keeps").value = what;
+  said(`A drag of a joint keeps ${what === "lengths" ? "the lengths of the bars on it" : "the positions of all others"}.`);
 }
 
 /** Another picture behind the drawing, or none. */
@@ -572,6 +591,7 @@ function everything(before = null) {
   tour.shown(open.board);
   // Answers about another mechanism are none about this one.
   if (!before || !hasAnswers()) {
+    transmitted(null);
     for (const id of ["answer", "charts", "verdict", "shares", "state", "line"]) at(id).replaceChildren();
     at("numbers").tBodies[0].replaceChildren();
   }
@@ -870,7 +890,7 @@ function nudged(by) {
   const place = joint?.at ?? free?.at;
   if (!place) return false;
   if (joint?.fixed) said(`${joint.name} ${joint.fixed}.`);
-  else edit({ gesture: "move", at: selected, to: place.map((v, k) => v + by[k] * board.step()) });
+  else edit({ gesture: "move", at: selected, to: place.map((v, k) => v + by[k] * board.step()), keeps: board.keeps });
   return true;
 }
 
@@ -927,6 +947,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key.toLowerCase() === "n" && !event.target.matches?.("select")) return board.next(event.shiftKey ? -1 : 1);
+  if (event.key.toLowerCase() === "h" && open.board.planar && !event.target.matches?.("select")) return keep(KEPT.find((one) => one !== board.keeps));
   const tool = !event.target.matches?.("select") && Object.entries(TOOLS).find(([, { key }]) => key === event.key.toLowerCase());
   if (tool && open.board.planar) use(tool[0]);
 });

@@ -51,6 +51,7 @@ function limits(inspector) {
 function driven(inspector, name, drive) {
   const { board } = inspector;
   const place = box(inspector, "drive", `Drive ${name} of ${drive.joint ?? "several joints"}`);
+  inspector.name("drive", name, place);
   const turns = board.joints.find(({ name: one }) => one === drive.joint?.split("/")[0])?.kind === "revolute";
   const unit = board.units[turns ? "angle" : "length"];
   const steps = (key) => ["drives", name, key];
@@ -87,6 +88,7 @@ function loaded(inspector, { at, case: own, load }) {
 function sprung(inspector, name, spring) {
   const { units } = inspector.board;
   const place = box(inspector, "spring", `Spring ${name} ${spring.joint ? `about ${spring.joint}` : `of ${Object.keys(spring.on ?? {}).join(" and ")}`}`);
+  inspector.name("spring", name, place);
   const [size, unit] = spring.joint ? ["free_angle", units.angle] : ["free_length", units.length];
   const force = spring.joint ? `${units.force} ${units.length}` : units.force;
   value(inspector, place, ["springs", name, "stiffness"], "stiffness", spring.stiffness, `${force}/${unit}`, true);
@@ -98,6 +100,7 @@ function sprung(inspector, name, spring) {
 function measured(inspector, name, own) {
   const { board } = inspector;
   const place = box(inspector, "dimension", `Dimension ${name} of ${own.body}: ${(own.between ?? []).join(" to ")}`);
+  inspector.name("dimension", name, place);
   const steps = (key) => ["dimensions", name, key];
   value(inspector, place, steps("tolerance"), "± tolerance", own.tolerance, board.units.length);
   law(inspector, place, steps("law"), own.law);
