@@ -222,6 +222,33 @@ def test_of_several_load_cases_the_worst_one_is_named():
         assert sentence(result).text.endswith("at configuration 1 of load case more.")
 
 
+def test_maps_and_sweeps_name_the_load_case_that_uses_most_of_a_limit():
+    """Both miss it at as many places; the first one of the file was named."""
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+
+    cases = {name: [{"body": "piston", "force": [-part * FORCE, 0]}] for name, part in (("less", 0.5), ("more", 1.0))}
+    m = limited(drive_torques__theta=1.0).with_({"loads": [], "load_cases": cases})
+    key, angles = "joints.pin.clearance.radial", {"theta": ANGLES.tolist()}
+    by = {"limits.drive_torques.theta": [1.0, 2.0]}
+    mapped, swept = jp.map(m, "forces", angles), jp.sweep(m, key, [0.1, 0.2], "forces")
+    assert np.allclose(mapped.used.max("theta").sel(load_case="more") / 2.0, mapped.used.max("theta")[0], rtol=0.1)
+    for result in (mapped, swept, jp.sweep(m, key, [0.1, 0.2], "forces", by=by)):
+        assert conclude(from_dataset(result)).sentences[0].text.startswith("Load case more, the worst of 2: ")
+
+
+def test_maps_name_the_output_that_uses_most_of_a_limit_of_errors():
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+
+    ends = {"a": {"body": "rod", "at": [0, 0]}, "b": {"body": "piston", "at": [0, 0]}}
+    m = mechanism(**{"output": None, "outputs": ends, "limits.position": 1e-9})
+    result = jp.map(m, "worst", {"theta": ANGLES.tolist()})
+    worst = result.worst_position.max("theta")
+    assert worst.sel(output="b") > worst.sel(output="a") > 0.01
+    assert conclude(from_dataset(result)).sentences[0].text.startswith("Output b, ")
+
+
 def test_sizes_that_are_chosen_and_that_wear_are_judged_for_forces_too(tmp_path, capsys):
     from jointplay.cli import run
 
