@@ -191,7 +191,7 @@ def sentence(result):
     from jointplay.result import from_dataset
     from jointplay.result.conclusions import conclude
 
-    return next(one for one in conclude(from_dataset(result)).sentences if "forces" in one.text)
+    return next(one for one in conclude(from_dataset(result)).sentences if "imits of forces" in one.text)
 
 
 def test_what_is_compared_is_judged_for_forces_too():
@@ -209,6 +209,35 @@ def test_what_is_compared_is_judged_for_forces_too():
         "The limits of forces are missed in the worst case in tight: drives.theta uses 100.1 % of its limit,"
         " at configuration 1."
     )
+
+
+def test_limits_hold_in_compared_mechanisms_only_where_those_of_forces_do():
+    """It said `Limits hold in both` above what forces miss."""
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+    from jointplay.result.table import tables
+
+    most = brute_force(PLAY)
+    loose = mechanism(**{"limits.position": 5.0, "limits.drive_torques.theta": most / 0.9})
+    tight, idle = loose.with_({"limits.drive_torques.theta": 0.999 * most}), loose.with_({"loads": []})
+
+    def said(*mechanisms):
+        result = from_dataset(jp.compare(*mechanisms, names=["a", "b", "c"][: len(mechanisms)]))
+        return conclude(result).sentences[0], result
+
+    assert said(loose, loose)[0].text == "Limits hold in both."
+    both, _ = said(tight, loose)
+    assert both.text == "Limits of errors hold in both; those of forces are missed in a."
+    assert (both.state, both.is_alarm) == ("missed", True)
+    every, result = said(tight, loose, idle)
+    assert every.text == (
+        "Limits of errors hold in all 3; those of forces are missed in a and are not shown to hold in c."
+    )
+    first = next(table for table in tables(result) if table.columns[0].cells[0].startswith("limits"))
+    assert [column.cells[:2] for column in first.columns] == [
+        ("limits of errors", "limits of forces"),
+        *(("held", outcome) for outcome in ("missed", "held", "not shown")),
+    ]
 
 
 def test_of_several_load_cases_the_worst_one_is_named():

@@ -8,6 +8,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Array, Flags
 from jointplay.result import (
+    FORCES_JUDGED,
     Result,
     figure,
     figures,
@@ -31,6 +32,7 @@ from jointplay.result.verdict import (
     percent,
     there,
     verdict,
+    worst_of,
 )
 from jointplay.result.verdict.shares import CONTACTS
 
@@ -189,8 +191,17 @@ def of_compare(result: Result) -> Conclusion:
         where = whole if len(held) == len(names) else strung(held)
         none = [name for name, found in zip(names, verdicts, strict=True) if not found.outcome]
         rest = f"; {strung(none)} {'has' if len(none) == 1 else 'have'} none" if none else ""
-        text = f"Limits hold in {where}{verdicts[names.index(held[0])].basis}{rest}."
-        sentences.append(Sentence(text, state=HELD))
+        forces = result.get(FORCES_JUDGED).tolist() if FORCES_JUDGED in result.data else []
+        state = worst_of([HELD, *forces])
+        bad = {
+            how: strung([name for name, one in zip(names, forces, strict=True) if one == what])
+            for what, how in ((MISSED, "are missed"), (NOT_SHOWN, "are not shown to hold"))
+            if what in forces
+        }
+        others = f"; those of forces {' and '.join(f'{how} in {those}' for how, those in bad.items())}" if bad else ""
+        basis = verdicts[names.index(held[0])].basis
+        text = f"Limits{' of errors' * bool(bad)} hold in {where}{basis}{rest}{others}."
+        sentences.append(Sentence(text, is_alarm=bool(bad), state=state))
     for name, found in zip(names, verdicts, strict=True):
         count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
         if found.outcome == MISSED:
