@@ -392,6 +392,19 @@ def test_maps_and_sweeps_show_what_is_used_of_a_limit():
         jp.sweep(mechanism(), "joints.pin.clearance.radial", [0.1], "forces")
 
 
+@pytest.mark.filterwarnings("error")
+def test_maps_and_sweeps_of_a_limit_of_nothing_are_without_warnings():
+    """Quantiles and the ends of colours were taken of numbers without end."""
+    from jointplay.result import from_dataset
+    from jointplay.result.table.map import overview
+
+    m = limited(drive_torques__theta=0.0)
+    sizes = overview(from_dataset(jp.map(m, "forces", {"theta": [20, 30]})))[-1]
+    cells = {column.name: column.cells for column in sizes.columns}
+    assert cells["median"] == cells["largest"]
+    jp.plot.sweep(jp.sweep(m, "joints.pin.clearance.radial", [0.1, 0.2], "forces"), surface=True)
+
+
 def test_a_figure_of_swept_forces_has_what_is_used_and_the_limit(tmp_path, capsys):
     from jointplay.cli import run
 
