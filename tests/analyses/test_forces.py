@@ -191,7 +191,7 @@ def sentence(result):
     from jointplay.result import from_dataset
     from jointplay.result.conclusions import conclude
 
-    return next(one for one in conclude(from_dataset(result)).sentences if "forces" in one.text)
+    return next(one for one in conclude(from_dataset(result)).sentences if "imits of forces" in one.text)
 
 
 def test_what_is_compared_is_judged_for_forces_too():
@@ -211,6 +211,35 @@ def test_what_is_compared_is_judged_for_forces_too():
     )
 
 
+def test_limits_hold_in_compared_mechanisms_only_where_those_of_forces_do():
+    """It said `Limits hold in both` above what forces miss."""
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+    from jointplay.result.table import tables
+
+    most = brute_force(PLAY)
+    loose = mechanism(**{"limits.position": 5.0, "limits.drive_torques.theta": most / 0.9})
+    tight, idle = loose.with_({"limits.drive_torques.theta": 0.999 * most}), loose.with_({"loads": []})
+
+    def said(*mechanisms):
+        result = from_dataset(jp.compare(*mechanisms, names=["a", "b", "c"][: len(mechanisms)]))
+        return conclude(result).sentences[0], result
+
+    assert said(loose, loose)[0].text == "Limits hold in both."
+    both, _ = said(tight, loose)
+    assert both.text == "Limits of errors hold in both; those of forces are missed in a."
+    assert (both.state, both.is_alarm) == ("missed", True)
+    every, result = said(tight, loose, idle)
+    assert every.text == (
+        "Limits of errors hold in all 3; those of forces are missed in a and are not shown to hold in c."
+    )
+    first = next(table for table in tables(result) if table.columns[0].cells[0].startswith("limits"))
+    assert [column.cells[:2] for column in first.columns] == [
+        ("limits of errors", "limits of forces"),
+        *(("held", outcome) for outcome in ("missed", "held", "not shown")),
+    ]
+
+
 def test_of_several_load_cases_the_worst_one_is_named():
     cases = {name: [{"body": "piston", "force": [-part * FORCE, 0]}] for name, part in (("more", 1.0), ("less", 0.5))}
     m = mechanism(**{"loads": [], "load_cases": cases, "limits.drive_torques.theta": 0.999 * brute_force(PLAY)})
@@ -220,6 +249,33 @@ def test_of_several_load_cases_the_worst_one_is_named():
         assert result.forces_load_case.values.tolist() == ["more", "more"]
         assert np.allclose(result.forces_used, 1.0 / 0.999, rtol=1e-6)
         assert sentence(result).text.endswith("at configuration 1 of load case more.")
+
+
+def test_maps_and_sweeps_name_the_load_case_that_uses_most_of_a_limit():
+    """Both miss it at as many places; the first one of the file was named."""
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+
+    cases = {name: [{"body": "piston", "force": [-part * FORCE, 0]}] for name, part in (("less", 0.5), ("more", 1.0))}
+    m = limited(drive_torques__theta=1.0).with_({"loads": [], "load_cases": cases})
+    key, angles = "joints.pin.clearance.radial", {"theta": ANGLES.tolist()}
+    by = {"limits.drive_torques.theta": [1.0, 2.0]}
+    mapped, swept = jp.map(m, "forces", angles), jp.sweep(m, key, [0.1, 0.2], "forces")
+    assert np.allclose(mapped.used.max("theta").sel(load_case="more") / 2.0, mapped.used.max("theta")[0], rtol=0.1)
+    for result in (mapped, swept, jp.sweep(m, key, [0.1, 0.2], "forces", by=by)):
+        assert conclude(from_dataset(result)).sentences[0].text.startswith("Load case more, the worst of 2: ")
+
+
+def test_maps_name_the_output_that_uses_most_of_a_limit_of_errors():
+    from jointplay.result import from_dataset
+    from jointplay.result.conclusions import conclude
+
+    ends = {"a": {"body": "rod", "at": [0, 0]}, "b": {"body": "piston", "at": [0, 0]}}
+    m = mechanism(**{"output": None, "outputs": ends, "limits.position": 1e-9})
+    result = jp.map(m, "worst", {"theta": ANGLES.tolist()})
+    worst = result.worst_position.max("theta")
+    assert worst.sel(output="b") > worst.sel(output="a") > 0.01
+    assert conclude(from_dataset(result)).sentences[0].text.startswith("Output b, ")
 
 
 def test_sizes_that_are_chosen_and_that_wear_are_judged_for_forces_too(tmp_path, capsys):
@@ -334,6 +390,19 @@ def test_maps_and_sweeps_show_what_is_used_of_a_limit():
         jp.map(mechanism(), "forces", {"theta": [20, 30]})
     with pytest.raises(jp.InputError, match="limits no force"):
         jp.sweep(mechanism(), "joints.pin.clearance.radial", [0.1], "forces")
+
+
+@pytest.mark.filterwarnings("error")
+def test_maps_and_sweeps_of_a_limit_of_nothing_are_without_warnings():
+    """Quantiles and the ends of colours were taken of numbers without end."""
+    from jointplay.result import from_dataset
+    from jointplay.result.table.map import overview
+
+    m = limited(drive_torques__theta=0.0)
+    sizes = overview(from_dataset(jp.map(m, "forces", {"theta": [20, 30]})))[-1]
+    cells = {column.name: column.cells for column in sizes.columns}
+    assert cells["median"] == cells["largest"]
+    jp.plot.sweep(jp.sweep(m, "joints.pin.clearance.radial", [0.1, 0.2], "forces"), surface=True)
 
 
 def test_a_figure_of_swept_forces_has_what_is_used_and_the_limit(tmp_path, capsys):

@@ -151,7 +151,8 @@ def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: A
     else:
         mesh = axes.pcolormesh(x, y, values.T, shading="gouraud", rasterized=True, **colours.look)
         level_lines(axes, x, y, values, colours, small)
-        bounds = [b for b in limits_of([part], quantity) if np.nanmin(values) < b < np.nanmax(values)]
+        least, most = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
+        bounds = [b for b in limits_of([part], quantity) if least < b < most]
         if bounds:
             axes.contour(x, y, values.T, bounds, colors=theme().alarm, linewidths=1.6, linestyles=[(0, (6, 2))])
             handle = Line2D([], [], **{**limit_line(), "color": theme().alarm})

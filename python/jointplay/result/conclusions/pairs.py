@@ -87,7 +87,8 @@ def pair_in_words(result: Result, place: tuple[int, int]) -> str:
 
 def of_pairs(result: Result) -> Conclusion:
     """Where the worst figure over the motion is least and largest, and at how many pairs limits are missed."""
-    sentences = [*_limits(result), *_bad(result)]
+    verdicts = [one for row in judged(result) for one in row]
+    sentences = [*_limits(result, verdicts), *_bad(result)]
     severity = 0.0
     for found in tops(result):
         if not np.nan_to_num(found.values).any():
@@ -103,7 +104,8 @@ def of_pairs(result: Result) -> Conclusion:
         if say(found.values[low]) != say(found.values[high]):
             span = f"{say(found.values[low], found.unit)} with {pair_in_words(result, low)}; {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+    used = max((one.used for one in verdicts), default=0.0)
+    return Conclusion(tuple(sentences), (*ranked(sentences), used, severity))
 
 
 def _place(values: Array) -> tuple[int, int]:
@@ -111,8 +113,7 @@ def _place(values: Array) -> tuple[int, int]:
     return int(row), int(column)
 
 
-def _limits(result: Result) -> Iterator[Sentence]:
-    found = [one for row in judged(result) for one in row]
+def _limits(result: Result, found: list[Verdict]) -> Iterator[Sentence]:
     if any(outcomes := [one.outcome for one in found]):
         yield summed_up(result, outcomes, f"{plural(len(found), 'pair')} of values", found[0].basis)
 

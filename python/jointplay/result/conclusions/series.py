@@ -8,6 +8,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Array, Flags
 from jointplay.result import (
+    FORCES_JUDGED,
     Result,
     figure,
     figures,
@@ -31,6 +32,7 @@ from jointplay.result.verdict import (
     percent,
     there,
     verdict,
+    worst_of,
 )
 from jointplay.result.verdict.shares import CONTACTS
 
@@ -68,7 +70,8 @@ def of_sweep(result: Result) -> Conclusion:
         one = along.values[k]
         return f"{dim} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
 
-    sentences = [*_missed_values(result, value), *_bad(result)]
+    verdicts = judged(result)
+    sentences = [*_missed_values(result, verdicts, value), *_bad(result)]
     severity = 0.0
     for name, declared in figures(result).items():
         values, unit = figure(result, name)
@@ -89,7 +92,8 @@ def of_sweep(result: Result) -> Conclusion:
         if say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+    used = max((one.used for one in verdicts), default=0.0)
+    return Conclusion(tuple(sentences), (*ranked(sentences), used, severity))
 
 
 def extreme(words: str) -> str:
@@ -103,9 +107,7 @@ def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
     return float(worst), float(any(sentence.is_alarm for sentence in sentences))
 
 
-def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
-    found = judged(result)
-
+def _missed_values(result: Result, found: Sequence[Verdict], value: Callable[[int], str]) -> Iterator[Sentence]:
     def first(k: int) -> str:
         return f"{value(k)} ({found[k].gist})" if found[k].outcome == NOT_SHOWN else value(k)
 
@@ -189,8 +191,17 @@ def of_compare(result: Result) -> Conclusion:
         where = whole if len(held) == len(names) else strung(held)
         none = [name for name, found in zip(names, verdicts, strict=True) if not found.outcome]
         rest = f"; {strung(none)} {'has' if len(none) == 1 else 'have'} none" if none else ""
-        text = f"Limits hold in {where}{verdicts[names.index(held[0])].basis}{rest}."
-        sentences.append(Sentence(text, state=HELD))
+        forces = result.get(FORCES_JUDGED).tolist() if FORCES_JUDGED in result.data else []
+        state = worst_of([HELD, *forces])
+        bad = {
+            how: strung([name for name, one in zip(names, forces, strict=True) if one == what])
+            for what, how in ((MISSED, "are missed"), (NOT_SHOWN, "are not shown to hold"))
+            if what in forces
+        }
+        others = f"; those of forces {' and '.join(f'{how} in {those}' for how, those in bad.items())}" if bad else ""
+        basis = verdicts[names.index(held[0])].basis
+        text = f"Limits{' of errors' * bool(bad)} hold in {where}{basis}{rest}{others}."
+        sentences.append(Sentence(text, is_alarm=bool(bad), state=state))
     for name, found in zip(names, verdicts, strict=True):
         count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
         if found.outcome == MISSED:
@@ -269,7 +280,20 @@ def of_map(result: Result) -> Conclusion:
     shares = [] if judged else _outside_nodes(result, good)
     speeds = of_speeds(result)
     sentences = (*judged, *shares, *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"), *speeds)
-    return Conclusion(sentences, tuple(float(RANK[sentence.state]) for sentence in judged))
+    severity = [float(RANK[sentence.state]) for sentence in judged]
+    return Conclusion(sentences, (*severity, _used_over_nodes(result, good)) if judged else ())
+
+
+def _used_over_nodes(result: Result, good: Flags) -> float:
+    """The largest used part of a limit, of two limits as a part of the farther one, or share of specimens outside."""
+    if "margin" in result.data and "used" not in result.data:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = 1.0 - result.get("margin") / np.fmax(*np.abs(result.get("limit").T))
+        parts = np.fmax.reduce(parts, axis=-1)
+    else:
+        name = next((one for one in ("used", "outside", "structural_error") if one in result.data), None)
+        parts = result.get(name) if name else np.zeros(good.shape)
+    return float(np.max(parts, where=good & ~np.isnan(parts), initial=0.0))
 
 
 def _over_nodes(result: Result, good: Flags) -> Iterator[Sentence]:

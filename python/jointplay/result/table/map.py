@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from jointplay.basics.arrays import Flags
@@ -64,7 +66,9 @@ def _sizes(result: Result, axes: list[str], good: Flags) -> ResultTable:
         # Of nearness to singularity the smallest is the worst.
         sign = -1.0 if name == "singular_value" else 1.0
         bad = np.where(good, sign * variable.values, -np.inf)
-        quantiles = np.abs(np.quantile(bad[good], SHARES))
+        # Between a number and one without end, as of what is used of a limit of nothing, there is none.
+        method: Literal["linear", "higher"] = "linear" if np.isfinite(bad[good]).all() else "higher"
+        quantiles = np.abs(np.quantile(bad[good], SHARES, method=method))
         rows.append((variable, quantiles, np.unravel_index(np.argmax(bad), bad.shape)))
     columns = [
         words("quantity", [v.long_name for v, _, _ in rows], is_key=True),

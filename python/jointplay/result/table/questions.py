@@ -9,7 +9,19 @@ import numpy as np
 
 from jointplay.basics.arrays import Floats
 from jointplay.questions import QUESTIONS, Question, named
-from jointplay.result import Result, blame, figure, figures, first_largest, in_words, parts, size, split, unit_of
+from jointplay.result import (
+    FORCES_JUDGED,
+    Result,
+    blame,
+    figure,
+    figures,
+    first_largest,
+    in_words,
+    parts,
+    size,
+    split,
+    unit_of,
+)
 from jointplay.result.conclusions import (
     BOUND_DIGITS,
     beyond,
@@ -370,7 +382,11 @@ def _beside(result: Result, title: str) -> ResultTable:
     verdicts = judged(result)
     rows: dict[str, list[str]] = {}
     if any(found.outcome for found in verdicts):
-        rows["limits"] = [found.outcome or NOTHING for found in verdicts]
+        rows["limits of errors" if FORCES_JUDGED in result.data else "limits"] = [
+            found.outcome or NOTHING for found in verdicts
+        ]
+    if FORCES_JUDGED in result.data:
+        rows["limits of forces"] = [one or NOTHING for one in result.get(FORCES_JUDGED).tolist()]
     for short in figures(result):
         values, unit = figure(result, short)
         places = [farthest(row, part.get("status")) for row, part in zip(values, each(result), strict=True)]
