@@ -135,6 +135,15 @@ def test_what_cannot_be_assembled_is_said_and_the_path_stays() -> None:
     assert found["path"]["worst"]["position"]["values"]
 
 
+def test_drives_are_asked_for_within_ten_turns_of_the_file() -> None:
+    """All of the way to a value is traced; the crank of the slider-crank turns over, and is where it was."""
+    session = Session(jp.loads(examples.text("slider-crank")))
+    with pytest.raises(InputError, match=r"theta is from -3585 to 3945 here, not 1e\+12"):
+        ask(session, drives=[1e12])
+    far, near = (np.array(ask(session, drives=[value])["scene"]["places"]) for value in (3640.0, 40.0))
+    np.testing.assert_allclose(far, near, atol=1e-6)
+
+
 def test_offsets_at_the_largest_error_give_it_again() -> None:
     session = Session(jp.loads(FOUR_BAR))
     worst = rest(session, drives=[48.98])["here"]["worst"]
