@@ -353,6 +353,23 @@ def test_what_no_page_of_ours_asks_is_refused(server: Server, told: dict[str, An
             assert (status, "Traceback" in found["error"]) == (400, False)
 
 
+@pytest.mark.parametrize("half", ["joints = 3", "units = 3", "drives = [1]", "bodies = 'x'", "springs = 3"])
+def test_a_half_typed_text_drops_no_connection(server: Server, half: str) -> None:
+    def post(name: str, **told: Any) -> Any:
+        return request(server, f"/{server.token}/{name}", told)[2]
+
+    page = post("edit", page=post("open", new=True)["page"], text=half)["page"]
+    for kind in ("joint", "drive", "spring", "body"):
+        assert "error" in post("edit", page=page, rename=[kind, "a", "b"])
+    assert post("fits", page=page, diameter=12)["fits"]
+
+
+def test_whatever_goes_wrong_is_answered(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(server.studio.answers, "fits", lambda _: None.nothing)  # type: ignore[attr-defined]
+    status, _, found = request(server, f"/{server.token}/fits", {})
+    assert (status, found) == (400, {"error": "this cannot be answered"})
+
+
 def test_the_length_of_a_request_is_limited(server: Server) -> None:
     for length in ("99999999999", "9" * 5000, "-1", "x", ""):
         with socket.create_connection(("127.0.0.1", server.port)) as plain:
