@@ -135,6 +135,15 @@ def test_what_cannot_be_assembled_is_said_and_the_path_stays() -> None:
     assert found["path"]["worst"]["position"]["values"]
 
 
+def test_drives_are_asked_for_within_ten_turns_of_the_file() -> None:
+    """All of the way to a value is traced; the crank of the slider-crank turns over, and is where it was."""
+    session = Session(jp.loads(examples.text("slider-crank")))
+    with pytest.raises(InputError, match=r"theta is from -3585 to 3945 here, not 1e\+12"):
+        ask(session, drives=[1e12])
+    far, near = (np.array(ask(session, drives=[value])["scene"]["places"]) for value in (3640.0, 40.0))
+    np.testing.assert_allclose(far, near, atol=1e-6)
+
+
 def test_offsets_at_the_largest_error_give_it_again() -> None:
     session = Session(jp.loads(FOUR_BAR))
     worst = rest(session, drives=[48.98])["here"]["worst"]
@@ -342,6 +351,23 @@ def test_what_no_page_of_ours_asks_is_refused(server: Server, told: dict[str, An
         if "samples" not in told or name == "settled":
             status, _, found = request(server, f"{own}{name}", {"drives": [40.0], "page": page, **told})
             assert (status, "Traceback" in found["error"]) == (400, False)
+
+
+@pytest.mark.parametrize("half", ["joints = 3", "units = 3", "drives = [1]", "bodies = 'x'", "springs = 3"])
+def test_a_half_typed_text_drops_no_connection(server: Server, half: str) -> None:
+    def post(name: str, **told: Any) -> Any:
+        return request(server, f"/{server.token}/{name}", told)[2]
+
+    page = post("edit", page=post("open", new=True)["page"], text=half)["page"]
+    for kind in ("joint", "drive", "spring", "body"):
+        assert "error" in post("edit", page=page, rename=[kind, "a", "b"])
+    assert post("fits", page=page, diameter=12)["fits"]
+
+
+def test_whatever_goes_wrong_is_answered(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(server.studio.answers, "fits", lambda _: None.nothing)  # type: ignore[attr-defined]
+    status, _, found = request(server, f"/{server.token}/fits", {})
+    assert (status, found) == (400, {"error": "this cannot be answered"})
 
 
 def test_the_length_of_a_request_is_limited(server: Server) -> None:

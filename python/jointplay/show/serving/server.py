@@ -173,7 +173,11 @@ class Studio:
         notes: list[str] = []
         if "rename" in told:
             kind, old, new = _three(told["rename"])
-            wanted = naming.renamed(toml.parse(text), kind, old, new)
+            try:
+                wanted = naming.renamed(toml.parse(text), kind, old, new)
+            except (KeyError, TypeError, AttributeError, IndexError):
+                # In a half typed text, what should be a table may be something else.
+                raise InputError("mend the text first", key="rename") from None
             text = document.renamed(text, wanted, old, new)
             before = {new if (kind, body) == ("body", old) else body: pose for body, pose in before.items()}
         text = _edited(text, _edits(told))
@@ -197,7 +201,9 @@ class Studio:
         """The preferred fits of a diameter, with their least and largest play, in units of the file."""
         draft, _ = self._page(told)
         value = number_of(told.get("diameter"), "a diameter")
-        unit = LENGTHS.get(str(draft.raw.get("units", {}).get("length")), LENGTHS["mm"])
+        units = draft.raw.get("units")
+        length = units.get("length") if isinstance(units, Mapping) else None
+        unit = LENGTHS.get(str(length), LENGTHS["mm"])
         return {"fits": plays(value, unit, str(told.get("fit", "")))}
 
     def _keep(self, number: str, draft: Draft, found: Opened) -> None:
@@ -432,7 +438,8 @@ class Handler(BaseHTTPRequestHandler):
             return 200, json.dumps(answer(told), allow_nan=False)
         except Cancelled:
             return 200, json.dumps({"cancelled": True})
-        except (JointplayError, ValueError, ArithmeticError, RecursionError, MemoryError) as problem:
+        except Exception as problem:  # noqa: BLE001
+            # Whatever a half typed text does to a gesture, the page goes on.
             message = str(problem) if isinstance(problem, JointplayError) else "this cannot be answered"
             return 400, json.dumps({"error": message})
 

@@ -6,6 +6,7 @@ besides only saves work, so that pages cannot disturb each other, and a lost ans
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
@@ -16,6 +17,7 @@ import numpy as np
 
 from jointplay.analyses.nominal import Nominal, at_drives, bounded, nominal
 from jointplay.basics.arrays import Floats
+from jointplay.core.compile import ANGULAR
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 
@@ -23,8 +25,10 @@ from .knobs import Knob, knobs
 
 #: mechanisms of which a page's answers are kept
 KEPT = 4
-#: the largest number that a file may have, and a drive
+#: the largest number that a page sends
 FARTHEST = 1e12
+#: turns, or widths of its range, that a drive may be beyond its values in the file: all of the way there is traced
+TURNS = 10
 T = TypeVar("T")
 
 
@@ -174,14 +178,15 @@ def placed(m: Mechanism, path: Nominal, drives: tuple[float, ...]) -> tuple[Nomi
     Raises
     ------
     InputError
-        When there are not as many values as drives.
+        When there are not as many values as drives, or one is too far from those of the file.
     """
     if len(drives) != len(m.drives):
         raise InputError(f"needs {len(m.drives)} values, not {len(drives)}", key="drives")
-    for value in drives:
+    for k, value in enumerate(drives):
+        low, high = _reach(m, path, k)
         # What is not a number is refused as well.
-        if not abs(value) <= FARTHEST:
-            raise InputError(f"drive values are at most {FARTHEST:g} in size, not {value:g}", key="drives")
+        if not low <= value <= high:
+            raise InputError(f"{m.drives[k]} is from {low:.6g} to {high:.6g} here, not {value:g}", key="drives")
     known = np.flatnonzero(np.isfinite(path.poses).all(axis=(1, 2)))
     if not len(m.drives):
         return path.first(1), 0
@@ -194,6 +199,16 @@ def placed(m: Mechanism, path: Nominal, drives: tuple[float, ...]) -> tuple[Nomi
     if np.allclose(path.drives[nearest], wanted, rtol=0.0, atol=1e-12 * np.abs(scale)):
         return path.at(nearest), nearest
     return bounded(m, _traced(m, path.drives[nearest], path.poses[nearest], wanted)), nearest
+
+
+def _reach(m: Mechanism, path: Nominal, k: int) -> tuple[float, float]:
+    """The least and the largest value that a drive may be asked for, in units of the file."""
+    known = np.append(path.drives[:, k], m.start_drives[k])
+    low, high = np.nanmin(known), np.nanmax(known)
+    turns = m.joint_kinds[m.drive_joints[k]] in ANGULAR
+    beyond = TURNS * (2.0 * math.pi if turns else max(high - low, m.length))
+    factor = m.drive_factors[k]
+    return float((low - beyond) / factor), float((high + beyond) / factor)
 
 
 def _traced(m: Mechanism, start: Floats, poses: Floats, drives: Floats) -> Nominal:

@@ -32,6 +32,8 @@ let openings = 0;
 let history = null;
 // What was changed last, for messages; and the poses that are shown, for gestures.
 let touched = "";
+// What was said of the position of the sliders, which ends with it.
+let placing = null;
 let poses = {};
 // Edits are made one after the other, each of the state that the one before has left.
 let editing = Promise.resolve();
@@ -85,6 +87,7 @@ async function ask() {
   if (page !== asked.page) return ask();
   if (problem) {
     await trying(() => Promise.reject(touched && !(problem instanceof TypeError) ? new Error(`${touched}: ${problem.message}`) : problem));
+    placing = at("note").textContent;
     stale(true);
   }
   if (found && !found.cancelled) show(found, mine);
@@ -99,6 +102,7 @@ async function settle() {
   for (let samples = 0, next = -1; next !== 0; samples = next) {
     const found = await trying(() => post("settled", { ...asked, samples }, mine.signal));
     if (mine.signal.aborted) return;
+    if (!found) placing = at("note").textContent;
     if (!found || found.cancelled) return;
     show(found, asked);
     next = found.next;
@@ -122,7 +126,9 @@ function mark(state = "rough") {
 function show(found, mine) {
   if (!found.exact) {
     shown.here = {};
-    said(found.problem ?? "", Boolean(found.problem));
+    // What else stands there, such as that a file could not be saved, is left.
+    if (found.problem || at("note").textContent === placing) said(found.problem ?? "", Boolean(found.problem));
+    placing = found.problem ?? null;
   }
   for (const [question, answer] of Object.entries(found.here ?? {})) shown.here[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough };
   if (shown.path.key !== pathKey(mine)) shown.path = { key: pathKey(mine) };
@@ -967,7 +973,7 @@ for (const kind of ["pointerdown", "pointerup", "pointercancel"]) {
 }
 document.addEventListener("marked", ({ detail }) => {
   if (!detail) return;
-  said(detail, true);
+  said((placing = detail), true);
   stale(true);
 });
 
