@@ -172,6 +172,12 @@ def test_a_picture_behind_is_scaled_by_two_points_and_undone(drawer: Person, tmp
     assert drawer.text == drafts.EMPTY
     drawer.press("z", 2)
     assert page.run(width) == pytest.approx(before)
+    # It goes with the file, whatever that is called from now on.
+    page.run("document.getElementById('name').value = 'traced.toml'")
+    drawer.press("s", 2)
+    page.wait("document.getElementById('note').textContent.startsWith('saved')")
+    kept = "Object.keys(localStorage).filter((key) => key.startsWith('jointplay.picture '))"
+    assert [key.rpartition("/")[2] for key in page.run(kept)] == ["traced.toml"]
     drawer.press("z", 2)
     assert page.run("document.querySelector('#drawing image')") is None
 

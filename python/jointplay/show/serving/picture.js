@@ -2,6 +2,9 @@
 // file; the file does not have it.
 
 const KEY = "jointplay.picture ";
+// Bytes of a file, and pixels of a picture, up to which a page stays quick.
+const LARGEST = 20e6;
+const MOST = 50e6;
 const SVG = "http://www.w3.org/2000/svg";
 
 export class Picture {
@@ -12,6 +15,7 @@ export class Picture {
 
   /** A picture of a file, as wide as the present view. */
   static async of(file, viewer) {
+    if (file.size > LARGEST) throw new Error(`${file.name} has ${Math.ceil(file.size / 1e6)} MB; a picture has at most ${LARGEST / 1e6} MB`);
     const href = await new Promise((resolve, reject) => {
       const reader = new FileReader();
       reader.onload = () => resolve(reader.result);
@@ -21,6 +25,7 @@ export class Picture {
     const image = new Image();
     image.src = href;
     await image.decode().catch(() => Promise.reject(new Error(`${file.name} is not a picture`)));
+    if (image.width * image.height > MOST) throw new Error(`${file.name} has ${image.width} x ${image.height} pixels; a picture has at most ${MOST / 1e6} million`);
     const [[left, top], [right, bottom]] = [viewer.unproject([0, 0]), viewer.unproject([800, 520])];
     const scale = Math.min((right - left) / image.width, (top - bottom) / image.height);
     return new Picture({ href, at: [left, bottom], size: [image.width * scale, image.height * scale] });

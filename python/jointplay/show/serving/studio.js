@@ -827,6 +827,9 @@ async function save() {
   const state = history.now;
   const found = await trying(() => post("save", { ...asked, name: at("name").value }));
   if (!found) return false;
+  // What a file of another name has behind it stays there.
+  if (!open.file) keepPicture(history.name, null);
+  keepPicture(`${folder}/${found.file}`, board.picture);
   open.file = open.name = found.file;
   await offer();
   at("name").value = found.file;
