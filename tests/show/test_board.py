@@ -408,6 +408,14 @@ def test_sentence_and_table_agree_at_a_dead_centre(tmp_path: Path) -> None:
     assert any(f"{most:.4g} mm" in sentence["text"] for sentence in found["sentences"])
 
 
+def test_a_weld_has_no_price() -> None:
+    text = examples.text("press")
+    assert "main" in toml.parse(text)["costs"]
+    for steps, value in gestures.edits(toml.parse(text), {}, {"gesture": "weld", "at": {"joint": "main"}})[0]:
+        text = document.edited(text, steps, value)
+    assert "main" not in toml.parse(text)["costs"]
+
+
 def test_a_weld_of_bodies_that_are_turned_keeps_them_as_they_are_shown() -> None:
     """In the four-bar J2 is welded at a configuration of the path: the bodies stay turned as they are there."""
     m = jp.loads(FOUR_BAR)

@@ -38,7 +38,8 @@ export function entered(text, { unit = "", names = null } = {}) {
   const own = plain.replace(/^=\s*/, "");
   // Within parentheses a comma is between two numbers.
   const value = own.includes("(") ? own : own.replace(/(\d),(\d)/g, "$1.$2");
-  if (!/^[\w\s.+\-*/(),]+$/.test(value)) return { problem };
+  // Neither two decimal signs in a number nor two numbers without a sign between them.
+  if (!/^[\w\s.+\-*/(),]+$/.test(value) || /\d\.\d*\.|[\w.]\s+[\w.]/.test(value)) return { problem };
   const unknown = (value.match(/(?<![\w.])[A-Za-z_]\w*/g) ?? []).find((word) => !names.includes(word) && !FUNCTIONS.includes(word));
   return unknown ? { problem: `${problem}, and '${unknown}' is no variable: ${unknown} = 3 makes one` } : { value };
 }

@@ -33,6 +33,7 @@ def weld(hand: Hand, told: Json) -> None:
     for key in ("clearance", "angle", "friction", "wear"):
         if key in table:
             hand.put(("joints", name, key), None)
+    drop(hand, "costs", name)
     if "on" in table:
         # A weld keeps the bodies as they are shown: one direction of the drawing, seen from each.
         for body in bodies:
