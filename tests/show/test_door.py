@@ -185,9 +185,11 @@ def test_a_slip_in_an_answer_takes_no_worker_with_it(server: Server, capsys: pyt
         raise KeyError("slip")
 
     server.studio.answers["choices"] = slip
-    head = f"POST /{server.token}/choices HTTP/1.1\r\n{HOST}Content-Length: 2\r\n\r\n{{}}"
+    head = f"POST /{server.token}/choices HTTP/1.1\r\n{HOST}Connection: close\r\nContent-Length: 2\r\n\r\n{{}}"
     for _ in range(door.MOST_WORKERS + 2):
-        assert everything(connected(server, head)) == ""
+        found = everything(connected(server, head))
+        assert found.startswith("HTTP/1.1 500 ")
+        assert "this cannot be answered" in found
     assert everything(connected(server, good(server))).startswith("HTTP/1.1 200 ")
     assert "KeyError: 'slip'" in capsys.readouterr().err
 

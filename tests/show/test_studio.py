@@ -364,12 +364,6 @@ def test_a_half_typed_text_drops_no_connection(server: Server, half: str) -> Non
     assert post("fits", page=page, diameter=12)["fits"]
 
 
-def test_whatever_goes_wrong_is_answered(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(server.studio.answers, "fits", lambda _: None.nothing)  # type: ignore[attr-defined]
-    status, _, found = request(server, f"/{server.token}/fits", {})
-    assert (status, found) == (400, {"error": "this cannot be answered"})
-
-
 def test_the_length_of_a_request_is_limited(server: Server) -> None:
     for length in ("99999999999", "9" * 5000, "-1", "x", ""):
         with socket.create_connection(("127.0.0.1", server.port)) as plain:

@@ -450,14 +450,14 @@ def correct(
 
 def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
     """The step of least norm; where it would leave a range, the one within all ranges that leaves least."""
-    from scipy.optimize import lsq_linear
-
     if not np.isfinite(slopes).all():
         return np.full_like(drives, np.nan)
     matrix, right = weight[:, None] * slopes * unit, -weight * gap
     low, high = (ranges - drives) / unit
     step = np.linalg.lstsq(matrix, right, rcond=1e-9)[0]
     if not ((low <= step) & (step <= high)).all():
+        from scipy.optimize import lsq_linear
+
         # Of steps that leave as much a short one.
         held = SHORT * np.linalg.norm(matrix) * np.eye(len(drives))
         rows, right = np.vstack([matrix, held]), np.append(right, np.zeros(len(drives)))

@@ -17,6 +17,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import IO, Any
 
+from jointplay import _core
+
 #: more would wait for what is handed to them
 MOST = 16
 #: what a process runs
@@ -93,8 +95,6 @@ class Processes:
 
 def serve() -> None:
     """Answer lists of items until there are no more; what is printed meanwhile goes to stderr."""
-    from jointplay import _core
-
     # Ctrl-C goes to all; the one who asks decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _core.share_threads(1)
