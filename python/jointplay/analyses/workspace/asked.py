@@ -84,8 +84,14 @@ class AskedRanges:
             When it does not fit the mechanism.
         """
         m = whole.leader
+        for name in m.components:
+            if name in m.drives:
+                problem = (
+                    "has the name of a coordinate of the output, by which a workspace is asked for; rename the drive"
+                )
+                raise InputError(problem, file=m.file, key=f"drives.{name}")
         ranges = _ranges(m, grid)
-        known = [name for name in m.components if name not in m.drives]
+        known = m.components
         for name in ranges if grid is not None else ():
             if name in m.drives:
                 problem = "is a drive; a workspace is one of the output"

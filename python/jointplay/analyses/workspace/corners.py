@@ -36,27 +36,26 @@ class Cuts:
     to: Floats
 
 
-def cuts(points: Floats, bound: Texts, facets: Ints, spacing: float) -> Cuts:
+def cuts(points: Floats, bound: Texts, facets: Ints) -> Cuts:
     """Where the lines on both sides of a segment meet outside of it, or at its end.
 
     Parameters
     ----------
     points, bound, facets : ndarray
-        The boundary, its segments counterclockwise.
-    spacing : float
+        The boundary, its segments counterclockwise; coordinates in spacings.
     """
     before, after = dict(facets[:, ::-1].tolist()), dict(facets.tolist())
     found: list[int] = []
     places: list[Floats] = []
     for k in np.flatnonzero(bound[facets[:, 0]] != bound[facets[:, 1]]).tolist():
         a, b = facets[k].tolist()
-        u = _way_to(points, bound, a, before, APART * spacing)
-        v = _way_to(points, bound, b, after, APART * spacing)
+        u = _way_to(points, bound, a, before, APART)
+        v = _way_to(points, bound, b, after, APART)
         if u is None or v is None or abs(across := _cross(u, v)) < LEAST:
             continue
         gap = points[b] - points[a]
         s, t = _cross(gap, v) / across, _cross(gap, u) / across
-        if all(-APART * spacing < far < FAR * spacing for far in (s, t)) and s + t > 0.0:
+        if all(-APART < far < FAR for far in (s, t)) and s + t > 0.0:
             found.append(k)
             places.append(points[a] + s * u)
     return Cuts(np.array(found, dtype=np.int64), np.array(places).reshape(-1, 2))

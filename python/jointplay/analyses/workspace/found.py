@@ -226,18 +226,21 @@ def _with_corners(
     facets = edges.facets()
     if len(asked.axes) != PLANE or not len(facets):
         return points, bound, {}
-    found = cuts(points, bound, facets, asked.spacing)
+    # In spacings: along a short side of the region they are smaller.
+    steps = np.array([np.diff(along).max() for along in asked.axes.values()])
+    found = cuts(points / steps, bound, facets)
     ends = facets[found.facet]
     nodes = np.stack(np.unravel_index(edges.inner[ends[:, 0]], edges.inside.shape)) - 1
     values = list(asked.axes.values())
     inner = np.ravel_multi_index(tuple(nodes), tuple(map(len, values)))
     first = places(values)[inner]
-    way = found.to - first
+    to = found.to * steps
+    way = to - first
     low, why = np.ones(len(ends)), bound[ends[:, 0]]
     for one, held in every:
         room = np.stack([held.room[inner], np.full(len(inner), np.nan)])
         unknown = np.full(len(inner), "", dtype=WIDTH)
-        ways = Ways(inner, one.commands_at(found.to), np.linalg.norm(way, axis=1), unknown, room)
+        ways = Ways(inner, one.commands_at(to), np.linalg.norm(way, axis=1), unknown, room)
         gone, ended = leave(one, ways, tolerance)
         why = np.where((gone < low) & (ended != ""), ended, why)
         low = np.minimum(low, gone)

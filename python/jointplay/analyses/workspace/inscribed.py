@@ -11,7 +11,7 @@ planes stand between it and the facets. What is found is in the region; that not
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,9 +26,11 @@ PARTS, FINE = {2: 8, 3: 3}, 32
 STARTS = 3
 #: points of the boundary that are nearest to a centre and decide where it goes
 MOST_POINTS = 300
+#: how often a linear program of a box is asked again, with the planes that its last answer met
+ROUNDS = 20
 #: steps go down to this part of a spacing
 SMALLEST = 1.0 / 512.0
-#: of planes of about one direction the nearest ones decide how far a box goes; as many others would hide the rest
+#: of planes of about one direction so many decide first how far a box goes, the nearest ones
 ALIKE, DIGITS = 3, 2
 #: a box is moved where it gains a larger part, and shrinks by this factor where a facet is in it
 LEAST_GAIN, SHRINK = 1e-7, 0.97
@@ -194,14 +196,22 @@ class _Planes:
         self.normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
         support = np.einsum("fkx,fcx->fkc", self.normal, corners).min(axis=2)
         self.support = np.where(length[..., 0] > 0.0, support, -np.inf)
+        own_sides, across_axes = (0, 1), [(2 + k, 2 + n + k) for k in range(n)]
+        #: columns of planes to prefer: none, the facet's own, those across an axis
+        self.choices: list[list[tuple[int, int]]] = [[], [own_sides], *([one, own_sides] for one in across_axes)]
 
-    def gaps(self, ends: Floats) -> tuple[Floats, Floats]:
-        """How far every facet is from a box, negative where it is in it, and the normal of the plane between them."""
+    def gaps(self, ends: Floats, liked: Sequence[tuple[int, int]] = ()) -> tuple[Floats, Floats]:
+        """How far every facet is from a box, negative where it is in it, and the normal of the plane between them.
+
+        The plane is the first one of those that are liked which stands between, or the farthest one: a box that can go
+        no farther with one choice can with another.
+        """
         reach = np.maximum(self.normal, 0.0) @ ends[1] + np.minimum(self.normal, 0.0) @ ends[0]
         gaps = self.support - reach
-        # At a corner of a facet several are as good; along the plane of the facet itself the box slides past it.
-        own, best, every = gaps[:, :2].argmax(axis=1), gaps.argmax(axis=1), np.arange(len(gaps))
-        best = np.where(gaps[every, own] > gaps[every, best] - TIE * float(np.ptp(ends)), own, best)
+        best, every = gaps.argmax(axis=1), np.arange(len(gaps))
+        for pair in reversed(liked):
+            other = np.array(pair)[gaps[:, pair].argmax(axis=1)]
+            best = np.where(gaps[every, other] >= -TIE * float(np.ptp(ends)), other, best)
         return gaps[every, best], self.normal[every, best]
 
     def within(self, ends: Floats) -> Floats:
@@ -218,49 +228,56 @@ class _Planes:
 
 def _enlarged(ends: Floats, planes: _Planes, *, centred: bool) -> Floats:
     """A box made larger as long as that goes, by linear programs within steps that shrink."""
-    from scipy.optimize import linprog
-
-    n = ends.shape[1]
     step = float((ends[1] - ends[0]).max())
     smallest = SMALLEST * step
     while step > smallest:
-        gaps, normal = planes.gaps(ends)
-        near = np.argsort(gaps)
-        near = near[gaps[near] < 2.0 * n * step]
-        near = near[_nth_alike(normal[near]) < ALIKE][:MOST_POINTS]
-        outwards, inwards = np.maximum(normal[near], 0.0), np.minimum(normal[near], 0.0)
-        # What of the box moves: half its sides, or its lowest and its highest corner.
-        rows = outwards - inwards if centred else np.column_stack([inwards, outwards])
-        gain = 1.0 / (ends[1] - ends[0])
-        cost = -gain if centred else np.concatenate([gain, -gain])
-        # Facets that are not looked at are farther away than these.
-        most = min(step, float(gaps[near].max(initial=np.inf)) / n if len(near) == MOST_POINTS else step)
-        found = linprog(cost, rows, gaps[near], bounds=[(-most, most)] * len(cost))
-        moved = ends
-        if found.status == 0:
-            change = np.stack([-found.x, found.x]) if centred else found.x.reshape(2, n)
-            moved = ends + change
-        sides, before = moved[1] - moved[0], ends[1] - ends[0]
-        if (
-            (sides > 0.0).all()
-            and (sides <= planes.most).all()
-            and np.prod(sides) > np.prod(before) * (1.0 + LEAST_GAIN)
-            and planes.gaps(moved)[0].min() >= 0.0
-        ):
-            ends = moved
-            # A slim box may have far to go.
-            step = max(step, min(2.0 * step, float(planes.most.max()) / 8.0))
+        for liked in planes.choices:
+            moved = _step(ends, planes, step, liked, centred=centred)
+            if moved is not None and np.prod(moved[1] - moved[0]) > np.prod(ends[1] - ends[0]) * (1.0 + LEAST_GAIN):
+                ends = moved
+                # A slim box may have far to go.
+                step = max(step, min(2.0 * step, float(planes.most.max()) / 8.0))
+                break
         else:
             step *= 0.25
     return ends
 
 
-def _nth_alike(normals: Floats) -> Ints:
-    """The how manieth of its direction every normal is."""
-    if not len(normals):
-        return np.zeros(0, dtype=np.intp)
+def _step(
+    ends: Floats, planes: _Planes, most: float, liked: Sequence[tuple[int, int]], *, centred: bool
+) -> Floats | None:
+    """The best box of which no side is farther than a step from that of one, as far as planes between allow it."""
+    from scipy.optimize import linprog
+
+    gaps, normal = planes.gaps(ends, liked)
+    outwards, inwards = np.maximum(normal, 0.0), np.minimum(normal, 0.0)
+    # What of the box moves: half its sides, or its lowest and its highest corner.
+    rows = outwards - inwards if centred else np.column_stack([inwards, outwards])
+    gain = 1.0 / (ends[1] - ends[0])
+    cost = -gain if centred else np.concatenate([gain, -gain])
+    asked = (gaps < 2.0 * ends.shape[1] * most) & (_nth_alike(normal, gaps) < ALIKE)
+    for _ in range(ROUNDS):
+        found = linprog(cost, rows[asked], gaps[asked], bounds=[(-most, most)] * len(cost))
+        if found.status != 0:
+            break
+        moved = ends + (np.stack([-found.x, found.x]) if centred else found.x.reshape(ends.shape))
+        sides = moved[1] - moved[0]
+        if not ((sides > 0.0) & (sides <= planes.most)).all():
+            break
+        met = planes.gaps(moved)[0] < 0.0
+        if not met.any():
+            return moved
+        # The program is asked again with the planes that this answer met.
+        if not (met & ~asked).any():
+            break
+        asked |= met
+    return None
+
+
+def _nth_alike(normals: Floats, gaps: Floats) -> Ints:
+    """The how manieth of its direction every plane is, the nearest first."""
     groups = np.unique(np.round(normals, DIGITS), axis=0, return_inverse=True)[1].reshape(-1)
-    order = np.argsort(groups, kind="stable")
+    order = np.lexsort((gaps, groups))
     found = np.empty(len(normals), dtype=np.intp)
     found[order] = np.arange(len(normals)) - np.searchsorted(groups[order], groups[order])
     return found
