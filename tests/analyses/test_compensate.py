@@ -102,6 +102,27 @@ class TestCompensate:
             assert result.residual_position[k].item() <= left.min() + 1e-9
             assert lengths[left.argmin()] == pytest.approx(result.drive_corrected[k, 0].item(), abs=0.006)
 
+    def test_beyond_reach_the_arm_is_stretched_or_folded_towards_the_target(self) -> None:
+        """Errors were said not to settle there, up to a fifth above the least: what is left is large and curved."""
+        links, start = np.array([300.0, 258.18]), np.radians([30.0, 40.0])
+        joints = {
+            "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
+            "B": {"type": "revolute", "on": {"upper": [links[0], 0], "fore": [0, 0]}},
+        }
+        values = {"q1": {"joint": "A", "values": [30.0]}, "q2": {"joint": "B", "values": [40.0]}}
+        units, output = {"length": "mm", "angle": "deg"}, {"body": "fore", "at": [links[1], 0]}
+        m = jp.Mechanism({"format": 1, "units": units, "joints": joints, "drives": values, "output": output})
+        turns = np.cumsum(start)
+        place = np.array([links @ np.cos(turns), links @ np.sin(turns)])
+        rng = np.random.default_rng(0)
+        for _ in range(10):
+            far, turn = rng.uniform(570.0, 700.0), rng.uniform(-0.5, 2.5)
+            goal = far * np.array([np.cos(turn), np.sin(turn)])
+            result = jp.compensate(m, "given", deviations={}, target=goal - place)
+            assert result.settled.item()
+            left = np.linalg.norm((result.residual - result.target).values[0, :2])
+            assert left == pytest.approx(far - links.sum(), rel=1e-6)
+
     def test_what_cannot_be_assembled_stays_so(self) -> None:
         result = jp.compensate(example("four-bar", drives__theta1__values=[22.7, 180.0]))
         assert result.status.values.tolist() == ["ok", "not_assembled"]

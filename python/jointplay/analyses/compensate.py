@@ -56,6 +56,8 @@ FARTHEST = 0.5
 SHRUNK, NEAR = 0.1, 1e-8
 #: two errors are the same up to this part of them
 SAME = 1e-13
+#: what is left is least where the drives change it by no more than this part of what they change errors by
+LEVEL = 1e-6
 #: what holds steps, as a part of the derivatives, where ranges do
 SHORT = 1e-6
 #: rounds in which offsets of the worst case are added, and the part by which the largest error of all may be more than
@@ -112,7 +114,7 @@ def compensate(
         `residual_rotation` (sizes), of `loaded` `residual_undetermined` (half-width of what the load leaves open
         after), `target` (the error to reach), `limit`, `limit_met` and `margin` (whether and by how much what is left
         keeps to the limits of the file; what differs from the target counts), `at_limit` (drives held by their range
-        in the file), `settled` (whether the correction has converged; elsewhere contact alternates between two sides,
+        in the file), `settled` (whether nothing near leaves less; elsewhere contact alternates between two sides,
         and the best drives found are given), `iterations`, `nominal`, `status` (of the corrected mechanism). Where
         drives have speeds `contact_rate`, `contact` and `transit_time` as of `loaded`. Of `worst` the sizes are the
         largest ones, `residual_component` is the lowest and highest error of each component (along `side`), and `error`
@@ -445,7 +447,42 @@ def correct(
         # Rounding, not contact, stops a search whose steps hardly change anything.
         settled[searching] = length[searching] < 1e3 * STILL
         active = active[~settled[active] & ~np.isin(active, searching)]
+    for row in np.flatnonzero(~settled & np.isfinite(merit))[:, None]:
+        # Where much is left the curvature of the errors decides as much as their derivatives.
+        k = row[0]
+        nearer, count, settled[k] = _descended(errors, row, drives[k], weight, wanted[k], unit, ranges)
+        iterations[k] += count
+        found, outcome = errors(nearer[None], row)
+        if size(found, row)[0] < merit[k]:
+            drives[k], error[k], status[k] = nearer, found[0], outcome[0]
     return Correction(drives, error, status, iterations, settled)
+
+
+def _descended(
+    errors: Errors, row: PlaceIndices, drives: Floats, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats
+) -> tuple[Floats, int, bool]:
+    """Drives of one configuration by a quasi-Newton method, its steps, and whether nothing near leaves less."""
+    from scipy.optimize import minimize
+
+    low, high = ranges
+    slope = np.zeros((len(weight), len(unit)))
+
+    def left(x: Floats) -> tuple[float, Floats]:
+        nonlocal slope
+        here = _within(x[None] * unit, unit, ranges)
+        error = errors(here, row)[0][0]
+        slope = weight[:, None] * slopes(errors, here, row, unit)[0] * unit
+        gap = weight * (error - wanted)
+        size = float(np.linalg.norm(gap))
+        # No mechanism there: as far away as to be left at once.
+        return (size, slope.T @ gap / max(size, 1e-300)) if np.isfinite(size) else (1e300, np.zeros(len(unit)))
+
+    ends = np.column_stack([low, high]) / unit[:, None]
+    found = minimize(left, drives / unit, jac=True, method="L-BFGS-B", bounds=ends, options={"ftol": 0.0, "gtol": 0.0})
+    gradient = left(found.x)[1]
+    free = np.where(gradient > 0.0, found.x > ends[:, 0], found.x < ends[:, 1])
+    least = bool(np.abs(np.where(free, gradient, 0.0)).max() <= LEVEL * np.linalg.norm(slope))
+    return _within(found.x[None] * unit, unit, ranges)[0], int(found.nit), least
 
 
 def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
