@@ -17,6 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from jointplay import _core
+
 CORES = sorted(os.sched_getaffinity(0))
 #: what two threads that share nothing gain on two cores that nobody else uses, at least
 FREE = 1.9
@@ -35,12 +37,28 @@ class Contender:
         Samples or configurations of one call.
     agreement : str
         How far its numbers are from those of the reference, in words.
+    ours : bool
+        Whether it is jointplay, which is measured with the registers of AVX2, too.
     """
 
     name: str
     run: Callable[[], object]
     amount: int
     agreement: str = ""
+    ours: bool = False
+
+    def narrow(self) -> Contender:
+        """The same with the registers of AVX2."""
+
+        def run() -> None:
+            widest = _core.simd()
+            _core.simd("avx2")
+            try:
+                self.run()
+            finally:
+                _core.simd(widest)
+
+        return Contender(f"{self.name}, AVX2", run, self.amount)
 
 
 @dataclass(frozen=True)
@@ -103,11 +121,12 @@ def interleave(
     contenders: Sequence[Contender], rounds: int, clock: Callable[[], float] = time.process_time
 ) -> dict[str, list[float]]:
     """Run every contender once to warm up, then all of them in turn; seconds per unit of work, round by round."""
-    seconds: dict[str, list[float]] = {c.name: [] for c in contenders}
-    for contender in contenders:
+    every = [one for c in contenders for one in ([c, c.narrow()] if c.ours else [c])]
+    seconds: dict[str, list[float]] = {c.name: [] for c in every}
+    for contender in every:
         contender.run()
     for _ in range(rounds):
-        for contender in contenders:
+        for contender in every:
             gc.collect()
             begin = clock()
             contender.run()
@@ -121,11 +140,18 @@ def ratio(seconds: dict[str, list[float]], name: str, reference: str) -> Spread:
 
 
 def rows(contenders: Sequence[Contender], seconds: dict[str, list[float]], reference: str) -> list[list[str]]:
-    """A table's rows: name, time of a unit of work in ns, ratio to the reference, agreement."""
-    return [
-        [c.name, Spread.of(seconds[c.name]).text(1e9), ratio(seconds, c.name, reference).text(), c.agreement]
-        for c in contenders
-    ]
+    """A table's rows: name, time of a unit of work in ns, that at AVX2, ratio to the reference, agreement."""
+    found = []
+    for c in contenders:
+        times = [Spread.of(seconds[name]).text(1e9) if name in seconds else "" for name in (c.name, c.narrow().name)]
+        found.append([c.name, *times, ratio(seconds, c.name, reference).text(), c.agreement])
+    return found
+
+
+def narrower(workload: str, seconds: dict[str, list[float]], contender: Contender) -> Target:
+    """How many times longer jointplay takes with the registers of AVX2 than with the widest of this machine."""
+    measured = ratio(seconds, contender.narrow().name, contender.name).median
+    return Target(f"{workload}: {contender.name} at AVX2 against {_core.simd()}", 1.6, True, measured)
 
 
 def processor_seconds(call: list[str], folder: str) -> tuple[float, int, str]:

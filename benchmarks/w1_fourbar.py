@@ -10,7 +10,7 @@ import closed_form
 import general
 import jointplay as jp
 import others
-from harness import Contender, Report, Target, interleave, ratio, rows, scaling
+from harness import Contender, Report, Target, interleave, narrower, ratio, rows, scaling
 from revolute import revolute
 from scatter import Problem, problem
 
@@ -51,7 +51,9 @@ def peers(p: Problem) -> list[Contender]:
 def measure(rounds: int) -> Report:
     """Measure all programs, then jointplay on two cores."""
     p = problem(jp.load(str(FILE)))
-    contenders = [Contender("jointplay", lambda: p.random(SAMPLES), SAMPLES, "reference"), *peers(p)]
+    m = p.mechanism
+    mine = Contender("jointplay", lambda: jp.random(m, SAMPLES), SAMPLES, "reference", ours=True)
+    contenders = [mine, *peers(p)]
     seconds = interleave(contenders, rounds)
     limit = closed_form.InC(p)
 
@@ -61,13 +63,16 @@ def measure(rounds: int) -> Report:
     return Report(
         "W1",
         "Monte Carlo of a four-bar",
-        ["program", "ns per sample", "times jointplay's", "agreement"],
+        ["program", "ns per sample", "at AVX2", "times jointplay's", "agreement"],
         rows(contenders, seconds, "jointplay"),
         [
+            narrower("W1", seconds, mine),
             Target(f"W1: jointplay against {LIMIT}", 3, True, ratio(seconds, "jointplay", LIMIT).median),
             Target(f"W1: {ARRAYS} against jointplay", 12, False, against(ARRAYS)),
             Target(f"W1: {SCIPY} against jointplay", 5000, False, against(SCIPY)),
             Target(f"W1: {PYLINKAGE} against jointplay", 1000, False, against(PYLINKAGE)),
-            scaling("W1", lambda cores: p.random(8 * SAMPLES, cores), limit.in_threads(8 * SAMPLES), rounds),
+            scaling(
+                "W1", lambda cores: jp.random(m, 8 * SAMPLES, threads=cores), limit.in_threads(8 * SAMPLES), rounds
+            ),
         ],
     )

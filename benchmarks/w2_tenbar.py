@@ -11,7 +11,7 @@ import general
 import jointplay as jp
 import others
 import w1_fourbar
-from harness import Contender, Report, Target, interleave, ratio, rows, scaling
+from harness import Contender, Report, Target, interleave, narrower, ratio, rows, scaling
 from revolute import revolute
 from scatter import Problem, problem
 
@@ -42,17 +42,22 @@ def peers(p: Problem) -> list[Contender]:
 def measure(rounds: int) -> Report:
     """Measure all programs, then jointplay on two cores."""
     p = problem(jp.load(str(FILE)))
-    contenders = [Contender("jointplay", lambda: p.random(SAMPLES), SAMPLES, "reference"), *peers(p)]
+    m = p.mechanism
+    mine = Contender("jointplay", lambda: jp.random(m, SAMPLES), SAMPLES, "reference", ours=True)
+    contenders = [mine, *peers(p)]
     seconds = interleave(contenders, rounds)
     control = closed_form.InC(problem(jp.load(str(w1_fourbar.FILE))))
     slower = {name: ratio(seconds, name, "jointplay").median for name in (STACKED, VMAP)}
     return Report(
         "W2",
         "Monte Carlo of a three-loop ten-bar",
-        ["program", "ns per sample", "times jointplay's", "agreement"],
+        ["program", "ns per sample", "at AVX2", "times jointplay's", "agreement"],
         rows(contenders, seconds, "jointplay"),
         [
+            narrower("W2", seconds, mine),
             *(Target(f"W2: {name} against jointplay", 100, False, found) for name, found in slower.items()),
-            scaling("W2", lambda cores: p.random(4 * SAMPLES, cores), control.in_threads(8 * SAMPLES), rounds),
+            scaling(
+                "W2", lambda cores: jp.random(m, 4 * SAMPLES, threads=cores), control.in_threads(8 * SAMPLES), rounds
+            ),
         ],
     )

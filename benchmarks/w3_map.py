@@ -18,17 +18,18 @@ from numpy.typing import NDArray
 import closed_form
 import jointplay as jp
 import w1_fourbar
-from harness import Contender, Report, Target, interleave, number, ratio, rows, scaling
+from harness import Contender, Report, Target, interleave, narrower, number, ratio, rows, scaling
 from jointplay import examples
 from revolute import CHUNK, Revolute, revolute
 from scatter import problem
 
 Array = NDArray[np.float64]
-PER_DRIVE = 100
+PER_DRIVE, MAPPED = 100, 40
 REACH = np.radians(6)
 #: configurations whose results are in memory at a time
 BATCH = 1 << 15
 OK = 0  # status
+MAP = "jointplay, `jp.map`: ways from node to node and limits as well"
 STACKED, POSES = "NumPy, stacked 21 × 21, poses given", "NumPy, stacked 21 × 21, poses and statics"
 
 
@@ -101,7 +102,8 @@ def measure(rounds: int) -> Report:
     (load,) = mechanism.spec()["loads"]
     radius = float(mechanism.value("joints.*.clearance.radial")) * 1e-3
     statics = Statics(model, np.array([*load["force"][:2], load["moment"][2]]), radius)
-    drives = grid(mechanism.drive_values[0])
+    middle = mechanism.drive_values[0]
+    drives = grid(middle)
     traced = core.trace(drives)
     poses = traced["poses"]
 
@@ -113,6 +115,13 @@ def measure(rounds: int) -> Report:
         for k in range(0, len(drives), BATCH):
             part = drives[k : k + BATCH]
             core.loaded(part, core.trace(part)["poses"])
+
+    angles = {n: np.linspace(-REACH, REACH, MAPPED) + at for n, at in zip(mechanism.drives, middle, strict=True)}
+    degrees = {name: np.degrees(values) for name, values in angles.items()}
+    nodes = np.stack(np.meshgrid(*angles.values(), indexing="ij"), axis=-1).reshape(-1, len(angles))
+    shown = jp.map(mechanism, grid=degrees).error.values.reshape(len(nodes), -1) * [1e-3, 1e-3, np.radians(1.0)]
+    same = core.loaded(nodes, core.trace(nodes)["poses"])["error"]
+    apart = np.nanmax(np.abs(shown - same) / np.nanmax(np.abs(same), axis=0))
 
     found = core.loaded(drives, poses)
     decided = np.flatnonzero(found["status"] == OK)
@@ -126,8 +135,9 @@ def measure(rounds: int) -> Report:
         return Contender(name, lambda: run(chosen), len(chosen), f"first order: {difference:.0e}")
 
     contenders = [
-        Contender("jointplay, poses given", pushed, len(drives), "reference"),
-        Contender("jointplay, poses and statics", whole, len(drives), "the same numbers"),
+        Contender("jointplay, poses given", pushed, len(drives), "reference", ours=True),
+        Contender("jointplay, poses and statics", whole, len(drives), "the same numbers", ours=True),
+        Contender(MAP, lambda: jp.map(mechanism, grid=degrees), len(nodes), f"exact closure: {apart:.0e}", ours=True),
         peer(STACKED, lambda k: in_chunks(statics.stacked, poses[k], drives[k]), many),
         peer(POSES, lambda k: in_chunks(statics.with_poses, drives[k]), many),
         peer("NumPy, reduced by hand to 3 × 3, poses given", lambda k: in_chunks(statics.by_hand, poses[k]), many),
@@ -141,9 +151,10 @@ def measure(rounds: int) -> Report:
     return Report(
         "W3",
         "Errors under load of a 3-RRR robot over its workspace",
-        ["program", "ns per configuration", "times jointplay's, poses given", "agreement"],
+        ["program", "ns per configuration", "at AVX2", "times jointplay's, poses given", "agreement"],
         rows(contenders, seconds, first),
         [
+            narrower("W3", seconds, contenders[0]),
             Target(f"W3: {STACKED}, against jointplay", 20, False, ratio(seconds, STACKED, first).median),
             Target(f"W3: {POSES}, against jointplay", 20, False, ratio(seconds, POSES, second).median),
             scaling("W3", lambda _: whole(), control.in_threads(8 * w1_fourbar.SAMPLES), rounds),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import closed_form
 import jointplay as jp
 import w1_fourbar
-from harness import Contender, Report, Target, interleave, ratio, rows, scaling
+from harness import Contender, Report, Target, interleave, narrower, ratio, rows, scaling
 from jointplay import examples
 from revolute import CHUNK
 from scatter import problem
@@ -32,6 +32,7 @@ LEVELS = np.array([0.5, 0.9, 0.99])
 BATCH = 1 << 15
 OK = 0  # status
 GIVEN, WHOLE, SIX = "jointplay, poses given", "jointplay, poses and statics", "jointplay, 6-UPS, poses and statics"
+MAP = "jointplay, `jp.map`: ways from node to node and limits as well"
 LINEAR = "jointplay, poses and statics to first order"
 IN_C, STACKED, SINGLE = "closed form in C", "closed form with NumPy", "closed form with NumPy, one by one"
 SCATTER, PINOCCHIO = "jointplay, Monte Carlo", "pinocchio, closure of every sample"
@@ -118,22 +119,41 @@ def measure(rounds: int) -> Report:
     def scatter(samples: int, keep: bool = False) -> dict[str, Array]:
         return core.random(at["drives"], at["poses"], samples, 1, LEVELS, None, None, 1, keep)
 
+    lengths = dict(zip(m.drives, (at["drives"][0] * 1e3).tolist(), strict=True))
+    at_pose = m.with_({"path": None, **{f"drives.{name}.values": [value] for name, value in lengths.items()}})
+    ends = zip("xyz", MIDDLE - HALF, MIDDLE + HALF, strict=True)
+    axes = {name: 1e3 * np.linspace(low, high, PER_AXIS) for name, low, high in ends}
+    shown = jp.map(m, grid=axes).error.sel(component=["x", "y", "z"]).values.reshape(-1, 3) * 1e-3
+    nodes = np.stack(np.meshgrid(*axes.values(), indexing="ij"), axis=-1).reshape(-1, 3) * 1e-3
+    legs = closed.lengths(nodes)
+    same = core.loaded(legs, core.trace(legs)["poses"])["error"][:, :3]
+    off = np.nanmax(np.abs(shown - same)) / np.nanmax(np.abs(same))
+
     drawn = scatter(PIN_SAMPLES, keep=True)
     offsets, errors = drawn["kept_parameters"], drawn["kept_errors"]
     closure = in_pinocchio(m.spec(), at["poses"][0], at["drives"][0])
     apart = (np.abs(closure(offsets) - errors) / np.abs(errors).max(axis=0)).max()
     statuses = six.core.loaded(drives_six[:BATCH], six.core.trace(drives_six[:BATCH])["poses"])["status"]
     plain = [
-        Contender(GIVEN, pushed, len(drives), "reference"),
-        Contender(WHOLE, lambda: mapped(core, drives), len(drives), "the same numbers"),
-        Contender(LINEAR, lambda: linear(core, drives), len(drives), told(linear(core, drives)[decided], decided)),
-        Contender(SIX, lambda: mapped(six.core, drives_six), len(drives_six), f"{(statuses == OK).mean():.0%} decided"),
+        Contender(GIVEN, pushed, len(drives), "reference", ours=True),
+        Contender(WHOLE, lambda: mapped(core, drives), len(drives), "the same numbers", ours=True),
+        Contender(MAP, lambda: jp.map(m, grid=axes), len(drives), f"exact closure: {off:.0e}", ours=True),
+        Contender(
+            LINEAR, lambda: linear(core, drives), len(drives), told(linear(core, drives)[decided], decided), ours=True
+        ),
+        Contender(
+            SIX,
+            lambda: mapped(six.core, drives_six),
+            len(drives_six),
+            f"{(statuses == OK).mean():.0%} decided",
+            ours=True,
+        ),
         Contender(IN_C, lambda: c(drives), len(drives), told(c(drives[decided]), decided)),
         Contender(STACKED, lambda: stacked(drives[many]), len(many), told(stacked(drives[many]), many)),
         Contender(SINGLE, lambda: one_by_one(drives[few]), len(few), told(one_by_one(drives[few]), few)),
     ]
     samples = [
-        Contender(SCATTER, lambda: scatter(SAMPLES), SAMPLES, "reference"),
+        Contender(SCATTER, lambda: jp.random(at_pose, SAMPLES, contact="scattered"), SAMPLES, "reference", ours=True),
         Contender(PINOCCHIO, lambda: closure(offsets), PIN_SAMPLES, f"exact closure: {apart:.0e}"),
     ]
     rounds = min(rounds, 5)
@@ -146,9 +166,11 @@ def measure(rounds: int) -> Report:
     return Report(
         "W4",
         "Errors under load of a 3-UPU robot over its workspace, and their scatter at one pose",
-        ["program", "ns per configuration or sample", "times jointplay's", "agreement"],
+        ["program", "ns per configuration or sample", "at AVX2", "times jointplay's", "agreement"],
         rows(plain, seconds, GIVEN) + rows(samples, seconds, SCATTER),
         [
+            narrower("W4", seconds, plain[0]),
+            narrower("W4", seconds, samples[0]),
             Target(f"W4: {LINEAR}, against {IN_C}", 8, True, against(LINEAR, IN_C)),
             Target(f"W4: {STACKED}, against {LINEAR}", 10, False, against(STACKED, LINEAR)),
             Target(f"W4: {SINGLE}, against {LINEAR}", 1000, False, against(SINGLE, LINEAR)),
