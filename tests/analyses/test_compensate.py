@@ -123,6 +123,31 @@ class TestCompensate:
             left = np.linalg.norm((result.residual - result.target).values[0, :2])
             assert left == pytest.approx(far - links.sum(), rel=1e-6)
 
+    @pytest.mark.parametrize("free", [{}, {"q0": [-0.5, 0.5]}])
+    def test_a_drive_at_its_end_leaves_the_largest_error_to_two_others(self, free: dict[str, list[float]]) -> None:
+        """Steps of least change stopped at the end of the first drive, and eleven times the least "settled"."""
+        links = ("ground", "a", "b", "c")
+        joints = {
+            f"J{k}": {
+                "type": "revolute",
+                "on": {links[k]: [100 * (k > 0), 0], links[k + 1]: [0, 0]},
+                "clearance": {"radial": 1},
+            }
+            for k in range(3)
+        }
+        file = {
+            "format": 1,
+            "units": {"length": "mm", "angle": "deg", "force": "N"},
+            "joints": joints,
+            "drives": {f"q{k}": {"joint": f"J{k}", "values": [value]} for k, value in enumerate((0, 60, 60))},
+            "output": {"body": "c", "at": [100, 0]},
+            "load_cases": {"a": [{"force": [0, 10]}], "b": [{"force": [1, 10]}]},
+            "limits": {"drives": free},
+        }
+        result = jp.compensate(jp.Mechanism(file), weights=(1.0, 0.0), one_table=True)
+        # Pins lie along the loads: half-way between the two errors of 3 mm.
+        assert result.residual_position.values.ravel() == pytest.approx(3.0 * np.sin(0.5 * np.arctan(0.1)), rel=1e-6)
+
     def test_what_cannot_be_assembled_stays_so(self) -> None:
         result = jp.compensate(example("four-bar", drives__theta1__values=[22.7, 180.0]))
         assert result.status.values.tolist() == ["ok", "not_assembled"]

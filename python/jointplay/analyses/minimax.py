@@ -160,16 +160,29 @@ def _step(now: Floats, slope: Floats, largest: float, bounds: Floats) -> tuple[F
     now, slope : ndarray
         Weighted errors, (error, component), and their derivatives, (error, component, drive).
     """
-    from scipy.optimize import minimize
-
     still = np.zeros(slope.shape[2]), largest
     if not (largest > 0.0 and np.isfinite(now).all() and np.isfinite(slope).all()):
         return still
-    # Where drives move nothing they stay. Errors count in the largest, steps in those that would remove it.
+    # Where drives move nothing they stay.
     _, size, right = np.linalg.svd(slope.reshape(-1, slope.shape[2]), full_matrices=False)
     ways = right[size > 1e-9 * max(size.max(initial=0.0), np.finfo(float).tiny)].T
     if not ways.shape[1]:
         return still
+    step, reached = _step_along(ways, now, slope, largest, bounds)
+    if ((step <= bounds[0]) | (step >= bounds[1])).any():
+        # Of many drives that can do it the least change is stopped by an end, and others can go on.
+        each = np.eye(slope.shape[2])[:, np.abs(slope).max(axis=(0, 1)) > 0.0]
+        further = _step_along(each, now, slope, largest, bounds)
+        if further[1] < reached * (1.0 - GAIN):
+            return further
+    return step, reached
+
+
+def _step_along(ways: Floats, now: Floats, slope: Floats, largest: float, bounds: Floats) -> tuple[Floats, float]:
+    """Such a step along some directions of the drives, shape (drive, direction)."""
+    from scipy.optimize import minimize
+
+    # Errors count in the largest, steps in those that would remove it.
     e, a = now / largest, slope @ ways
     unit = 1.0 / np.abs(a).max()
     a = a * unit
@@ -210,4 +223,4 @@ def _step(now: Floats, slope: Floats, largest: float, bounds: Floats) -> tuple[F
     )
     step = np.clip(matrix @ found.x[:last], bounds[0], bounds[1])
     reached = float(np.sqrt(np.sum((now + slope @ step) ** 2, axis=1).max()))
-    return (step, reached) if np.isfinite(reached) and reached < largest else still
+    return (step, reached) if np.isfinite(reached) and reached < largest else (np.zeros(len(ways)), largest)
