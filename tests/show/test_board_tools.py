@@ -12,6 +12,7 @@ import pytest
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
 from helpers.studio import NEWEST, Person, choose, number, served
+from jointplay import examples
 from jointplay.file import toml
 from jointplay.show.serving import drafts
 
@@ -605,3 +606,31 @@ def test_nothing_is_said_of_the_mechanism_before(person: Person) -> None:
     choose(page, {"example": "five-bar"})
     page.wait("document.getElementById('name').value === 'five-bar.toml'")
     page.wait("document.querySelectorAll('#line button, #answer p, #charts svg, #numbers td').length === 0")
+
+
+def test_wheels_that_have_one_place_in_the_start_are_refused_and_the_drawing_stays(
+    folder: Path, browser: Browser
+) -> None:
+    """A pair of gears between the crank and the slider of the slider-crank was a traceback."""
+    (folder / "slider-crank.toml").write_text(examples.text("slider-crank"))
+    with served(folder, "slider-crank.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        drawer = Person(page)
+        text = drawer.text
+        drawer.press("e")
+        for joint in ("main", "wristpin"):
+            drawer.click(*drawer.where(joint))
+        said = page.run(NOTE)
+        assert "joints.mesh1: the centres of 'crank' and 'slider' are at one place in the start" in said
+        assert drawer.text == text
+        # Typed, it stands there with its line.
+        mesh = (
+            '[joints.mesh]\ntype = "gear"\non = { crank = [0, 0], slider = [0, 0] }\nteeth = [2, 2]\nradii = [9, 9]\n'
+        )
+        page.run("document.getElementById('file').open = true, 0")
+        field = "document.getElementById('text')"
+        page.run(f"{field}.focus(), {field}.value += {json.dumps(mesh)}, {field}.dispatchEvent(new Event('input')), 0")
+        page.wait("document.getElementById('wrong').textContent.includes('say with x and y in start.slider')")
+        line = 1 + [*map(str.strip, drawer.text.splitlines())].index("[joints.mesh]")
+        assert page.text("#wrong").startswith(f"line {line}: ")

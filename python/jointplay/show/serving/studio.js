@@ -377,10 +377,12 @@ function done() {
 
 /** The text with what sliders have changed of it, where it is shown. */
 async function shownText() {
-  if (!at("file").open || document.activeElement === at("text")) return;
+  const isTyping = () => document.activeElement === at("text");
+  if (!at("file").open || isTyping()) return;
   const { page } = asked;
   const found = open.problem ? { text: open.text } : await trying(() => post("text", asked));
-  if (found && page === asked.page) at("text").value = found.text;
+  // What somebody has begun to type meanwhile is left.
+  if (found && page === asked.page && !isTyping()) at("text").value = found.text;
 }
 
 // ---- the board --------------------------------------------------------------------------------------------------------------------
