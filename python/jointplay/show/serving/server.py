@@ -39,7 +39,7 @@ from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import PageLook
 from jointplay.show.reporting.page import page as report
 
-from . import drafts, gestures, naming
+from . import drafts, gestures, leaving, naming
 from .answers import STAGES, now, opened, settled
 from .board import BodyPose, Json, outlines
 from .door import HOST, PIECE, Connection, Door
@@ -188,6 +188,9 @@ class Studio:
             more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
             text = _edited(text, more)
         after = self._read(text, found)
+        if "text" not in told:
+            after, more = self._left(after, draft, found)
+            notes += more
         # What is taken away, and what is tried while something is wrong already, may be steps to something valid.
         is_whole = "rename" in told or told.get("gesture", "delete") != "delete"
         if is_whole and draft.problem is None and after.problem is not None:
@@ -197,6 +200,19 @@ class Studio:
             self._pages.pop(str(told["page"]), None)
             self._replaced.append(str(told["page"]))
         return {**shown, "notes": notes}
+
+    def _left(self, after: Draft, before: Draft, found: Opened) -> tuple[Draft, list[str]]:
+        """What is left of a text when what spoke of things that are gone has gone with them, and what that was."""
+        text, notes = leaving.without_sources(after.text, before.raw)
+        after = self._read(text, found) if notes or text != after.text else after
+        for _ in range(leaving.MOST):
+            if after.problem is None or (before.problem and before.problem["key"] == after.problem["key"]):
+                break
+            text, more = leaving.without_refused(after.text, after.problem["key"], before.raw)
+            if not more:
+                break
+            after, notes = self._read(text, found), [*notes, *more]
+        return after, notes
 
     def fits(self, told: Json) -> Json:
         """The preferred fits of a diameter, with their least and largest play, in units of the file."""
