@@ -677,7 +677,7 @@ async function mayLeave() {
   dialog.showModal();
   await new Promise((resolve) => dialog.addEventListener("close", resolve, { once: true }));
   if (dialog.returnValue === "save") return save();
-  if (dialog.returnValue === "lose") forget(history.name);
+  if (dialog.returnValue === "lose") history.lose();
   return dialog.returnValue === "lose";
 }
 for (const button of at("ask").querySelectorAll("button")) button.addEventListener("click", () => at("ask").close(button.value));
@@ -711,18 +711,27 @@ async function begin(what) {
     if (mine !== openings) return;
     if (found?.scene) viewer.magnify(found.scene.factor);
   }
-  offerLeft(unsaved(history.name));
+  const left = await unsaved(history.name);
+  if (mine === openings) offerLeft(left);
 }
 
-/** What was not saved when a page of this file was closed; it stands there until it is taken or thrown away. */
-function offerLeft(left) {
+/** What was not saved when pages of this file were closed; it stands there until it is taken or thrown away. */
+function offerLeft(every) {
   document.getElementById("left")?.remove();
-  if (left?.text === undefined) return;
-  const place = element("p", { id: "left", textContent: `Changes of ${new Date(left.when).toLocaleString()} were not saved. ` });
+  const place = element("div", { id: "left" });
   at("note").after(place);
-  const add = (text, run) => element("button", { type: "button", textContent: text }, place).addEventListener("click", () => (place.remove(), run()));
-  add("take them", () => go({ text: left.text, values: left.values ?? {}, offsets: left.offsets ?? {} }, true));
-  add("throw them away", () => history.isSaved && forget(history.name));
+  for (const { key, text, values = {}, offsets = {}, when } of every) {
+    const row = element("p", { textContent: `Changes of ${new Date(when).toLocaleString()} were not saved. ` }, place);
+    const add = (words, run) =>
+      element("button", { type: "button", textContent: words }, row).addEventListener("click", async () => {
+        if (!(await run())) return;
+        row.remove();
+        forget(key);
+      });
+    // What the server could not show is kept.
+    add("take them", () => go({ text, values, offsets }, true).then(() => history.now.text === text));
+    add("throw them away", () => true);
+  }
 }
 
 let coloured = 0;
