@@ -137,6 +137,7 @@ function show(found, mine) {
     if (!found.exact && shown.path[question]?.exact) continue;
     shown.path[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough, samples: found.samples };
   }
+  if (found.forces) shown.path.of_forces = found.forces;
   stale(false);
   document.body.classList.toggle("unplaced", Boolean(found.problem));
   if (found.scene) {
@@ -173,10 +174,32 @@ function sentence({ text, alarm, state }) {
   return line;
 }
 
+/** What is said of the limits of forces; nothing where the file has none. They are found when the sliders rest. */
+function forces() {
+  if (!open.forces) return [];
+  const found = shown.path.of_forces ?? { outcome: "not shown", brief: "…", sentences: [], tables: [] };
+  return [{ rests: shown.path.of_forces ? "for forces" : "for forces, which are found when the sliders rest", ...found }];
+}
+
+/** A table of forces, with what misses its limit marked. */
+function tableOf({ title, columns }) {
+  const table = element("table", { className: "forces" });
+  element("caption", { textContent: title }, table);
+  const row = (parent, kind, words) => {
+    const line = element("tr", {}, parent);
+    words.forEach(([text, isAlarm], k) => element(k ? kind : "th", { textContent: text, className: isAlarm ? "missed" : "" }, line));
+  };
+  row(table.createTHead(), "th", columns.map(({ head }) => [head]));
+  const body = table.createTBody();
+  columns[0].cells.forEach((_, k) => row(body, "td", columns.map(({ cells, alarms }) => [cells[k], alarms.includes(k)])));
+  return table;
+}
+
 /** The verdict over all questions along the path, the worst outcome first; it says what it rests on. */
 function whole(questions) {
   const words = { missed: "✗ Limits missed: ", "not shown": "? Not shown: ", held: "✓ Limits hold " };
-  const groups = Object.keys(words).map((state) => [state, questions.map((name) => shown.path[name]).filter((own) => own.outcome === state)]).filter(([, found]) => found.length);
+  const every = [...questions.map((name) => shown.path[name]), ...forces()];
+  const groups = Object.keys(words).map((state) => [state, every.filter((own) => own.outcome === state)]).filter(([, found]) => found.length);
   if (!groups.length) return [];
   const text = groups.map(([state, found], k) => (k ? `${state}: ` : words[state]) + found.map((own) => own.rests).join(", ")).join("; ");
   return [sentence({ text: `${text}.`, state: groups[0][0] })];
@@ -227,7 +250,8 @@ function along() {
     const head = element("p", { className: `key ${question}`, textContent: `${open.questions[question].words} (${wordOf(question, own)})` });
     return [head, ...own.sentences.slice(0, 3).map(sentence)];
   });
-  at("verdict").replaceChildren(...whole(questions), ...words);
+  const ofForces = forces().flatMap(({ sentences, tables }) => [element("p", { className: "key", textContent: "forces in the worst case" }), ...sentences.map(sentence), ...tables.map(tableOf)]);
+  at("verdict").replaceChildren(...whole(questions), ...words, ...ofForces);
   line();
 }
 
@@ -245,6 +269,12 @@ function line() {
     });
     return part;
   });
+  for (const { outcome, brief } of hasAnswers() || open.problem ? forces() : []) {
+    const part = element("button", { type: "button", className: (outcome || "no-limit").replace(" ", "-"), textContent: `${words[outcome] ?? ""} forces: ${brief}` });
+    part.dataset.question = "forces";
+    part.addEventListener("click", () => at("verdict").lastElementChild?.scrollIntoView({ behavior: "smooth", block: "nearest" }));
+    parts.push(part);
+  }
   const missing = open.problem ? [open.problem.text] : (open.board?.missing ?? []).slice(0, 1).map(({ text }) => text);
   const rest = open.problem || !hasAnswers() ? missing.map((text) => element("span", { className: "alarm", textContent: text })) : [];
   at("line").replaceChildren(...rest, ...(open.problem || hasAnswers() ? parts : []));
