@@ -49,4 +49,3 @@ def test_the_verdict_of_forces_stands_in_the_line_and_follows_a_load(folder: Pat
         assert "forces in the worst case" in page.text("#verdict")
         assert page.text("#verdict p").startswith("✗ Limits missed: ")
         assert "reactions" in page.text("#verdict") or "joints.J1" in page.text("#verdict")
-        page.screenshot(Path("/tmp/bd/f.png"))

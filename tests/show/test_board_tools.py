@@ -634,3 +634,36 @@ def test_wheels_that_have_one_place_in_the_start_are_refused_and_the_drawing_sta
         page.wait("document.getElementById('wrong').textContent.includes('say with x and y in start.slider')")
         line = 1 + [*map(str.strip, drawer.text.splitlines())].index("[joints.mesh]")
         assert page.text("#wrong").startswith(f"line {line}: ")
+
+
+def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("o")
+    drawer.click(60, 80)
+    text = drawer.text
+    drawer.press("j")
+    drawer.click(-40, 60)
+    drawer.click(20, 60)
+    target = toml.parse(drawer.text)["target"]
+    assert target == {"line": {"through": [-40, 60], "to": [20, 60]}}
+    mark = "document.querySelectorAll('.b-target').length"
+    assert drawer.page.run(mark) == 1
+    drawer.fill("target.tolerance", "0,5")
+    drawer.fill("target.line.to.1", "75")
+    assert toml.parse(drawer.text)["target"] == {"line": {"through": [-40, 60], "to": [20, 75]}, "tolerance": 0.5}
+    drawer.press("r")
+    drawer.click(0, 0)
+    drawer.click(60, 80)
+    assert toml.parse(drawer.text)["target"] == {"circle": {"centre": [0, 0], "radius": 100}, "tolerance": 0.5}
+    # The output is at a joint of the first bar's end, on a lever of that length: it is on the circle.
+    drawer.press("w")
+    drawer.click(60, 0)
+    m = jp.loads(drawer.text)
+    assert float(abs(jp.structural(m)["structural_error"]).max()) == pytest.approx(0, abs=1e-9)
+    drawer.page.run("[...document.querySelectorAll('#inspector .target button')].at(-1).click()")
+    drawer.done()
+    assert "target" not in toml.parse(drawer.text)
+    assert drawer.page.run(mark) == 0
+    for _ in range(6):
+        drawer.press("z", 2)
+    assert drawer.text == text

@@ -27,11 +27,13 @@ export const TOOLS = {
   output: { key: "o", words: "output", hint: "Click on the joint or the point whose error matters." },
   load: { key: "f", words: "force", hint: "Click on a joint or a point: a force on it, which the properties change." },
   dimension: { key: "i", words: "dimension", hint: "Click on two joints: their distance is shown, and has a tolerance if one body has both." },
+  line: { key: "j", words: "target line", hint: "Click on two places: the output ought to be on the line through them." },
+  circle: { key: "r", words: "target circle", hint: "Click on the centre and on a place of the circle on which the output ought to be." },
   lock: { key: "l", words: "lock", hint: "Click on a joint: it stays where it is, until another click." },
   scale: { key: "k", words: "scale picture", hint: "Click on two points of the picture, then type their distance.", hidden: true },
 };
 /** Tools that take two places. */
-const TWO = ["bar", "gear", "spring", "dimension", "scale"];
+const TWO = ["bar", "gear", "spring", "dimension", "line", "circle", "scale"];
 
 export class Board {
   constructor({ told, chosen, followed, said, scaled }) {
@@ -438,11 +440,26 @@ export class Board {
       const spot = locked && this.spot({ joint: name });
       if (spot) found.push(box(spot, 8, "b-mark"));
     }
+    found.push(...this.wanted());
     for (const place of this.board.target?.points ?? []) {
       const [x, y] = place.every?.((v) => typeof v === "number") ? this.viewer.project(place) : [NaN, NaN];
       if (Number.isFinite(x)) found.push(stroke([[x - 5, y], [x + 5, y]], "b-mark"), stroke([[x, y - 5], [x, y + 5]], "b-mark"));
     }
     return found;
+  }
+
+  /** The line or the circle on which the output ought to be, where the file has it in numbers. */
+  wanted() {
+    const { line, circle } = this.board.target ?? {};
+    const known = (place) => place?.every?.((v) => typeof v === "number");
+    if (known(line?.through) && known(line.to)) {
+      const [from, to] = [line.through, line.to].map((place) => this.viewer.project(place));
+      const far = (2 * WIDTH) / (apart(from, to) || 1);
+      return [stroke([-far, far + 1].map((part) => from.map((v, k) => v + part * (to[k] - v))), "b-mark b-target")];
+    }
+    if (!known(circle?.centre) || typeof circle.radius !== "number") return [];
+    const middle = this.viewer.project(circle.centre);
+    return [ring(middle, circle.radius * this.viewer.scale * this.viewer.camera.zoom, "b-mark b-target"), ring(middle, 2, "b-mark")];
   }
 
   lines() {

@@ -20,7 +20,7 @@ RANGES: Mapping[str, tuple[Steps, ...]] = {
 
 
 def delete(hand: Hand, told: Json) -> None:
-    """Take a joint, a body, a free point, a drive, a load, a spring, a dimension or the output away."""
+    """Take a joint, a body, a free point, a drive, a load, a spring, a dimension, the output or its target away."""
     what = dict(told["what"])
     if "joint" in what:
         _without_joint(hand, str(what["joint"]), kept=bodies_of(hand.joint(what["joint"])))
@@ -40,6 +40,8 @@ def delete(hand: Hand, told: Json) -> None:
         drop(hand, "dimensions", str(what["dimension"]))
     elif "output" in what:
         hand.put(("output",), None)
+    elif "target" in what and "target" in hand.raw:
+        hand.put(("target",), None)
     else:
         raise InputError("there is nothing that could be deleted")
 

@@ -5,7 +5,7 @@
 import { view } from "./viewer.js";
 import { Board, TOOLS } from "./board.js";
 import { bars, chart, short } from "./charts.js";
-import { exported } from "./export.js";
+import { animated, exported } from "./export.js";
 import { History, forget, unsaved } from "./history.js";
 import { Inspector } from "./inspector.js";
 import { parsed } from "./numbers.js";
@@ -915,6 +915,23 @@ at("mail").addEventListener("click", () =>
   }),
 );
 at("dxf").addEventListener("click", () => trying(async () => download(`${stem()}.dxf`, "application/dxf", (await post("dxf", asked)).dxf)));
+at("animation").addEventListener("input", () => {
+  const kind = at("animation").value;
+  at("animation").selectedIndex = 0;
+  if (!kind || !open) return;
+  trying(async () => {
+    if (!hasAnswers()) throw new Error("The mechanism is not complete yet: nothing moves.");
+    said("the animation is being made …");
+    at("animation").disabled = true;
+    try {
+      const found = await animated(post, { ...asked, kind }, said, at("stop"));
+      if (found) download(`${stem()}${kind}`, found.type, found);
+      said(found ? "the animation is saved where the browser saves files" : "the animation was stopped");
+    } finally {
+      at("animation").disabled = false;
+    }
+  });
+});
 for (const kind of ["svg", "png"]) at(kind).addEventListener("click", () => trying(async () => download(`${stem()}.${kind}`, "", await exported(viewer.svg, kind))));
 at("typed").addEventListener("keydown", (event) => {
   if (event.key !== "Enter") return;
