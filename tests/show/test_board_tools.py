@@ -667,3 +667,68 @@ def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
     for _ in range(6):
         drawer.press("z", 2)
     assert drawer.text == text
+
+
+def handle(drawer: Person, title: str) -> tuple[float, float]:
+    """Where a handle is, in units of the drawing."""
+    box = f"[...document.querySelectorAll('.b-handle')].find((one) => one.textContent === {json.dumps(title)})"
+    sides = f"['x', 'y'].map((key, k) => {box}[key].baseVal.value + {box}[['width', 'height'][k]].baseVal.value / 2)"
+    x, y = drawer.page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.unproject({sides}))")
+    return x, y
+
+
+def test_the_range_of_a_drive_has_handles(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("w")
+    drawer.click(60, 0)
+    drawer.press("o")
+    drawer.click(60, 80)
+    drawer.press("v")
+    text = drawer.text
+    # The arc is about the pin at 0; 0, and the bar points to the right at 0 degrees.
+    x, y = handle(drawer, "drive1 to")
+    assert np.degrees(np.arctan2(y, x)) == pytest.approx(20, abs=0.2)
+    far = np.hypot(x, y)
+    drawer.drag((x, y), (far * np.cos(np.radians(75)), far * np.sin(np.radians(75))))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    assert own["from"] == -20
+    assert own["to"] == pytest.approx(75, abs=1)
+    second = own["to"]
+    assert drawer.page.run(f"Number({number('drive1')}.value)") == 0, "the configuration that was shown remains"
+    x, y = handle(drawer, "drive1 from")
+    drawer.drag((x, y), (far * np.cos(np.radians(-50)), far * np.sin(np.radians(-50))))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    # A degree is less than a pixel there.
+    assert own["from"] == pytest.approx(-50, abs=1)
+    assert own["to"] == second
+    drawer.press("z", 2)
+    drawer.press("z", 2)
+    assert drawer.text == text
+
+
+def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
+    drawer.press("b")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    drawer.press("w")
+    drawer.press("s")
+    drawer.click(0, 0)
+    drawer.press("w")
+    drawer.click(0, 0)
+    guide = next(name for name, table in toml.parse(drawer.text)["joints"].items() if table["type"] == "prismatic")
+    drawer.pick("#parts", json.dumps({"joint": guide}, separators=(",", ":")))
+    drawer.page.run(
+        "[...document.querySelectorAll('#inspector button')].find((one) => one.textContent === 'drive it').click()"
+    )
+    drawer.done()
+    drawer.press("o")
+    drawer.click(60, 0)
+    drawer.press("v")
+    drawer.fill("drives.drive1.from", "-20")
+    drawer.fill("drives.drive1.to", "20")
+    x, y = handle(drawer, "drive1 to")
+    assert (x, y) == (pytest.approx(20, abs=0.1), pytest.approx(0, abs=0.1))
+    drawer.drag((x, y), (40, 3))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    assert own["from"] == -20
+    assert own["to"] == pytest.approx(40, abs=1)

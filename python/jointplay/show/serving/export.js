@@ -5,7 +5,7 @@ const SIZE = [800, 520];
 /** The drawing as a file, `svg` or `png`. */
 export async function exported(svg, kind) {
   const copy = svg.cloneNode(true);
-  for (const mark of copy.querySelectorAll(".b-chosen, .b-new, .b-grid")) mark.remove();
+  for (const mark of copy.querySelectorAll(".b-chosen, .b-new, .b-grid, .b-range, .b-handle")) mark.remove();
   copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
   copy.setAttribute("class", "jp-viewer");
   SIZE.forEach((size, k) => copy.setAttribute(["width", "height"][k], size));

@@ -142,6 +142,7 @@ function show(found, mine) {
   document.body.classList.toggle("unplaced", Boolean(found.problem));
   if (found.scene) {
     poses = found.poses ?? poses;
+    board.now = mine.drives;
     viewer.update(found.scene);
     board.mark();
   }
@@ -658,6 +659,7 @@ function drawn(like) {
   if (like && like.scene.axes === viewer.scene.axes) viewer.like(like);
   const ends = open.along?.filter((row) => row.every((v) => v !== null)) ?? [];
   const rows = open.along ? open.scene.places.filter((_, k) => open.along[k].every((v) => v !== null)) : [];
+  Object.assign(board, { driven: (open.drives ?? []).map(({ name }) => name), now: open.begin ?? [] });
   board.on(viewer, open.board, ends.length > 1 ? rows : []);
   variants.shown();
 }
