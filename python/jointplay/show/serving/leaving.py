@@ -38,7 +38,8 @@ MOST = 200
 
 def without_sources(text: str, before: Mapping[str, Any]) -> tuple[str, list[str]]:
     """A text without what spoke of sources and values that it had before and has no more, and what has gone."""
-    after, notes = toml.parse(text), []
+    after = toml.parse(text)
+    notes: list[str] = []
     lost = {*_sources(before)} - {*_sources(after)}
     for name in [*_table(after, "costs")]:
         if any(_is_of(name, source) for source in lost) or _changed_way(name, before, after):
@@ -71,7 +72,7 @@ def _table(raw: Any, *steps: str) -> Mapping[str, Any]:
 def _at(raw: Any, steps: Steps) -> Any:
     for step in steps:
         if isinstance(raw, Mapping):
-            raw = raw.get(step)  # type: ignore[call-overload]
+            raw = raw.get(step)
         elif isinstance(raw, list) and isinstance(step, int) and step < len(raw):
             raw = raw[step]
         else:
@@ -107,8 +108,9 @@ def _way(play: Any) -> str | None:
 
 def _uncorrelated(text: str, lost: set[str], notes: list[str]) -> tuple[str, list[str]]:
     """A text whose correlations are of sources that are there; of fewer than two there is none."""
-    entries = toml.parse(text).get("correlations")
-    for k in reversed(range(len(entries) if isinstance(entries, list) else 0)):
+    found = toml.parse(text).get("correlations")
+    entries: list[Any] = found if isinstance(found, list) else []
+    for k in reversed(range(len(entries))):
         sources = _at(entries, (k, "sources"))
         if not isinstance(sources, list):
             continue

@@ -198,8 +198,8 @@ class Studio:
             text = _edited(text, more)
         after = self._read(text, found)
         if "text" not in told:
-            after, more = self._left(after, draft, found)
-            notes += more
+            after, gone = self._left(after, draft, found)
+            notes += gone
         # What is taken away, and what is tried while something is wrong already, may be steps to something valid.
         is_whole = "rename" in told or told.get("gesture", "delete") != "delete"
         if is_whole and draft.problem is None and after.problem is not None:
