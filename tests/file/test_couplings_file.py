@@ -9,6 +9,7 @@ import itertools
 import math
 import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers import couplings
+from jointplay import examples
 from jointplay.analyses.map.contact import Contacts
 from jointplay.cli import run
 from jointplay.errors import InputError
@@ -861,3 +863,44 @@ def test_a_dimension_moves_a_wheel_that_runs_out_with_its_bearing() -> None:
     wobbling = jp.loads(text.replace("module = 1", "module = 1\nrunout = { wheel = 0.0 }") + length)
     assert wobbling.sources[-1] == "l"
     np.testing.assert_allclose(jp.given(wobbling).error, jp.given(plain).error, rtol=0, atol=1e-12)
+
+
+GEAR_ON_SLIDER = (
+    '[joints.mesh]\ntype = "gear"\non = { crank = [0, 0], slider = [0, 0] }\nteeth = [20, 20]\nradii = [40, 40]\n'
+)
+
+
+@pytest.mark.parametrize("kind", ["gear", "belt"])
+@pytest.mark.parametrize(
+    ("example", "on", "told"),
+    [
+        ("slider-crank", "crank = [0, 0], slider = [0, 0]", "start.slider"),
+        ("slider-crank", "slider = [0, 0], ground = [0, 0]", "start.slider"),
+        ("press", "crank = [0, 0], ram = [0, 0]", "start.ram"),
+    ],
+)
+def test_wheels_on_one_place_in_the_start_are_refused(
+    example: str, on: str, told: str, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A pair between crank and slider, whose guide begins at the crank's centre, ended in a traceback."""
+    sizes = "teeth = [20, 20]\n" if kind == "gear" else "distance = 120\n"
+    mesh = f'\n[joints.mesh]\ntype = "{kind}"\non = {{ {on} }}\n{sizes}radii = [40, 40]\n'
+    file = tmp_path / "m.toml"
+    file.write_text(examples.text(example) + mesh)
+    assert run(["error", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert ": joints.mesh: the centres of " in said
+    assert f"are at one place in the start, where a {kind} has no direction; say with x and y in {told} " in said
+
+
+def test_a_wheel_whose_start_is_told_is_answered_for() -> None:
+    text = examples.text("slider-crank") + GEAR_ON_SLIDER
+    m = jp.loads(text.replace("[start]\n", "[start]\nslider = { x = 200 }\n"))
+    with pytest.raises(InputError, match="'theta' commands a joint that cannot move"):
+        jp.loaded(m)
+
+
+def test_pulleys_on_one_pin_have_no_belt() -> None:
+    belt = '\n[joints.T]\ntype = "belt"\non = { rod = [160, 0], slider = [0, 0] }\nradii = [10, 20]\n'
+    with pytest.raises(InputError, match=r"joints\.T: the centres of .* are at one place in every pose"):
+        jp.loads(examples.text("slider-crank").replace("\n[start]\n", "\n[start]\nslider = { x = 200 }\n") + belt)

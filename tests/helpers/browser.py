@@ -90,6 +90,11 @@ class Page:
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
+    def close(self) -> None:
+        """Close the page as a browser does that ends: without a question."""
+        target = self.ask("Target.getTargetInfo")["targetInfo"]["targetId"]
+        self.browser.ask("Target.closeTarget", targetId=target)
+
     def wait(self, condition: str) -> None:
         """Wait until an expression is true."""
         end = time.monotonic() + PATIENCE

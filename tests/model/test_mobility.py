@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from helpers.answers import EXAMPLES
 from jointplay import examples
 from jointplay.errors import InputError
-from jointplay.model.mechanism import loads
-from jointplay.model.mobility import Mobility, examine, require_determinate
+from jointplay.model.mechanism import Mechanism, loads
+from jointplay.model.mobility import Mobility, Probe, examine, require_determinate
 
 HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
 
@@ -236,3 +238,17 @@ def test_the_figures_do_not_depend_on_the_size_of_the_machine() -> None:
         found += [examine(loads(four_bar(drive("q", "A", 60)).replace('"mm"', f'"{unit}"')))]
     assert found[0] == found[1]
     assert found[0].is_determinate
+
+
+def test_a_pose_in_which_a_belt_has_no_direction_counts_for_nothing() -> None:
+    """Its pulleys meet where the loops close, and the singular values of what is no number do not exist."""
+    raw = {**tomllib.loads(examples.text("five-bar"))}
+    del raw["start"]
+    on = {"left_rod": [0, 0], "right": [110, 0]}
+    raw["joints"]["T"] = {"type": "belt", "on": on, "radii": [10, 20], "distance": 100}
+    assert "'left' and 'right' command the same motion" in examine(Mechanism(raw)).words
+    probe = Probe(Mechanism(raw))
+    nowhere = np.full_like(probe.m.guess, np.nan)
+    sample = probe.at(nowhere)
+    assert (sample.residual, sample.counts, sample.assembled) == (np.inf, False, False)
+    assert sample.freedoms(sample.rates) >= 0

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import jointplay as jp
-from helpers.browser import Browser, needs_browser
+from helpers.browser import Browser, Page, needs_browser
 from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.analyses.nominal import Nominal
@@ -620,18 +620,57 @@ class TestAPerson:
         assert person.text == changed
         # A page that was closed without an answer.
         address = page.run("location.href")
+        closed = browser.page(address, width=1280, height=800)
+        closed.wait(EXACT)
+        assert closed.run("document.querySelector('#left button')") is None, "the page with the changes is open"
+        put(closed, "joints.J2.clearance", "0.7")
+        closed.wait(EXACT)
+        closed.run(f"{number('joints.J2.clearance')}.dispatchEvent(new Event('change')), 0")
+        closed.close()
         other = browser.page(address, width=1280, height=800)
         other.wait("document.querySelector('#left button')")
         # Another answer does not take the offer away.
-        put(other, "joints.J2.clearance", "0.7")
+        put(other, "joints.J3.clearance", "0.6")
         other.wait(EXACT)
         other.click("#left button")
-        other.wait("document.getElementById('text').value.includes('3.5')")
-        assert other.run("document.getElementById('text').value") == changed
+        other.wait(f"Number({number('joints.J2.clearance')}.value) === 0.7")
         choose(page, {"example": "five-bar"})
         page.wait("document.getElementById('ask').open")
         person.tap("#ask [value=lose]")
         page.wait("document.getElementById('name').value === 'five-bar.toml'")
+
+    def test_loses_nothing_where_another_page_saves_the_same_file(self, person: Person, browser: Browser) -> None:
+        """Changes of the second page that were kept went when the first one saved."""
+        page = browser.page(person.page.run("location.href"), width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        person = Person(page)
+        address = page.run("location.href")
+        second = browser.page(address, width=1280, height=800)
+        second.wait("document.body.dataset.shown > 0")
+        another = Person(second)
+        another.fill("limits.position", "3.25")
+        person.fill("limits.position", "3.75")
+        person.press("s", 2)
+        page.wait("document.body.dataset.saved === 'true'")
+        second.close()
+
+        def again(before: Page) -> Page:
+            before.close()
+            page = browser.page(address, width=1280, height=800)
+            page.wait("document.querySelectorAll('#left p').length === 1")
+            return page
+
+        page = again(page)
+        assert "position = 3.75" in Person(page).text
+        page.click("#left button")
+        page.wait("document.getElementById('text').value.includes('position = 3.25')")
+        page.wait("document.querySelectorAll('#left p').length === 0")
+        # Taken and not saved, it is kept by the page that took it.
+        page = again(page)
+        page.click("#left p button:nth-of-type(2)")
+        page.wait("document.querySelectorAll('#left p').length === 0")
+        kept = "Object.keys(localStorage).filter((key) => key.startsWith('jointplay.unsaved '))"
+        assert page.run(kept) == []
 
     def test_sees_that_values_are_not_valid(self, person: Person) -> None:
         page = person.page

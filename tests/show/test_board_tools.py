@@ -12,6 +12,7 @@ import pytest
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
 from helpers.studio import NEWEST, Person, choose, number, served
+from jointplay import examples
 from jointplay.file import toml
 from jointplay.show.serving import drafts
 
@@ -605,3 +606,129 @@ def test_nothing_is_said_of_the_mechanism_before(person: Person) -> None:
     choose(page, {"example": "five-bar"})
     page.wait("document.getElementById('name').value === 'five-bar.toml'")
     page.wait("document.querySelectorAll('#line button, #answer p, #charts svg, #numbers td').length === 0")
+
+
+def test_wheels_that_have_one_place_in_the_start_are_refused_and_the_drawing_stays(
+    folder: Path, browser: Browser
+) -> None:
+    """A pair of gears between the crank and the slider of the slider-crank was a traceback."""
+    (folder / "slider-crank.toml").write_text(examples.text("slider-crank"))
+    with served(folder, "slider-crank.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        drawer = Person(page)
+        text = drawer.text
+        drawer.press("e")
+        for joint in ("main", "wristpin"):
+            drawer.click(*drawer.where(joint))
+        said = page.run(NOTE)
+        assert "joints.mesh1: the centres of 'crank' and 'slider' are at one place in the start" in said
+        assert drawer.text == text
+        # Typed, it stands there with its line.
+        mesh = (
+            '[joints.mesh]\ntype = "gear"\non = { crank = [0, 0], slider = [0, 0] }\nteeth = [2, 2]\nradii = [9, 9]\n'
+        )
+        page.run("document.getElementById('file').open = true, 0")
+        field = "document.getElementById('text')"
+        page.run(f"{field}.focus(), {field}.value += {json.dumps(mesh)}, {field}.dispatchEvent(new Event('input')), 0")
+        page.wait("document.getElementById('wrong').textContent.includes('say with x and y in start.slider')")
+        line = 1 + [*map(str.strip, drawer.text.splitlines())].index("[joints.mesh]")
+        assert page.text("#wrong").startswith(f"line {line}: ")
+
+
+def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("o")
+    drawer.click(60, 80)
+    text = drawer.text
+    drawer.press("j")
+    drawer.click(-40, 60)
+    drawer.click(20, 60)
+    target = toml.parse(drawer.text)["target"]
+    assert target == {"line": {"through": [-40, 60], "to": [20, 60]}}
+    mark = "document.querySelectorAll('.b-target').length"
+    assert drawer.page.run(mark) == 1
+    drawer.fill("target.tolerance", "0,5")
+    drawer.fill("target.line.to.1", "75")
+    assert toml.parse(drawer.text)["target"] == {"line": {"through": [-40, 60], "to": [20, 75]}, "tolerance": 0.5}
+    drawer.press("r")
+    drawer.click(0, 0)
+    drawer.click(60, 80)
+    assert toml.parse(drawer.text)["target"] == {"circle": {"centre": [0, 0], "radius": 100}, "tolerance": 0.5}
+    # The output is at a joint of the first bar's end, on a lever of that length: it is on the circle.
+    drawer.press("w")
+    drawer.click(60, 0)
+    m = jp.loads(drawer.text)
+    assert float(abs(jp.structural(m)["structural_error"]).max()) == pytest.approx(0, abs=1e-9)
+    drawer.page.run("[...document.querySelectorAll('#inspector .target button')].at(-1).click()")
+    drawer.done()
+    assert "target" not in toml.parse(drawer.text)
+    assert drawer.page.run(mark) == 0
+    for _ in range(6):
+        drawer.press("z", 2)
+    assert drawer.text == text
+
+
+def handle(drawer: Person, title: str) -> tuple[float, float]:
+    """Where a handle is, in units of the drawing."""
+    box = f"[...document.querySelectorAll('.b-handle')].find((one) => one.textContent === {json.dumps(title)})"
+    sides = f"['x', 'y'].map((key, k) => {box}[key].baseVal.value + {box}[['width', 'height'][k]].baseVal.value / 2)"
+    x, y = drawer.page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.unproject({sides}))")
+    return x, y
+
+
+def test_the_range_of_a_drive_has_handles(drawer: Person) -> None:
+    lever(drawer)
+    drawer.press("w")
+    drawer.click(60, 0)
+    drawer.press("o")
+    drawer.click(60, 80)
+    drawer.press("v")
+    text = drawer.text
+    # The arc is about the pin at 0; 0, and the bar points to the right at 0 degrees.
+    x, y = handle(drawer, "drive1 to")
+    assert np.degrees(np.arctan2(y, x)) == pytest.approx(20, abs=0.2)
+    far = np.hypot(x, y)
+    drawer.drag((x, y), (far * np.cos(np.radians(75)), far * np.sin(np.radians(75))))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    assert own["from"] == -20
+    assert own["to"] == pytest.approx(75, abs=1)
+    second = own["to"]
+    assert drawer.page.run(f"Number({number('drive1')}.value)") == 0, "the configuration that was shown remains"
+    x, y = handle(drawer, "drive1 from")
+    drawer.drag((x, y), (far * np.cos(np.radians(-50)), far * np.sin(np.radians(-50))))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    # A degree is less than a pixel there.
+    assert own["from"] == pytest.approx(-50, abs=1)
+    assert own["to"] == second
+    drawer.press("z", 2)
+    drawer.press("z", 2)
+    assert drawer.text == text
+
+
+def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
+    drawer.press("b")
+    drawer.click(0, 0)
+    drawer.click(60, 0)
+    drawer.press("w")
+    drawer.press("s")
+    drawer.click(0, 0)
+    drawer.press("w")
+    drawer.click(0, 0)
+    guide = next(name for name, table in toml.parse(drawer.text)["joints"].items() if table["type"] == "prismatic")
+    drawer.pick("#parts", json.dumps({"joint": guide}, separators=(",", ":")))
+    drawer.page.run(
+        "[...document.querySelectorAll('#inspector button')].find((one) => one.textContent === 'drive it').click()"
+    )
+    drawer.done()
+    drawer.press("o")
+    drawer.click(60, 0)
+    drawer.press("v")
+    drawer.fill("drives.drive1.from", "-20")
+    drawer.fill("drives.drive1.to", "20")
+    x, y = handle(drawer, "drive1 to")
+    assert (x, y) == (pytest.approx(20, abs=0.1), pytest.approx(0, abs=0.1))
+    drawer.drag((x, y), (40, 3))
+    own = toml.parse(drawer.text)["drives"]["drive1"]
+    assert own["from"] == -20
+    assert own["to"] == pytest.approx(40, abs=1)

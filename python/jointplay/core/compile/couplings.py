@@ -29,7 +29,7 @@ from jointplay.file.schema import (
 
 from .contact import Contact, Wheels, touching, turned
 from .frames import AxisAndSide, Vector3, across, cross_product, default_side, dot, in_axes
-from .graph import CompiledJoint, Graph
+from .graph import GROUND, CompiledJoint, Graph
 from .spacing import MeshPair, mismatches
 
 #: degrees; where the file says nothing
@@ -50,6 +50,8 @@ ABOUT = ("revolute", "cylindrical", "screw")
 NO_BEARING = ("prismatic", "gear", "crossed_gear", "rack", "belt", "follower")
 #: what directions of one line differ by
 ROUNDED = 1e-9
+#: pitch radii by which centres are apart that have a line between them
+APART = 1e-6
 
 
 def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[int, CouplingSpec]:
@@ -308,7 +310,7 @@ class _Wheels:
         first, second = self.radii
         wanted = second - first if internal else first + second
         if apart is None:
-            return
+            return self._check_line()
         unit, name = self.units.length, self.units.length_name
         a, b = self.entry.names
         problem = (
@@ -322,6 +324,22 @@ class _Wheels:
         if 0.0 < high - low <= taken:
             raise self.refuse(
                 f"{problem}, and here their teeth overlap: more than {taken / unit:.4g} {name} of backlash is needed"
+            )
+        return self._check_line()
+
+    def _check_line(self) -> None:
+        """Refuse wheels whose centres are at one place: no direction says there how they mesh."""
+        a, b = self.entry.names
+        held, least = self._held_apart(), APART * max(self.radii)
+        problem = f"the centres of '{a}' and '{b}' are at one place"
+        if held is not None and held <= least:
+            raise self.refuse(f"{problem} in every pose; a {self.entry.kind} is between two places")
+        if math.hypot(*self.apart) <= least:
+            told = a if b == GROUND else b
+            keys = "x, y and z" if self.in_space else "x and y"
+            raise self.refuse(
+                f"{problem} in the start, where a {self.entry.kind} has no direction; say with {keys} in start.{told}"
+                f" roughly where '{told}' is"
             )
 
     def _opening(self, apart: float, wanted: float, internal: bool) -> float:
@@ -405,6 +423,7 @@ class _Wheels:
 
     def _distance_of_pulleys(self, entry: BeltKeys) -> float:
         """The distance at which a belt has its slack, metres."""
+        self._check_line()
         given = entry.distance
         distance = math.hypot(*self.apart) if given is None else given * self.units.length
         first, second = self.radii

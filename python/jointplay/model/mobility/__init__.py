@@ -256,7 +256,8 @@ def _as_drawn(probe: Probe, mobility: Mobility, smallest: float) -> Mobility:
     taken = np.unique(np.linspace(0, len(every) - 1, CONFIGURATIONS).round().astype(int))
     drives = np.ascontiguousarray(every[taken])
     solved = m.core.trace(drives)["poses"]
-    there = np.isfinite(solved).all(axis=(1, 2))
+    # Where the centres of wheels meet, nothing is known to first order.
+    there = np.isfinite(solved).all(axis=(1, 2)) & np.isfinite(m.core.jacobian(solved)).all(axis=(1, 2))
     open_ = misfit(m, drives[there], solved[there]) if there.any() else None
     if open_ is None:
         return mobility

@@ -200,7 +200,7 @@ class Probe:
         sample = self.at(placed)
         for share, steps in ((LITTLE, OPEN), (NONE, ALL)):
             for _ in range(steps):
-                if sample.residual <= CLOSED * 1e-3:
+                if sample.residual <= CLOSED * 1e-3 or sample.residual == np.inf:
                     break
                 twists = sample.relative.step(self._residuals(sample.poses), share)
                 far = float(np.abs(twists).max(initial=0.0))
@@ -215,13 +215,16 @@ class Probe:
         return np.asarray(self.free.gaps(np.zeros(0), placed) / self.units[:split])
 
     def at(self, placed: Floats, tolerance: float = 0.0) -> Sample:
-        """The Jacobian where the bodies are."""
+        """The Jacobian where the bodies are; nothing in the place of what is not defined there, and not assembled."""
         jacobian = self.core.jacobian(placed)
+        gaps = self._residuals(placed)
+        is_defined = np.isfinite(jacobian).all() and np.isfinite(gaps).all()
+        jacobian = np.where(np.isfinite(jacobian), jacobian, 0.0)
         scaled = jacobian / self.units[:, None] * np.tile(self.unit, len(placed))
         split = len(self.rows) - len(self.drivable)
         joints = np.array([joint for joint, _ in self.rows[:split]], dtype=np.intp)
         relative = Relative(scaled[:split], joints, self.ends, len(self.unit))
-        residual = float(np.abs(self._residuals(placed)).max(initial=0.0))
+        residual = float(np.abs(gaps).max(initial=0.0)) if is_defined else np.inf
         if residual > NEARLY:
             tolerance = tolerance or RANK
         return Sample(scaled[:split], scaled[split:], jacobian, placed, residual, relative, tolerance)

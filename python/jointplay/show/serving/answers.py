@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses import pressed, region, worst
+from jointplay.analyses import forces, pressed, region, worst
 from jointplay.analyses.displaced import at_offsets, under_load
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Nominal
 from jointplay.analyses.questions import computation, options_of
@@ -29,7 +29,9 @@ from jointplay.questions import QUESTIONS, Question, asked_by
 from jointplay.result import STATUSES, Result, blame, figure, in_words, typical
 from jointplay.result.conclusions import Sentence, conclude, rests, rounding
 from jointplay.result.conclusions.words import farthest, say
-from jointplay.result.verdict import SIZES, Verdict, cause, ends, verdict
+from jointplay.result.table.forces import overview
+from jointplay.result.table.layout import Column
+from jointplay.result.verdict import NOT_SHOWN, SIZES, Verdict, cause, ends, verdict
 from jointplay.show.reporting.answers import reproduces, specimens
 from jointplay.show.viewer import DisplacedScene, scene
 
@@ -134,6 +136,8 @@ def settled(session: Session, asked: PageQuestion, samples: int, check: Check) -
             )
             told |= _drawing(drawn, asked) | _numbers(answers)
     told["path"] = session.kept(key, lambda: _path(ask(m, path)))
+    if m.limits.forces and not samples:
+        told["forces"] = session.kept(("forces", *key), lambda: _forces(m, path, check))
     seconds = time.perf_counter() - begin
     following = [stage for stage in STAGES if stage > samples]
     # Time grows at most with the number of specimens.
@@ -357,6 +361,28 @@ def _path(answers: Mapping[str, Result]) -> Json:
     return told
 
 
+def _forces(m: Mechanism, path: Nominal, check: Check) -> Json:
+    """What becomes of limits of forces along the path, in sentences and tables; or why that is not known."""
+    try:
+        result = forces.compute(m, at=path, progress=check)
+    except InputError as problem:
+        reason = {"text": f"Limits of forces are not shown: {problem.problem}", "alarm": True, "state": NOT_SHOWN}
+        return {"outcome": NOT_SHOWN, "brief": f"{NOT_SHOWN} ({problem.problem})", "sentences": [reason], "tables": []}
+    judged = verdict(result)
+    return {
+        "outcome": judged.outcome,
+        "rests": rests("forces", result, judged),
+        "brief": _brief(result, judged),
+        "sentences": list(map(_sentence, conclude(result).sentences)),
+        "tables": [{"title": one.title, "columns": list(map(_column, one.columns))} for one in overview(result)],
+    }
+
+
+def _column(column: Column) -> Json:
+    head = column.name.replace("\n", " ") + (f" [{column.unit}]" if column.unit else "")
+    return {"head": head, "cells": list(column.cells), "alarms": list(column.alarms)}
+
+
 def _brief(result: Result, judged: Verdict) -> str:
     """The verdict of a question in a few words, or its largest position error where there is nothing to keep to."""
     if judged.outcome:
@@ -409,6 +435,7 @@ def opened(session: Session) -> Json:
         "knobs": [knob.told() for knob in session.knobs.values()],
         "drives": drives(first, path),
         "offsets": offsets(first),
+        "forces": bool(m.limits.forces),
         "along": [[_number(v) for v in row] for row in path.drives / factors],
         "begin": [float(v) for v in begin / factors],
     }

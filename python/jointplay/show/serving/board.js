@@ -7,6 +7,8 @@ const WIDTH = 800;
 const NEAR = 14, LINE = 7;
 // Pixels that a pointer may move in a click, and within which a line becomes horizontal or vertical.
 const STILL = 6, LEVEL = 7;
+// Pixels from a pin to the arc that its drive goes through.
+const ARC = 46;
 // Pixels by which a bar is as long as another one.
 const ALIKE = 4;
 // Pixels that a step of the grid has at least.
@@ -27,11 +29,13 @@ export const TOOLS = {
   output: { key: "o", words: "output", hint: "Click on the joint or the point whose error matters." },
   load: { key: "f", words: "force", hint: "Click on a joint or a point: a force on it, which the properties change." },
   dimension: { key: "i", words: "dimension", hint: "Click on two joints: their distance is shown, and has a tolerance if one body has both." },
+  line: { key: "j", words: "target line", hint: "Click on two places: the output ought to be on the line through them." },
+  circle: { key: "r", words: "target circle", hint: "Click on the centre and on a place of the circle on which the output ought to be." },
   lock: { key: "l", words: "lock", hint: "Click on a joint: it stays where it is, until another click." },
   scale: { key: "k", words: "scale picture", hint: "Click on two points of the picture, then type their distance.", hidden: true },
 };
 /** Tools that take two places. */
-const TWO = ["bar", "gear", "spring", "dimension", "scale"];
+const TWO = ["bar", "gear", "spring", "dimension", "line", "circle", "scale"];
 
 export class Board {
   constructor({ told, chosen, followed, said, scaled }) {
@@ -200,6 +204,14 @@ export class Board {
     if (event.button || !this.viewer) return;
     const pixel = this.pixel(event);
     const ref = this.hit(pixel);
+    const ends = this.tool === "select" && !event.shiftKey ? this.ranges().flatMap(({ ends }) => ends) : [];
+    const range = ends.filter(({ at }) => apart(at, pixel) <= NEAR / 2).sort((a, b) => apart(a.at, pixel) - apart(b.at, pixel))[0];
+    if (range) {
+      event.stopImmediatePropagation();
+      this.viewer.svg.setPointerCapture(event.pointerId);
+      this.held = { range, pixel, still: true, value: range.value };
+      return;
+    }
     if (this.tool === "select" || this.tool === "move") {
       const moves = this.tool === "move" || event.shiftKey;
       if (!ref) return moves ? null : this.choose(null);
@@ -222,6 +234,10 @@ export class Board {
     const { held, pending } = this;
     const pixel = this.pixel(event);
     if (held && apart(pixel, held.pixel) > STILL) held.still = false;
+    if (held?.range) {
+      event.stopImmediatePropagation();
+      return this.reach(held, pixel, event.altKey);
+    }
     if (held?.moves) {
       event.stopImmediatePropagation();
       return this.follow(held.ref, pixel);
@@ -238,6 +254,12 @@ export class Board {
     this.held = null;
     if (!held) return;
     event.stopImmediatePropagation();
+    if (held.range) {
+      const { drive, key, value } = held.range;
+      this.let();
+      if (held.value !== value) this.told({ edits: [[["drives", drive, key], held.value]] });
+      return;
+    }
     const ref = this.ref(event, { from: this.pending && this.placeOf(this.pending) });
     if (held.moves) return;
     if (this.tool === "select") {
@@ -385,6 +407,63 @@ export class Board {
     this.layer.replaceChildren(...marks);
   }
 
+  // ---- ranges of drives ---------------------------------------------------------------------------------------------------------------
+
+  /** The ends of what drives are commanded, where they are in the drawing: each a handle, on an arc or on a line. */
+  ranges() {
+    const found = [];
+    for (const [k, name] of (this.driven ?? []).entries()) {
+      const { joint: pin, from, to } = this.board.drives[name] ?? {};
+      const joint = this.board.joints.find((one) => one.name === pin);
+      if (typeof from !== "number" || typeof to !== "number" || !joint?.at || joint.bodies.length !== 2) continue;
+      const place = joint.axis ? this.slide(joint) : joint.kind === "revolute" ? this.swing(joint, this.now[k]) : null;
+      if (!place) continue;
+      const ends = [["from", from], ["to", to]].map(([key, value]) => ({ drive: name, key, value, at: place.at(value), read: place.read }));
+      found.push({ ends, line: [...Array(33).keys()].map((n) => place.at(from + ((to - from) * n) / 32)) });
+    }
+    return found.filter(({ line }) => line.flat().every(Number.isFinite));
+  }
+
+  /** Where the coordinate of a guide or slot is, and what it is at a pixel. */
+  slide({ at, axis }) {
+    return {
+      at: (value) => this.viewer.project(at.map((v, k) => v + value * axis[k])),
+      read: (pixel, _near, free) => {
+        const there = this.viewer.unproject(pixel);
+        const value = at.reduce((sum, v, k) => sum + (there[k] - v) * axis[k], 0);
+        return rounded(free ? value : Math.round(value / this.step()) * this.step());
+      },
+    };
+  }
+
+  /** Where a bar points at the angles of its pin, and what the angle is where it points at a pixel. */
+  swing({ name, bodies }, now) {
+    const middle = this.spot({ joint: name });
+    const others = [...this.board.joints.filter((one) => one.name !== name && one.bodies.includes(bodies[1])).map(({ name: joint }) => ({ joint })), ...this.board.free.filter(({ body }) => body === bodies[1])];
+    const end = middle && others.map((ref) => this.spot(ref)).find((spot) => spot && apart(spot, middle) > 1);
+    if (!end) return null;
+    const unit = this.board.units.angle === "rad" ? 1 : Math.PI / 180;
+    const direction = Math.atan2(middle[1] - end[1], end[0] - middle[0]);
+    return {
+      at: (value) => [middle[0] + ARC * Math.cos(direction + (value - now) * unit), middle[1] - ARC * Math.sin(direction + (value - now) * unit)],
+      read: ([x, y], near, free) => {
+        const value = now + (Math.atan2(middle[1] - y, x - middle[0]) - direction) / unit;
+        const round = (2 * Math.PI) / unit;
+        // Of all turns the one that is nearest to where the handle was.
+        const own = value + Math.round((near - value) / round) * round;
+        const step = free ? 0 : unit === 1 ? 0.01 : 1;
+        return rounded(step ? Math.round(own / step) * step : own);
+      },
+    };
+  }
+
+  reach(held, pixel, free) {
+    held.value = held.range.read(pixel, held.value, free);
+    const { drive, key } = held.range;
+    this.layer.replaceChildren(ring(pixel, 6, "b-new"));
+    this.said(`${drive} ${key} ${held.value}`);
+  }
+
   // ---- what is chosen ---------------------------------------------------------------------------------------------------------------
 
   choose(ref) {
@@ -438,11 +517,29 @@ export class Board {
       const spot = locked && this.spot({ joint: name });
       if (spot) found.push(box(spot, 8, "b-mark"));
     }
+    for (const { ends, line } of this.tool === "select" ? this.ranges() : []) {
+      found.push(stroke(line, "b-mark b-range"), ...ends.map(({ at, drive, key }) => handle(at, `${drive} ${key}`)));
+    }
+    found.push(...this.wanted());
     for (const place of this.board.target?.points ?? []) {
       const [x, y] = place.every?.((v) => typeof v === "number") ? this.viewer.project(place) : [NaN, NaN];
       if (Number.isFinite(x)) found.push(stroke([[x - 5, y], [x + 5, y]], "b-mark"), stroke([[x, y - 5], [x, y + 5]], "b-mark"));
     }
     return found;
+  }
+
+  /** The line or the circle on which the output ought to be, where the file has it in numbers. */
+  wanted() {
+    const { line, circle } = this.board.target ?? {};
+    const known = (place) => place?.every?.((v) => typeof v === "number");
+    if (known(line?.through) && known(line.to)) {
+      const [from, to] = [line.through, line.to].map((place) => this.viewer.project(place));
+      const far = (2 * WIDTH) / (apart(from, to) || 1);
+      return [stroke([-far, far + 1].map((part) => from.map((v, k) => v + part * (to[k] - v))), "b-mark b-target")];
+    }
+    if (!known(circle?.centre) || typeof circle.radius !== "number") return [];
+    const middle = this.viewer.project(circle.centre);
+    return [ring(middle, circle.radius * this.viewer.scale * this.viewer.camera.zoom, "b-mark b-target"), ring(middle, 2, "b-mark")];
   }
 
   lines() {
@@ -485,4 +582,9 @@ function made(name, attributes, text = null) {
 const ring = ([cx, cy], r, kind) => made("circle", { cx, cy, r, class: kind });
 const stroke = (points, kind) => made("path", { d: points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join(""), class: kind });
 const box = ([x, y], r, kind) => made("rect", { x: x - r, y: y - r, width: 2 * r, height: 2 * r, class: kind });
+const handle = (at, text) => {
+  const found = box(at, 5, "b-mark b-handle");
+  found.append(made("title", {}, text));
+  return found;
+};
 const words = ([x, y], text, kind = "b-new-words") => made("text", { x: x + 12, y: y - 10, class: kind }, text);

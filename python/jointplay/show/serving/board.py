@@ -152,10 +152,23 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
             "written": table.get("at"),
             "locked": name in locked,
             **{key: table[key] for key in ("teeth", "radii") if key in table},
+            "axis": _axis(table, bodies[0] if bodies else GROUND, poses, variables),
             "clearance": table.get("clearance"),
             "drive": drives.get(name),
             "fixed": fixed,
         }
+
+
+def _axis(table: Mapping[str, Any], first: str, poses: BodyPoses, variables: Variables | None) -> XY | None:
+    """The direction in the drawing along which a joint slides, of length one; None where it does not."""
+    on = table.get("on")
+    own = on.get(first) if isinstance(on, Mapping) else table
+    axis = numbers(own.get("axis"), variables) if isinstance(own, Mapping) else None
+    if table.get("type") not in ("prismatic", "pin_in_slot") or axis is None or not math.hypot(*axis):
+        return None
+    angle = poses.get(first, DRAWN)[2] if isinstance(on, Mapping) else 0.0
+    x, y = placed_at((0.0, 0.0, angle), axis)
+    return x / math.hypot(*axis), y / math.hypot(*axis)
 
 
 def sketch(joints: list[Json]) -> Json:

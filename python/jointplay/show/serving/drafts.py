@@ -123,14 +123,18 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
         if loose:
             return Draft(text, raw, missing=loose)
         m = read_at(text, path, name) if is_asked else Mechanism(whole, name)
-    except InputError:
-        if not (open_ends := [body for body in free_of(raw) if len(_joints_of(raw, body)) == 1]):
+    except InputError as error:
+        bars = {body: len(_joints_of(raw, body)) for body in free_of(raw)}
+        open_ends = [body for body, count in bars.items() if count == 1]
+        # Something speaks of a bar that is on no joint.
+        alone = [body for body, count in bars.items() if not count and body in error.key.split(".")]
+        if not (open_ends or alone):
             raise
         # What is wrong otherwise is said when the bar has its pin.
         validate(written_out(dict(whole), name).data, name)
-        return Draft(
-            text, raw, missing=(_says(f"One end of {listed(open_ends)} is free: put a pin or the output there."),)
-        )
+        says = f"One end of {listed(open_ends)} is free: put a pin or the output there."
+        says = says if open_ends else f"{listed(alone)} has no joint yet: join it to the rest."
+        return Draft(text, raw, missing=(_says(says),))
     missing = [*_motions(m)]
     if not is_asked:
         missing.append(_says("There is no output yet: which point matters?", tool="output"))
@@ -148,7 +152,7 @@ def _checked(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 
 def _joints_of(raw: Mapping[str, Any], body: str) -> list[str]:
-    return [name for name, table in raw["joints"].items() if body in bodies_of(table)]
+    return [name for name, table in raw.get("joints", {}).items() if body in bodies_of(table)]
 
 
 def has_output(raw: Mapping[str, Any]) -> bool:

@@ -16,7 +16,7 @@ from .board import GROUND, XY, BodyPose, Json, bodies_of, free_of, locked_in, nu
 from .hand import Edit, Hand, number_in, number_of, point_of, tidy
 from .keeping import keep_lengths
 from .removing import delete
-from .tying import case, dimension, duplicate, gear, lock, meshed, spring, teeth, weld
+from .tying import case, circle, dimension, duplicate, gear, line, lock, meshed, spring, teeth, weld
 
 #: what a drive turns through to both sides of where it is drawn, in degrees, and how many configurations it has
 REACH, COUNT = 20.0, 9
@@ -218,7 +218,7 @@ GESTURES: Mapping[str, Callable[[Hand, Json], None]] = {
     one.__name__: one
     for one in (
         *(bar, ground, point, slider, slot, drive, output, load, move, length, delete),
-        *(weld, gear, teeth, spring, dimension, lock, duplicate, case),
+        *(weld, gear, teeth, spring, dimension, lock, duplicate, case, line, circle),
     )
 }
 

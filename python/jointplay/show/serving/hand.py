@@ -15,6 +15,7 @@ from jointplay.errors import InputError, not_known, shown
 from jointplay.file.schema import NotAnExpression
 from jointplay.file.schema.keys import Steps, assign
 from jointplay.file.schema.values import is_number
+from jointplay.model.patterns import written_out
 
 from .board import (
     DRAWN,
@@ -84,6 +85,17 @@ class Hand:
         else:
             assign(self.raw, steps, copy.deepcopy(value))
 
+    def take(self, steps: Steps) -> None:
+        """Take a value away, and the tables that nothing else is in."""
+        while len(steps) > 1:
+            above: Any = self.raw
+            for step in steps[:-1]:
+                above = above[step]
+            if len(above) > 1:
+                break
+            steps = steps[:-1]
+        self.put(steps, None)
+
     @property
     def joints(self) -> dict[str, Any]:
         """The joints that the file itself has."""
@@ -107,6 +119,15 @@ class Hand:
         """All bodies but the ground."""
         every = [body for table in self.joints.values() for body in bodies_of(table)]
         return [body for body in dict.fromkeys((*every, *free_of(self.raw))) if body != GROUND]
+
+    def require_own(self, body: str) -> None:
+        """Refuse to take away, or to call otherwise, a body that copies of a pattern have."""
+        try:
+            every = written_out(self.raw, "").data.get("joints", {})
+        except InputError:
+            return
+        if any(body in bodies_of(table) for name, table in every.items() if name not in self.joints):
+            raise InputError(f"'{body}' is in a pattern; change it in the text")
 
     def new(self, stem: str, taken: Any) -> str:
         """A name that nothing has."""
@@ -193,7 +214,8 @@ class Hand:
         for steps, value in self.named(old):
             if value == old:
                 self.put(steps, new)
-        for steps in [("limits", "joints"), *(("drives", name, "joints") for name in self.raw.get("drives", {}))]:
+        ranges = [("limits", "joints"), ("limits", "reactions"), ("design", "transmission")]
+        for steps in [*ranges, *(("drives", name, "joints") for name in self.raw.get("drives", {}))]:
             here: Any = self.raw
             for step in steps:
                 here = here.get(step, {}) if isinstance(here, Mapping) else {}

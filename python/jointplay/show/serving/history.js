@@ -1,7 +1,17 @@
 // What has been done, state by state. A state is the text of the file and what sliders have changed of it, so that comments come
-// back with it. What is not saved is kept in the browser under the name of the file, for a page that was closed.
+// back with it. What is not saved is kept in the browser under the name of the file and of the page, for a page that was closed: two
+// pages of one file keep theirs beside each other.
 
 const KEY = "jointplay.unsaved ";
+/** A page holds a lock of its name as long as it is open. */
+const LOCK = "jointplay.page ";
+const PAGE = `${Date.now().toString(36)}${Math.random().toString(36).slice(2)}`;
+// How often, and after how many milliseconds, it is asked again whether a page is open: the one before this in a window ends late.
+const ASKED = 4, BETWEEN = 100;
+
+navigator.locks?.request(LOCK + PAGE, () => new Promise(() => {}));
+
+const keyOf = (name, page = PAGE) => `${KEY}${name} ${page}`;
 
 const same = (a, b) => a.text === b.text && JSON.stringify(a.values) === JSON.stringify(b.values);
 
@@ -37,39 +47,70 @@ export class History {
 
   /** What is shown now stands in the file. */
   save(name, state) {
-    forget(this.name);
+    this.lose();
     this.name = name;
     this.saved = state;
     this.keep();
   }
 
+  /** Gives up what this page has kept. */
+  lose() {
+    forget(keyOf(this.name));
+  }
+
   keep() {
-    if (this.isSaved) forget(this.name);
-    else put(this.name, { ...this.now, picture: undefined, when: Date.now() });
+    if (this.isSaved) this.lose();
+    else put(keyOf(this.name), { ...this.now, picture: undefined, when: Date.now() });
     this.changed();
   }
 }
 
-function put(name, state) {
+function put(key, state) {
   try {
-    localStorage.setItem(KEY + name, JSON.stringify(state));
+    localStorage.setItem(key, JSON.stringify(state));
   } catch {
     // Where the browser keeps nothing, the question before a page is closed is left.
   }
 }
 
-/** What was not saved of a file when its page was closed; null where there is nothing. */
-export function unsaved(name) {
-  try {
-    return JSON.parse(localStorage.getItem(KEY + name));
-  } catch {
-    return null;
+/** The pages that are open. */
+async function pages() {
+  const { held = [] } = (await navigator.locks?.query()) ?? {};
+  return held.filter(({ name }) => name.startsWith(LOCK)).map(({ name }) => name.slice(LOCK.length));
+}
+
+/** What pages of a file that are closed have not saved, the newest first, each with its key. */
+export async function unsaved(name) {
+  for (let asked = 1; ; asked++) {
+    const found = keptOf(name);
+    const open = found.length ? await pages() : [];
+    const closed = found.filter(({ page }) => !open.includes(page));
+    if (closed.length === found.length || asked === ASKED) return closed.sort((a, b) => b.when - a.when);
+    await new Promise((resolve) => setTimeout(resolve, BETWEEN));
   }
 }
 
-export function forget(name) {
+function keptOf(name) {
+  const begins = keyOf(name, "");
+  const read = (key) => {
+    try {
+      return { ...JSON.parse(localStorage.getItem(key)), key, page: key.slice(begins.length) };
+    } catch {
+      return {};
+    }
+  };
   try {
-    localStorage.removeItem(KEY + name);
+    const found = Object.keys(localStorage).filter((key) => key.startsWith(begins)).map(read);
+    // The name of another file may begin with this one.
+    return found.filter(({ page, text }) => text !== undefined && page !== PAGE && !page.includes(" "));
+  } catch {
+    return [];
+  }
+}
+
+export function forget(key) {
+  try {
+    localStorage.removeItem(key);
   } catch {
     // Nothing is kept there.
   }

@@ -35,17 +35,31 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
     known = [*raw.get(KINDS[kind], {})] if KINDS[kind] else [*hand.bodies(), GROUND]
     if old not in known or old == GROUND:
         raise InputError(not_known(old, f"a {kind} of this file that can be renamed", known))
+    if kind == "body":
+        hand.require_own(old)
     if new in known or not re.match(NAME, new):
         problem = "is taken" if new in known else "is not a name: no blanks and none of . / * = [ ] or quotes"
         raise InputError(f"{shown(new)} {problem}")
     is_key, is_value = PLACES[kind]
     # Where a joint has the name, too, it is the joint's.
-    is_source = kind == "joint" or (kind in ("drive", "dimension") and old not in hand.joints)
+    is_first = kind == "joint" or (kind in ("drive", "dimension") and old not in hand.joints)
+
+    def reference(text: str, *, is_own: bool, is_joint: bool) -> str:
+        """A name, or that of a joint as one of several on its pin, such as J1/rod."""
+        if is_own and text == old:
+            return new
+        joint, slash, body = text.partition("/")
+        if kind == "joint" and is_own and joint == old:
+            return new + slash + body
+        return f"{joint}/{new}" if kind == "body" and is_joint and slash and body == old else text
 
     def source(text: str) -> str:
-        """The name of a source, which begins with that of its joint, drive or dimension."""
-        begins = is_source and (text == old or text.startswith((f"{old}.", f"{old}/")))
-        return new + text[len(old) :] if begins else text
+        """The name of a source: that of its joint, drive or dimension, then of a body or a joint that it is of."""
+        first, *rest = re.split(r"([./])", text)
+        if is_first and first == old:
+            return new + text[len(first) :]
+        follows = (kind == "body" and first in hand.joints) or (kind == "joint" and first in raw.get("drives", {}))
+        return first + "".join(new if part == old else part for part in rest) if follows else text
 
     def key_of(key: str, path: Steps) -> str:
         if path == ("costs",):
@@ -54,7 +68,7 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
             # Each is the way to a value of the file.
             steps = key.split(".")
             return ".".join(new if step == old and is_key((*steps[:k],)) else step for k, step in enumerate(steps))
-        return new if key == old and is_key(path) else key
+        return reference(key, is_own=is_key(path), is_joint=_joint_key(path))
 
     def walked(value: Any, path: Steps) -> Any:
         if isinstance(value, Mapping):
@@ -66,7 +80,9 @@ def renamed(raw: Mapping[str, Any], kind: str, old: str, new: str) -> dict[str, 
             return source(value)
         if kind == "drive" and path[-2:] == ("function", "value") and isinstance(value, str):
             return re.sub(rf"\b{re.escape(old)}\b", new, value)
-        return new if value == old and is_value(path) else value
+        if not isinstance(value, str):
+            return value
+        return reference(value, is_own=is_value(path), is_joint=_joint_value(path))
 
     found: dict[str, Any] = walked(raw, ())
     return found
@@ -77,7 +93,7 @@ def _words(path: Steps) -> list[str]:
 
 
 def _joint_key(path: Steps) -> bool:
-    return path in (("joints",), ("limits", "joints"), ("design", "transmission")) or (
+    return path in (("joints",), ("limits", "joints"), ("limits", "reactions"), ("design", "transmission")) or (
         path[:1] == ("drives",) and path[2:] in (("joints",), ("backlash",))
     )
 
@@ -85,6 +101,7 @@ def _joint_key(path: Steps) -> bool:
 def _joint_value(path: Steps) -> bool:
     return bool(_words(path)) and (
         _words(path)[-1] in ("joint", "joints", "follows", "at", "between", "locked")
+        or (_words(path)[-1] == "of" and "target" in path)
         or "between" in path
         or path[-2:-1] == ("joints",)
         or (path[:1] == ("springs",) and "on" in path[:-1])

@@ -12,15 +12,22 @@ from jointplay.file.schema.keys import Steps
 from .board import GROUND, XY, Json, bodies_of, free_of, locked_in, numbers, place_on, seen_from
 from .hand import COORDINATES, Hand, is_of
 
+#: where limits and ranges of joints and drives stand, by their names
+RANGES: Mapping[str, tuple[Steps, ...]] = {
+    "joints": (("limits", "joints"), ("limits", "reactions"), ("design", "transmission")),
+    "drives": (("limits", "drives"), ("limits", "drive_torques"), ("grid",)),
+}
+
 
 def delete(hand: Hand, told: Json) -> None:
-    """Take a joint, a body, a free point, a drive, a load, a spring, a dimension or the output away."""
+    """Take a joint, a body, a free point, a drive, a load, a spring, a dimension, the output or its target away."""
     what = dict(told["what"])
     if "joint" in what:
         _without_joint(hand, str(what["joint"]), kept=bodies_of(hand.joint(what["joint"])))
     elif "index" in what:
         hand.where(what)
         hand.used(what)
+        _forget(hand, str(what["body"]))
     elif "body" in what:
         _without_body(hand, str(what["body"]))
     elif "drive" in what:
@@ -33,6 +40,8 @@ def delete(hand: Hand, told: Json) -> None:
         drop(hand, "dimensions", str(what["dimension"]))
     elif "output" in what:
         hand.put(("output",), None)
+    elif "target" in what and "target" in hand.raw:
+        hand.put(("target",), None)
     else:
         raise InputError("there is nothing that could be deleted")
 
@@ -50,6 +59,7 @@ def _without_joint(hand: Hand, name: str, kept: list[str]) -> None:
         if others and place is not None:
             own = numbers(place_on(table, body), hand.variables) or seen_from(hand.pose(body), place)
             hand.free(body, [*free_of(hand.raw).get(body, []), own])
+        _forget(hand, body)
     _without_coordinate(hand, name)
     drop_where(hand, "springs", lambda own: name in own.get("on", {}).values())
     drop_where(hand, "dimensions", lambda own: name in own.get("between", ()))
@@ -69,9 +79,13 @@ def _without_coordinate(hand: Hand, name: str) -> None:
 
 
 def _without_range(hand: Hand, section: str, name: str) -> None:
-    """The range of a joint or a drive goes with it."""
-    if name in hand.raw.get("limits", {}).get(section, {}):
-        hand.put(("limits", section, name), None)
+    """The ranges and limits of a joint or a drive go with it."""
+    for steps in RANGES.get(section, ()):
+        here: Any = hand.raw
+        for step in steps:
+            here = here.get(step, {}) if isinstance(here, Mapping) else {}
+        for key in [key for key in here if is_of(key, name)] if isinstance(here, Mapping) else []:
+            hand.take((*steps, key))
 
 
 def _at_places(hand: Hand, name: str, place: XY | None) -> None:
@@ -104,6 +118,7 @@ def _cases(hand: Hand) -> dict[str, list[Mapping[str, Any]]]:
 def _without_body(hand: Hand, body: str) -> None:
     if body not in hand.bodies():
         raise InputError(not_known(body, "a body", hand.bodies()))
+    hand.require_own(body)
     for name, table in hand.joints.items():
         bodies = bodies_of(table)
         if body not in bodies:
@@ -118,10 +133,18 @@ def _without_body(hand: Hand, body: str) -> None:
         else:
             _without_joint(hand, name, kept=[one for one in bodies if one != body])
     hand.free(body, [])
+    _forget(hand, body)
+
+
+def _forget(hand: Hand, body: str) -> None:
+    """What speaks of a body goes with it, where it has no joint and no point any more."""
+    if body in hand.bodies():
+        return
     for section in ("start", "bodies", "links"):
         if body in hand.raw.get(section, {}):
             hand.put((section, body), None)
-    drop_where(hand, "dimensions", lambda own: own.get("body") == body)
+    for section in ("dimensions", "links"):
+        drop_where(hand, section, lambda own: own.get("body") == body)
     drop_where(hand, "outputs", lambda own: own.get("body") == body)
     drop_where(hand, "springs", lambda own: body in own.get("on", {}))
     for case, loads in _cases(hand).items():

@@ -8,6 +8,7 @@ the same headers.
 
 from __future__ import annotations
 
+import base64
 import hmac
 import io
 import json
@@ -29,7 +30,7 @@ from typing import Any
 
 from jointplay import examples
 from jointplay.basics.units import LENGTHS
-from jointplay.errors import InputError, JointplayError, one_line, shown
+from jointplay.errors import InputError, JointplayError, not_known, one_line, shown
 from jointplay.exchange.drafting import to_dxf
 from jointplay.exchange.reading import read
 from jointplay.file import document, toml
@@ -39,7 +40,7 @@ from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import PageLook
 from jointplay.show.reporting.page import page as report
 
-from . import drafts, gestures, naming
+from . import drafts, gestures, leaving, naming
 from .answers import STAGES, now, opened, settled
 from .board import BodyPose, Json, outlines
 from .door import HOST, PIECE, Connection, Door
@@ -64,6 +65,8 @@ MOST_PAGES = 64
 VERSIONS = ("HTTP/1.0", "HTTP/1.1")
 #: what is said with a refusal
 REFUSED = {403: "refused: open the address that `jointplay studio` printed"}
+#: kinds of animations, and what browsers call them
+MOVING = {".gif": "image/gif", ".html": "text/html", ".mp4": "video/mp4"}
 HTML, CSS, JS, JSON = "text/html", "text/css", "text/javascript", "application/json"
 
 
@@ -103,6 +106,10 @@ class Studio:
         self._pages: OrderedDict[str, tuple[Draft, Opened]] = OrderedDict()
         #: states that pages have left, which they may ask about once more
         self._replaced: deque[str] = deque(maxlen=MOST_PAGES)
+        #: frames of animations that are being made, done and all of them, and those that are given up
+        self._frames: dict[str, tuple[int, int]] = {}
+        self._stopped: deque[str] = deque(maxlen=MOST_PAGES)
+        self._animating = threading.Lock()
         self.answers: dict[str, Callable[[Json], Json]] = {
             "choices": self.choices,
             "open": self.open,
@@ -116,6 +123,8 @@ class Studio:
             "page": self.page,
             "picture": self.picture,
             "dxf": self.dxf,
+            "animation": self.animation,
+            "frames": self.frames,
         }
 
     def choices(self, _told: Json) -> Json:
@@ -188,6 +197,9 @@ class Studio:
             more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
             text = _edited(text, more)
         after = self._read(text, found)
+        if "text" not in told:
+            after, gone = self._left(after, draft, found)
+            notes += gone
         # What is taken away, and what is tried while something is wrong already, may be steps to something valid.
         is_whole = "rename" in told or told.get("gesture", "delete") != "delete"
         if is_whole and draft.problem is None and after.problem is not None:
@@ -197,6 +209,19 @@ class Studio:
             self._pages.pop(str(told["page"]), None)
             self._replaced.append(str(told["page"]))
         return {**shown, "notes": notes}
+
+    def _left(self, after: Draft, before: Draft, found: Opened) -> tuple[Draft, list[str]]:
+        """What is left of a text when what spoke of things that are gone has gone with them, and what that was."""
+        text, notes = leaving.without_sources(after.text, before.raw)
+        after = self._read(text, found) if notes or text != after.text else after
+        for _ in range(leaving.MOST):
+            if after.problem is None or (before.problem and before.problem["key"] == after.problem["key"]):
+                break
+            text, more = leaving.without_refused(after.text, after.problem["key"], before.raw)
+            if not more:
+                break
+            after, notes = self._read(text, found), [*notes, *more]
+        return after, notes
 
     def fits(self, told: Json) -> Json:
         """The preferred fits of a diameter, with their least and largest play, in units of the file."""
@@ -275,6 +300,42 @@ class Studio:
         session, (draft, found) = self._session(told), self._page(told)
         m = session.changed(PageQuestion.of(told).values)
         return {"html": mailed(m, self._text(draft, found, told))}
+
+    def animation(self, told: Json) -> Json:
+        """The mechanism in motion with the values of the sliders, as a file of one of the kinds of `animate`."""
+        session, asked = self._session(told), PageQuestion.of(told)
+        kind, number = str(told.get("kind")), str(told.get("number"))
+        if kind not in MOVING:
+            raise InputError(not_known(kind, "a kind of animation", MOVING), key="kind")
+        m = session.mechanism(asked)
+
+        def progress(done: int, count: int) -> None:
+            self._frames[number] = done, count
+            if number in self._stopped:
+                raise Cancelled
+
+        # One after the other: they need all of the machine.
+        with self._animating, tempfile.TemporaryDirectory() as folder:
+            from jointplay.plot.animation import animate
+
+            place = Path(folder) / f"animation{kind}"
+            try:
+                animate(m, place, progress=progress)
+                content = place.read_bytes()
+            except InputError as problem:
+                # The place is ours.
+                raise InputError(problem.problem, key=problem.key) from None
+            finally:
+                self._frames.pop(number, None)
+        return {"kind": MOVING[kind], "content": base64.b64encode(content).decode()}
+
+    def frames(self, told: Json) -> Json:
+        """How far an animation is; it ends if the page gives it up."""
+        number = str(told.get("number"))
+        if told.get("stop"):
+            self._stopped.append(number)
+        done, count = self._frames.get(number, (0, 0))
+        return {"done": done, "count": count}
 
     def dxf(self, told: Json) -> Json:
         """The drawing for a CAD program, in the configuration that is nearest to what the page shows."""

@@ -5,7 +5,7 @@
 import { view } from "./viewer.js";
 import { Board, TOOLS } from "./board.js";
 import { bars, chart, short } from "./charts.js";
-import { exported } from "./export.js";
+import { animated, exported } from "./export.js";
 import { History, forget, unsaved } from "./history.js";
 import { Inspector } from "./inspector.js";
 import { parsed } from "./numbers.js";
@@ -137,10 +137,12 @@ function show(found, mine) {
     if (!found.exact && shown.path[question]?.exact) continue;
     shown.path[question] = { ...answer, exact: found.exact || !open.questions[question].is_rough, samples: found.samples };
   }
+  if (found.forces) shown.path.of_forces = found.forces;
   stale(false);
   document.body.classList.toggle("unplaced", Boolean(found.problem));
   if (found.scene) {
     poses = found.poses ?? poses;
+    board.now = mine.drives;
     viewer.update(found.scene);
     board.mark();
   }
@@ -173,10 +175,32 @@ function sentence({ text, alarm, state }) {
   return line;
 }
 
+/** What is said of the limits of forces; nothing where the file has none. They are found when the sliders rest. */
+function forces() {
+  if (!open.forces) return [];
+  const found = shown.path.of_forces ?? { outcome: "not shown", brief: "…", sentences: [], tables: [] };
+  return [{ rests: shown.path.of_forces ? "for forces" : "for forces, which are found when the sliders rest", ...found }];
+}
+
+/** A table of forces, with what misses its limit marked. */
+function tableOf({ title, columns }) {
+  const table = element("table", { className: "forces" });
+  element("caption", { textContent: title }, table);
+  const row = (parent, kind, words) => {
+    const line = element("tr", {}, parent);
+    words.forEach(([text, isAlarm], k) => element(k ? kind : "th", { textContent: text, className: isAlarm ? "missed" : "" }, line));
+  };
+  row(table.createTHead(), "th", columns.map(({ head }) => [head]));
+  const body = table.createTBody();
+  columns[0].cells.forEach((_, k) => row(body, "td", columns.map(({ cells, alarms }) => [cells[k], alarms.includes(k)])));
+  return table;
+}
+
 /** The verdict over all questions along the path, the worst outcome first; it says what it rests on. */
 function whole(questions) {
   const words = { missed: "✗ Limits missed: ", "not shown": "? Not shown: ", held: "✓ Limits hold " };
-  const groups = Object.keys(words).map((state) => [state, questions.map((name) => shown.path[name]).filter((own) => own.outcome === state)]).filter(([, found]) => found.length);
+  const every = [...questions.map((name) => shown.path[name]), ...forces()];
+  const groups = Object.keys(words).map((state) => [state, every.filter((own) => own.outcome === state)]).filter(([, found]) => found.length);
   if (!groups.length) return [];
   const text = groups.map(([state, found], k) => (k ? `${state}: ` : words[state]) + found.map((own) => own.rests).join(", ")).join("; ");
   return [sentence({ text: `${text}.`, state: groups[0][0] })];
@@ -227,7 +251,8 @@ function along() {
     const head = element("p", { className: `key ${question}`, textContent: `${open.questions[question].words} (${wordOf(question, own)})` });
     return [head, ...own.sentences.slice(0, 3).map(sentence)];
   });
-  at("verdict").replaceChildren(...whole(questions), ...words);
+  const ofForces = forces().flatMap(({ sentences, tables }) => [element("p", { className: "key", textContent: "forces in the worst case" }), ...sentences.map(sentence), ...tables.map(tableOf)]);
+  at("verdict").replaceChildren(...whole(questions), ...words, ...ofForces);
   line();
 }
 
@@ -245,6 +270,12 @@ function line() {
     });
     return part;
   });
+  for (const { outcome, brief } of hasAnswers() || open.problem ? forces() : []) {
+    const part = element("button", { type: "button", className: (outcome || "no-limit").replace(" ", "-"), textContent: `${words[outcome] ?? ""} forces: ${brief}` });
+    part.dataset.question = "forces";
+    part.addEventListener("click", () => at("verdict").lastElementChild?.scrollIntoView({ behavior: "smooth", block: "nearest" }));
+    parts.push(part);
+  }
   const missing = open.problem ? [open.problem.text] : (open.board?.missing ?? []).slice(0, 1).map(({ text }) => text);
   const rest = open.problem || !hasAnswers() ? missing.map((text) => element("span", { className: "alarm", textContent: text })) : [];
   at("line").replaceChildren(...rest, ...(open.problem || hasAnswers() ? parts : []));
@@ -377,10 +408,12 @@ function done() {
 
 /** The text with what sliders have changed of it, where it is shown. */
 async function shownText() {
-  if (!at("file").open || document.activeElement === at("text")) return;
+  const isTyping = () => document.activeElement === at("text");
+  if (!at("file").open || isTyping()) return;
   const { page } = asked;
   const found = open.problem ? { text: open.text } : await trying(() => post("text", asked));
-  if (found && page === asked.page) at("text").value = found.text;
+  // What somebody has begun to type meanwhile is left.
+  if (found && page === asked.page && !isTyping()) at("text").value = found.text;
 }
 
 // ---- the board --------------------------------------------------------------------------------------------------------------------
@@ -626,6 +659,7 @@ function drawn(like) {
   if (like && like.scene.axes === viewer.scene.axes) viewer.like(like);
   const ends = open.along?.filter((row) => row.every((v) => v !== null)) ?? [];
   const rows = open.along ? open.scene.places.filter((_, k) => open.along[k].every((v) => v !== null)) : [];
+  Object.assign(board, { driven: (open.drives ?? []).map(({ name }) => name), now: open.begin ?? [] });
   board.on(viewer, open.board, ends.length > 1 ? rows : []);
   variants.shown();
 }
@@ -675,7 +709,7 @@ async function mayLeave() {
   dialog.showModal();
   await new Promise((resolve) => dialog.addEventListener("close", resolve, { once: true }));
   if (dialog.returnValue === "save") return save();
-  if (dialog.returnValue === "lose") forget(history.name);
+  if (dialog.returnValue === "lose") history.lose();
   return dialog.returnValue === "lose";
 }
 for (const button of at("ask").querySelectorAll("button")) button.addEventListener("click", () => at("ask").close(button.value));
@@ -709,18 +743,27 @@ async function begin(what) {
     if (mine !== openings) return;
     if (found?.scene) viewer.magnify(found.scene.factor);
   }
-  offerLeft(unsaved(history.name));
+  const left = await unsaved(history.name);
+  if (mine === openings) offerLeft(left);
 }
 
-/** What was not saved when a page of this file was closed; it stands there until it is taken or thrown away. */
-function offerLeft(left) {
+/** What was not saved when pages of this file were closed; it stands there until it is taken or thrown away. */
+function offerLeft(every) {
   document.getElementById("left")?.remove();
-  if (left?.text === undefined) return;
-  const place = element("p", { id: "left", textContent: `Changes of ${new Date(left.when).toLocaleString()} were not saved. ` });
+  const place = element("div", { id: "left" });
   at("note").after(place);
-  const add = (text, run) => element("button", { type: "button", textContent: text }, place).addEventListener("click", () => (place.remove(), run()));
-  add("take them", () => go({ text: left.text, values: left.values ?? {}, offsets: left.offsets ?? {} }, true));
-  add("throw them away", () => history.isSaved && forget(history.name));
+  for (const { key, text, values = {}, offsets = {}, when } of every) {
+    const row = element("p", { textContent: `Changes of ${new Date(when).toLocaleString()} were not saved. ` }, place);
+    const add = (words, run) =>
+      element("button", { type: "button", textContent: words }, row).addEventListener("click", async () => {
+        if (!(await run())) return;
+        row.remove();
+        forget(key);
+      });
+    // What the server could not show is kept.
+    add("take them", () => go({ text, values, offsets }, true).then(() => history.now.text === text));
+    add("throw them away", () => true);
+  }
 }
 
 let coloured = 0;
@@ -874,6 +917,23 @@ at("mail").addEventListener("click", () =>
   }),
 );
 at("dxf").addEventListener("click", () => trying(async () => download(`${stem()}.dxf`, "application/dxf", (await post("dxf", asked)).dxf)));
+at("animation").addEventListener("input", () => {
+  const kind = at("animation").value;
+  at("animation").selectedIndex = 0;
+  if (!kind || !open) return;
+  trying(async () => {
+    if (!hasAnswers()) throw new Error("The mechanism is not complete yet: nothing moves.");
+    said("the animation is being made …");
+    at("animation").disabled = true;
+    try {
+      const found = await animated(post, { ...asked, kind }, said, at("stop"));
+      if (found) download(`${stem()}${kind}`, found.type, found);
+      said(found ? "the animation is saved where the browser saves files" : "the animation was stopped");
+    } finally {
+      at("animation").disabled = false;
+    }
+  });
+});
 for (const kind of ["svg", "png"]) at(kind).addEventListener("click", () => trying(async () => download(`${stem()}.${kind}`, "", await exported(viewer.svg, kind))));
 at("typed").addEventListener("keydown", (event) => {
   if (event.key !== "Enter") return;

@@ -212,3 +212,29 @@ def case(hand: Hand, told: Json) -> None:
         return drop(hand, "load_cases", before)
     steps = ("load_cases", before) if before else ("loads",)
     return hand.put((*steps, index) if len(loads) > 1 else steps, None)
+
+
+def line(hand: Hand, told: Json) -> None:
+    """The straight line on which the output ought to be, through two places."""
+    places = [hand.where(dict(told[key])) for key in ("from", "to")]
+    if math.dist(*places) < 1e-9:
+        raise InputError("both points of the line are at one place")
+    through, to = ([tidy(v) for v in place] for place in places)
+    _aim(hand, {"line": {"through": through, "to": to}})
+
+
+def circle(hand: Hand, told: Json) -> None:
+    """The circle on which the output ought to be, about a place and through another one."""
+    centre, place = (hand.where(dict(told[key])) for key in ("from", "to"))
+    radius = tidy(math.dist(centre, place))
+    if radius <= 0.0:
+        raise InputError("the circle has no radius; its second point is away from its centre")
+    _aim(hand, {"circle": {"centre": [tidy(v) for v in centre], "radius": radius}})
+
+
+def _aim(hand: Hand, target: Json) -> None:
+    """Another target, with the tolerance of the one before."""
+    if hand.raw.get("outputs"):
+        raise InputError("the file has several outputs; write the target of one of them in the text")
+    before = hand.raw.get("target", {})
+    hand.put(("target",), {**target, **({"tolerance": before["tolerance"]} if "tolerance" in before else {})})

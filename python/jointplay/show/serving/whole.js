@@ -18,6 +18,7 @@ export function whole(inspector) {
   for (const [name, spring] of Object.entries(board.springs)) sprung(inspector, name, spring);
   for (const [name, own] of Object.entries(board.dimensions)) measured(inspector, name, own);
   variables(inspector);
+  if (board.target) wanted(inspector);
   if (board.output?.body) {
     const box = element("p", { textContent: `Output: ${board.output.body} at ${[board.output.at ?? [0, 0]].flat().join(", ")} ` }, inspector.place);
     inspector.button("delete", () => inspector.told({ gesture: "delete", what: { output: true } }), box);
@@ -106,6 +107,20 @@ function measured(inspector, name, own) {
   law(inspector, place, steps("law"), own.law);
   value(inspector, place, steps("deviation"), "deviation", own.deviation, board.units.length);
   inspector.button("delete", () => inspector.told({ gesture: "delete", what: { dimension: name } }), place);
+}
+
+/** What the output ought to do; its places, and how far it may be from them. */
+function wanted(inspector) {
+  const { board } = inspector;
+  const { tolerance, ...kinds } = board.target;
+  const kind = Object.keys(kinds).find((key) => key !== "timed") ?? "";
+  const place = box(inspector, "target", `Target of the output: ${kind}`);
+  const steps = (...more) => ["target", kind, ...more];
+  const own = isTable(kinds[kind]) && !Array.isArray(kinds[kind]) ? kinds[kind] : {};
+  for (const key of ["through", "to", "centre"]) (Array.isArray(own[key]) ? own[key] : []).forEach((v, axis) => value(inspector, place, steps(key, axis), `${key} ${"xyz"[axis]}`, v, board.units.length, true));
+  if (own.radius !== undefined) value(inspector, place, steps("radius"), "radius", own.radius, board.units.length, true);
+  value(inspector, place, ["target", "tolerance"], "tolerance", tolerance, ["function", "dwell"].includes(kind) ? "" : board.units.length);
+  inspector.button("delete", () => inspector.told({ gesture: "delete", what: { target: true } }), place);
 }
 
 /** Names for numbers, which every field takes. */
