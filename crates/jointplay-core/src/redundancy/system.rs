@@ -80,7 +80,7 @@ impl<'m> System<'m> {
 
     /// Whether an equation asks for it.
     pub fn is_tied(element: &Element, c: &Ties) -> bool {
-        element.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
+        element.columns.iter().any(|&row| (0..c.equations.nrows()).any(|k| c.equations[(k, row)] != 0.0))
     }
 
     /// The program of the tied elements under forces; `right` is what their displacements add up to.
@@ -92,6 +92,15 @@ impl<'m> System<'m> {
         };
         let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
         Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
+    }
+
+    /// The tied elements with their coefficients in the first equation.
+    pub(crate) fn on_first_equation(
+        &self,
+        c: &Ties,
+    ) -> impl Iterator<Item = (&Kind, impl Iterator<Item = f64>)> + Clone {
+        let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
+        tied.map(|element| (&element.kind, element.columns.iter().map(|&column| c.equations[(0, column)])))
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.
