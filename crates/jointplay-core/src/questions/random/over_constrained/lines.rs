@@ -11,9 +11,11 @@ use crate::redundancy::parts::split;
 
 /// Strides between the members of a group.
 const STRIDES: usize = 3;
-/// Steps of a chain for every dimension of the section, along lines of groups or of all members.
-const STEPS_OF_GROUPS: usize = 16;
-const STEPS_OF_ALL: usize = 40;
+/// Steps of a chain, for every dimension of the section and every direction of its largest group: lines find their
+/// way through a group in steps by the square of its directions. For every dimension they are within these bounds.
+const STEPS: usize = 6;
+const LEAST: usize = 16;
+const MOST: usize = 40;
 /// All groups together span the section where this part of every direction is in them.
 const SPANS: f64 = 1e-2;
 
@@ -71,10 +73,11 @@ impl Lines {
             }
         }
         let spans = spanned.cholesky().is_some_and(|factors| factors.l_dirty().diagonal().min().powi(2) > SPANS);
-        if spans && !groups.is_empty() {
-            return Self { groups, steps: STEPS_OF_GROUPS * dimensions };
+        if !spans || groups.is_empty() {
+            groups = vec![Group::new(section, &equations, all).0];
         }
-        Self { groups: vec![Group::new(section, &equations, all).0], steps: STEPS_OF_ALL * dimensions }
+        let largest = groups.iter().map(|group| group.directions.dimensions).max().unwrap_or_default();
+        Self { groups, steps: (STEPS * largest).clamp(LEAST, MOST) * dimensions }
     }
 }
 
