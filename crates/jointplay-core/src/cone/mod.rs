@@ -25,7 +25,7 @@ mod clarabel;
 mod form;
 pub mod lanes;
 mod newton;
-mod one_equation;
+pub(crate) mod one_equation;
 pub(crate) mod optimal_face;
 pub(crate) mod scheduler;
 mod sets;

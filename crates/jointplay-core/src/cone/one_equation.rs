@@ -10,6 +10,7 @@ use crate::cone::lanes::layout::Question;
 use crate::cone::{Kind, Program};
 
 /// Where a unit of self-stress leads everything, and how far that goes in the equation.
+#[derive(Default)]
 struct Pushed {
     moved: Vec<Vec<f64>>,
     scaled: f64,
@@ -21,38 +22,57 @@ impl Program {
     /// The answer, where there is one equation and no load that the question cares for.
     #[must_use]
     pub fn on_a_line(&self, question: Question) -> Option<Answer> {
+        let [right] = self.right[..] else { return None };
         let is_free = || self.blocks.iter().all(|block| block.force.iter().all(|f| *f == 0.0));
-        match (&self.right[..], question) {
-            ([right], Question::Pose) if is_free() => Some(self.pose_on_a_line(*right)),
-            ([right], Question::Assembly) => Some(self.assembly_on_a_line(*right)),
-            _ => None,
-        }
+        let blocks = self.blocks.iter().map(|block| (&block.kind, block.row(0).iter().copied()));
+        (question == Question::Assembly || is_free()).then(|| on_a_line(right, question, blocks))
     }
+}
 
-    fn pushed(&self, side: f64) -> Pushed {
-        let mut pushed = Pushed { moved: Vec::new(), scaled: 0.0, fixed: 0.0, flexibility: 0.0 };
-        for block in &self.blocks {
-            let stress = block.stress(&[side]);
-            let (moved, reach): (Vec<f64>, _) = match &block.kind {
-                Kind::Clearance(set) => (set.face(&stress, 0.0).centre[..block.size()].to_vec(), &mut pushed.scaled),
-                Kind::Fixed(set) => (set.face(&stress, 0.0).centre[..block.size()].to_vec(), &mut pushed.fixed),
-                Kind::Spring(compliance) => {
-                    let moved = compliance.chunks_exact(block.size()).map(|row| inner(row, &stress));
-                    (moved.collect(), &mut pushed.flexibility)
-                }
-            };
-            *reach += inner(&stress, &moved);
-            pushed.moved.push(moved);
-        }
-        pushed
+/// The answer for blocks without a load, each with its coefficients in the equation.
+pub(crate) fn on_a_line<'k>(
+    right: f64,
+    question: Question,
+    blocks: impl Iterator<Item = (&'k Kind, impl Iterator<Item = f64>)> + Clone,
+) -> Answer {
+    let mut pushed = Pushed::default();
+    let mut stress = Vec::new();
+    for (kind, row) in blocks.clone() {
+        stress.clear();
+        stress.extend(row.map(|a| a * right.signum()));
+        let (moved, reach): (Vec<f64>, _) = match kind {
+            Kind::Clearance(set) => (set.face(&stress, 0.0).centre[..stress.len()].to_vec(), &mut pushed.scaled),
+            Kind::Fixed(set) => (set.face(&stress, 0.0).centre[..stress.len()].to_vec(), &mut pushed.fixed),
+            Kind::Spring(compliance) => {
+                let moved = compliance.chunks_exact(stress.len()).map(|row| inner(row, &stress));
+                (moved.collect(), &mut pushed.flexibility)
+            }
+        };
+        *reach += inner(&stress, &moved);
+        pushed.moved.push(moved);
     }
+    let kinds = blocks.map(|(kind, _)| kind);
+    match question {
+        Question::Pose => pushed.pose(right, kinds),
+        Question::Assembly => pushed.assembly(right, kinds),
+    }
+}
 
-    /// Blocks moved as far as a self-stress of one leads them times a size for each kind.
-    fn answer_on_a_line(&self, pushed: &Pushed, size: impl Fn(&Kind) -> f64, multiplier: f64) -> Answer {
-        let blocks = self.blocks.iter().zip(&pushed.moved);
+impl Pushed {
+    /// Everything moved as far as a self-stress of one leads it times a size for each kind.
+    fn answer<'k>(
+        mut self,
+        kinds: impl Iterator<Item = &'k Kind>,
+        size: impl Fn(&Kind) -> f64,
+        multiplier: f64,
+    ) -> Answer {
+        for (kind, moved) in kinds.zip(&mut self.moved) {
+            let size = size(kind);
+            moved.iter_mut().for_each(|d| *d *= size);
+        }
         Answer {
             outcome: if multiplier.is_finite() { Outcome::Solved } else { Outcome::Infeasible },
-            displacements: blocks.map(|(block, moved)| moved.iter().map(|d| size(&block.kind) * d).collect()).collect(),
+            displacements: self.moved,
             multipliers: vec![multiplier],
             factor: 1.0,
             value: 0.0,
@@ -63,31 +83,29 @@ impl Program {
         }
     }
 
-    fn pose_on_a_line(&self, right: f64) -> Answer {
-        let pushed = self.pushed(right.signum());
-        let reach = pushed.scaled + pushed.fixed;
+    fn pose<'k>(self, right: f64, kinds: impl Iterator<Item = &'k Kind>) -> Answer {
+        let reach = self.scaled + self.fixed;
         let left = right.abs() - reach;
         let within = if reach > 0.0 { (right.abs() / reach).min(1.0) } else { 0.0 };
-        let force = if left > 0.0 { left / pushed.flexibility } else { 0.0 };
+        let force = if left > 0.0 { left / self.flexibility } else { 0.0 };
         let size = |kind: &Kind| if matches!(kind, Kind::Spring(_)) { force } else { within };
         let value = if force > 0.0 { 0.5 * force * left } else { 0.0 };
-        let answer = self.answer_on_a_line(&pushed, size, right.signum() * force);
+        let answer = self.answer(kinds, size, right.signum() * force);
         Answer { value, dual_value: value, unit: value, ..answer }
     }
 
-    fn assembly_on_a_line(&self, right: f64) -> Answer {
-        let pushed = self.pushed(right.signum());
-        let left = right.abs() - pushed.fixed;
-        let within = if pushed.fixed > 0.0 { (right.abs() / pushed.fixed).min(1.0) } else { 0.0 };
-        let factor = if left > 0.0 { left / pushed.scaled } else { 0.0 };
+    fn assembly<'k>(self, right: f64, kinds: impl Iterator<Item = &'k Kind>) -> Answer {
+        let left = right.abs() - self.fixed;
+        let within = if self.fixed > 0.0 { (right.abs() / self.fixed).min(1.0) } else { 0.0 };
+        let factor = if left > 0.0 { left / self.scaled } else { 0.0 };
         let size = |kind: &Kind| match kind {
             Kind::Clearance(_) => factor,
             Kind::Fixed(_) => within,
             Kind::Spring(_) => 0.0,
         };
         // The self-stress that does one unit of work in the clearances.
-        let multiplier = if left > 0.0 { right.signum() / pushed.scaled } else { 0.0 };
-        let answer = self.answer_on_a_line(&pushed, size, multiplier);
+        let multiplier = if left > 0.0 { right.signum() / self.scaled } else { 0.0 };
+        let answer = self.answer(kinds, size, multiplier);
         Answer { factor, value: factor, dual_value: factor, unit: factor, ..answer }
     }
 }

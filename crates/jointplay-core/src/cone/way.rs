@@ -31,7 +31,8 @@ impl Kind {
         columns.fold(0.0, |most: f64, column| most.max(inner(column, force).abs()))
     }
 
-    /// How a displacement gives way under a force on it. An offset is free to move where the force does less along
+    /// How an offset gives way under a force on it; how what is elastic does is [`Self::compliance`] whatever the force is.
+    /// An offset is free to move where the force does less along
     /// that than the part of `largest` that the distance from the set's nearest side is of the set, or than the part
     /// `least`.
     pub(crate) fn way(&self, force: &[f64], displacement: &[f64], largest: f64, least: f64) -> Way {
@@ -39,7 +40,7 @@ impl Kind {
             Self::Clearance(set) | Self::Fixed(set) => {
                 Sides::new(set, force, displacement).way(|slack| largest * slack.max(least))
             }
-            Self::Spring(_) => Way { open: Vec::new(), firm: self.compliance() },
+            Self::Spring(_) => Way::default(),
         }
     }
 
@@ -83,8 +84,8 @@ impl Sides {
     }
 
     /// What parts of the own coordinates displace together.
-    fn column(&self, parts: &[(usize, f64)]) -> Form {
-        std::array::from_fn(|k| parts.iter().map(|(c, part)| part * self.own.columns()[*c][k]).sum())
+    fn column(&self, parts: impl Iterator<Item = (usize, f64)> + Clone) -> Form {
+        std::array::from_fn(|k| parts.clone().map(|(c, part)| part * self.own.columns()[c][k]).sum())
     }
 
     fn way(&self, negligible: impl Fn(f64) -> f64) -> Way {
@@ -95,7 +96,7 @@ impl Sides {
             match atom {
                 Atom::Interval { .. } => {
                     if force[0].abs() <= negligible(atom.slack(at)) {
-                        way.open.push(self.column(&[(first, 1.0)]));
+                        way.open.push(self.column([(first, 1.0)].into_iter()));
                     }
                 }
                 Atom::Round { size } => {
@@ -106,8 +107,8 @@ impl Sides {
                             let one = if k == i { 1.0 } else { 0.0 };
                             if open { one } else { (one - force[i] * force[k] / pushed.powi(2)) / pushed.sqrt() }
                         };
-                        let parts: Vec<(usize, f64)> = (0..size).map(|k| (first + k, across(k))).collect();
-                        if open { &mut way.open } else { &mut way.firm }.push(self.column(&parts));
+                        let parts = (0..size).map(|k| (first + k, across(k)));
+                        if open { &mut way.open } else { &mut way.firm }.push(self.column(parts));
                     }
                 }
                 Atom::Tapered { arms, tapers } => {
@@ -119,7 +120,7 @@ impl Sides {
                     for k in 0..arms {
                         let (arm, pushed) = (at[1 + k], force[1 + k]);
                         if pushed.abs() <= negligible(1.0 - arm.abs() - tapers[k] * axis) {
-                            way.open.push(self.column(&[(first + 1 + k, 1.0)]));
+                            way.open.push(self.column([(first + 1 + k, 1.0)].into_iter()));
                         } else if tapers[k] > 0.0 {
                             // It follows its side, which comes nearer the farther along the axis.
                             gain -= tapers[k] * pushed.abs();
@@ -128,7 +129,7 @@ impl Sides {
                         }
                     }
                     if gain.abs() <= negligible(nearest) {
-                        way.open.push(self.column(&parts));
+                        way.open.push(self.column(parts.iter().copied()));
                     }
                 }
             }

@@ -115,8 +115,16 @@ impl Ties {
 
     /// What displacements beside the known ones must add up to, the state being closed for others, its own.
     pub fn right(&self, own: &[f64], known: &[f64]) -> DVector<f64> {
-        let own = own.iter().zip(known).map(|(own, known)| own - known);
-        &self.misfit + &self.equations * DVector::from_iterator(known.len(), own)
+        &self.misfit + self.sum(own.iter().zip(known).map(|(own, known)| own - known))
+    }
+
+    /// What all displacements add up to.
+    pub fn sum(&self, displacements: impl Iterator<Item = f64>) -> DVector<f64> {
+        let mut sum = DVector::zeros(self.equations.nrows());
+        for (j, d) in displacements.enumerate() {
+            (0..sum.len()).for_each(|k| sum[k] += self.equations[(k, j)] * d);
+        }
+        sum
     }
 
     /// Forces on all displacements with a self-stress.

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::clearance::undecided::UNDECIDED;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::lanes::layout::Question;
+use crate::cone::one_equation::on_a_line;
 use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program};
 use crate::redundancy::balance::Balance;
@@ -81,20 +82,23 @@ impl System<'_> {
         forces: DVector<f64>,
         near: Option<&Answer>,
     ) -> Option<Balance> {
-        let program = self.program(c, right, &forces);
         let unloaded = ask.is_unloaded();
-        if unloaded && program.right.iter().all(|b| *b == 0.0) {
+        let cleaned = self.cleaned(right);
+        if unloaded && cleaned.iter().all(|b| *b == 0.0) {
             let given = self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect();
             return Some(Balance { given, forces, factor: 0.0, gap: 0.0, solved: true, answer: None });
         }
-        if program.n_equations() == 0 {
-            return Some(self.free(c, &forces));
+        match cleaned[..] {
+            [] => return Some(self.free(c, &forces)),
+            [right] if unloaded => {
+                let answer = on_a_line(right, ask.question(), self.on_first_equation(c));
+                let possible = answer.outcome != Outcome::Infeasible;
+                return possible.then(|| self.balanced(c, c.with_stress(&forces, &answer.multipliers), answer, None));
+            }
+            _ => (),
         }
-        let known = if unloaded { program.on_a_line(ask.question()) } else { None };
-        let mut answer = match known {
-            Some(answer) => answer,
-            None => rounds.solve(ask.question(), &program, near).await,
-        };
+        let program = self.program(c, right, &forces);
+        let mut answer = rounds.solve(ask.question(), &program, near).await;
         if answer.outcome == Outcome::Infeasible {
             return None;
         }

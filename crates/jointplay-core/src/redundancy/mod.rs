@@ -13,7 +13,7 @@ pub(crate) mod equilibrium;
 mod indeterminacy;
 mod observable;
 pub(crate) mod openings;
-mod parts;
+pub(crate) mod parts;
 pub(crate) mod placed;
 pub(crate) mod sequence;
 pub(crate) mod specimen_batch;

@@ -137,12 +137,14 @@ impl System<'_> {
         let ways: Vec<(&Element, Way)> = tied()
             .map(|(element, given)| (element, element.kind.way(&force(element), given, largest, least)))
             .collect();
-        let open = ways.iter().flat_map(|(element, way)| {
+        let open = ways.iter().filter(|(_, way)| !way.open.is_empty()).flat_map(|(element, way)| {
             let spread = spread(element);
             way.open.iter().map(move |l| (&*element.columns, std::array::from_fn(|k| spread[k] * l[k])))
         });
         sharing.give_way(&open.collect::<Vec<_>>(), false);
-        let firm = ways.iter().flat_map(|(element, way)| way.firm.iter().map(|l| (&*element.columns, *l)));
+        let firm = ways
+            .iter()
+            .flat_map(|(element, way)| way.firm.iter().chain(&element.deforms).map(|l| (&*element.columns, *l)));
         sharing.give_way(&firm.collect::<Vec<_>>(), false);
         sharing.least(self)
     }
@@ -178,7 +180,7 @@ impl System<'_> {
 
     fn given_way<'a>(&self, equations: &'a DMatrix<f64>, map: &DMatrix<f64>) -> Sharing<'a> {
         let mut sharing = Sharing::new(self, equations, map);
-        for columns in [|element: &Element| element.kind.compliance(), |element: &Element| element.kind.play()] {
+        for columns in [|element: &Element| element.deforms.clone(), |element: &Element| element.kind.play()] {
             let columns =
                 self.elements.iter().flat_map(|element| columns(element).into_iter().map(|l| (&*element.columns, l)));
             sharing.give_way(&columns.collect::<Vec<_>>(), false);
@@ -190,8 +192,9 @@ impl System<'_> {
     pub fn least_forces(&self, c: &Compatibility, forces: &DVector<f64>) -> DVector<f64> {
         let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
         let mut sharing = Sharing::new(self, &c.equations, &map);
-        let way =
-            |element: &Element| element.kind.play().into_iter().chain(element.kind.compliance()).collect::<Vec<Form>>();
+        let way = |element: &Element| {
+            element.kind.play().into_iter().chain(element.deforms.iter().copied()).collect::<Vec<Form>>()
+        };
         let columns = self.elements.iter().flat_map(|element| way(element).into_iter().map(|l| (&*element.columns, l)));
         sharing.give_way(&columns.collect::<Vec<_>>(), true);
         sharing.least(self).row(0).transpose()
@@ -225,7 +228,7 @@ impl System<'_> {
 }
 
 /// Orthonormal directions that the columns of a matrix span, clearly, and those at right angles to them.
-fn split(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+pub(crate) fn split(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let f = matrix.nrows();
     let mut directions = DMatrix::zeros(f, f);
     let largest = matrix.column_iter().map(|column| column.norm()).fold(0.0, f64::max);

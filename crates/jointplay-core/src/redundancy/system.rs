@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::clearance::Set;
 use crate::clearance::face::Face;
 use crate::clearance::undecided::UNDECIDED;
+use crate::cone::bodies::Form;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
 use crate::mechanism::{Mechanism, Source};
@@ -23,6 +24,15 @@ pub(crate) struct Element {
     pub columns: Vec<usize>,
     /// The source whose clearance it is.
     pub source: Option<usize>,
+    /// How it gives way where it is elastic.
+    pub deforms: Vec<Form>,
+}
+
+impl Element {
+    pub fn new(kind: Kind, columns: Vec<usize>, source: Option<usize>) -> Self {
+        let deforms = kind.compliance();
+        Self { kind, columns, source, deforms }
+    }
 }
 
 /// A mechanism with its basis and what gives way in it.
@@ -49,17 +59,17 @@ impl<'m> System<'m> {
         let mut elements: Vec<Element> = clearances
             .map(|(number, source)| (number, source, set(source)))
             .filter(|(_, _, set)| !set.is_zero())
-            .map(|(number, source, set)| Element {
-                kind: Kind::Clearance(set),
-                columns: source.range().map(|p| mechanism.place_of(p)).collect(),
-                source: Some(number),
+            .map(|(number, source, set)| {
+                let columns = source.range().map(|p| mechanism.place_of(p)).collect();
+                Element::new(Kind::Clearance(set), columns, Some(number))
             })
             .collect();
-        elements.extend(mechanism.elastic.iter().map(|e| Element {
-            kind: Kind::Spring(e.compliance.clone()),
-            columns: e.rows.clone().collect(),
-            source: None,
-        }));
+        elements.extend(
+            mechanism
+                .elastic
+                .iter()
+                .map(|e| Element::new(Kind::Spring(e.compliance.clone()), e.rows.clone().collect(), None)),
+        );
         Self { mechanism, basis, elements }
     }
 
@@ -80,7 +90,7 @@ impl<'m> System<'m> {
 
     /// Whether an equation asks for it.
     pub fn is_tied(element: &Element, c: &Ties) -> bool {
-        element.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
+        element.columns.iter().any(|&row| (0..c.equations.nrows()).any(|k| c.equations[(k, row)] != 0.0))
     }
 
     /// The program of the tied elements under forces; `right` is what their displacements add up to.
@@ -92,6 +102,15 @@ impl<'m> System<'m> {
         };
         let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
         Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
+    }
+
+    /// The tied elements with their coefficients in the first equation.
+    pub(crate) fn on_first_equation(
+        &self,
+        c: &Ties,
+    ) -> impl Iterator<Item = (&Kind, impl Iterator<Item = f64>)> + Clone {
+        let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
+        tied.map(|element| (&element.kind, element.columns.iter().map(|&column| c.equations[(0, column)])))
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.

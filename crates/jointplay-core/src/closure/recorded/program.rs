@@ -240,15 +240,16 @@ impl Bound<'_> {
     /// The multipliers, row by row of the basis.
     #[inline(always)]
     pub(crate) fn multipliers(&self, of: Borne) -> impl Iterator<Item = &Block> + Clone {
-        self.newton.statics.iter().flat_map(move |statics| {
+        let statics = self.newton.statics.as_ref();
+        let rows = statics.map_or(0..0, |statics| {
             let first = match of {
                 Borne::Load => 0,
                 Borne::Redundant(k) => 1 + k,
                 Borne::Component(k) => 1 + statics.n_redundant + k,
             };
-            let rows = first * statics.n_rows..(first + 1) * statics.n_rows;
-            rows.map(|k| statics.program.output(&self.memory, k))
-        })
+            first * statics.n_rows..(first + 1) * statics.n_rows
+        });
+        rows.filter_map(move |k| Some(statics?.program.output(&self.memory, k)))
     }
 
     /// The rows of all joints whose play does not count one there, with what it counts.

@@ -47,7 +47,7 @@ pub(crate) struct Nominal<'a> {
 impl Nominal<'_> {
     /// What displacements must add up to beside the known ones.
     pub fn right_beside(&self, known: &[f64]) -> DVector<f64> {
-        &self.right - &self.compatibility.equations * DVector::from_column_slice(known)
+        &self.right - self.compatibility.sum(known.iter().copied())
     }
 }
 

@@ -115,7 +115,7 @@ impl<'a> Linear<'a> {
         let n = m.size();
         let mut own = displacements.clone();
         let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
-        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(&displacements[..]);
+        let off = self.right - self.compatibility.sum(displacements.iter().copied());
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;
         }

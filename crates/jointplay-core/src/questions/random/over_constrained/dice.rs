@@ -14,7 +14,6 @@ const APART: u64 = 0x5851_F42D_4C95_7F2D;
 pub struct Dice {
     stream: Stream,
     uniform: (Block, usize),
-    normal: (Block, usize),
 }
 
 struct Draw<'a> {
@@ -37,7 +36,6 @@ impl Kernel for Draw<'_> {
 enum Next<'a> {
     Unit(&'a mut Stream),
     Symmetric(&'a mut Stream),
-    Normal(&'a mut Stream),
 }
 
 impl Kernel for Next<'_> {
@@ -48,15 +46,13 @@ impl Kernel for Next<'_> {
         match self {
             Self::Unit(stream) => stream.unit(),
             Self::Symmetric(stream) => stream.symmetric(),
-            Self::Normal(stream) => stream.normal(),
         }
     }
 }
 
 impl Dice {
     pub fn new(seed: u64, specimen: u64) -> Self {
-        let none = || (Block::splat(0.0), LANES);
-        Self { stream: Stream::new(seed ^ APART, specimen), uniform: none(), normal: none() }
+        Self { stream: Stream::new(seed ^ APART, specimen), uniform: (Block::splat(0.0), LANES) }
     }
 
     /// Own coordinates of a set by its law, one point per lane.
@@ -81,20 +77,5 @@ impl Dice {
         }
         self.uniform.1 += 1;
         self.uniform.0.0[self.uniform.1 - 1]
-    }
-
-    /// Standard normal numbers.
-    pub fn normals(&mut self, out: &mut [f64]) {
-        let mut rest = out;
-        while !rest.is_empty() {
-            if self.normal.1 == LANES {
-                self.normal = (dispatch(Next::Normal(&mut self.stream)), 0);
-            }
-            let first = self.normal.1;
-            let (now, later) = rest.split_at_mut(rest.len().min(LANES - first));
-            now.copy_from_slice(&self.normal.0.0[first..first + now.len()]);
-            self.normal.1 += now.len();
-            rest = later;
-        }
     }
 }

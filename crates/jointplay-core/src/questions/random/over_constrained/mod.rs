@@ -10,6 +10,7 @@ mod chunk;
 mod course;
 mod dice;
 mod directions;
+mod lines;
 mod opened;
 mod ranges;
 mod room;

@@ -8,6 +8,7 @@
 //! couplings is in [`opened`](super::opened).
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,7 +18,7 @@ use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::questions::random::over_constrained::dice::Dice;
-use crate::questions::random::over_constrained::directions::Directions;
+use crate::questions::random::over_constrained::lines::Lines;
 use crate::questions::random::over_constrained::opened::{Opened, Proposals};
 
 /// Blocks of proposals before a chain is started.
@@ -85,7 +86,8 @@ pub struct Section {
     /// The bound coordinates are `from_right b - from_free u_free`.
     from_right: DMatrix<f64>,
     from_free: DMatrix<f64>,
-    pub(crate) directions: Directions,
+    /// What chains step along, once one is asked for.
+    lines: OnceLock<Lines>,
     /// Which members have a bound coordinate.
     is_bound: Vec<bool>,
 }
@@ -147,7 +149,7 @@ impl Section {
             free: (0..n).collect(),
             from_right: DMatrix::zeros(0, equations),
             from_free: DMatrix::zeros(0, n),
-            directions: Directions::default(),
+            lines: OnceLock::new(),
             matrix,
         };
         section.eliminate();
@@ -158,7 +160,7 @@ impl Section {
 
     /// Solves the equations for the coordinates that reach farthest (Gauss and Jordan, complete pivoting).
     fn eliminate(&mut self) {
-        let (s, n) = self.matrix.shape();
+        let s = self.matrix.nrows();
         let mut rest = self.matrix.clone();
         let mut done = DMatrix::<f64>::identity(s, s);
         // Equations in different units are compared each with what the sets reach in it.
@@ -197,15 +199,11 @@ impl Section {
         }
         self.from_right = done.select_rows(&solved);
         self.from_free = rest.select_rows(&solved).select_columns(&self.free);
-        // Directions within the section: each free coordinate with what the bound ones make of it.
-        let mut span = DMatrix::<f64>::zeros(n, self.free.len());
-        for (c, &j) in self.free.iter().enumerate() {
-            span[(j, c)] = 1.0;
-            for (r, &i) in self.bound.iter().enumerate() {
-                span[(i, c)] = -self.from_free[(r, c)];
-            }
-        }
-        self.directions = Directions::new(&if self.free.is_empty() { span } else { span.qr().q() });
+    }
+
+    /// What chains step along.
+    pub(crate) fn lines(&self) -> &Lines {
+        self.lines.get_or_init(|| Lines::new(self, &self.matrix, self.free.len()))
     }
 
     /// Offsets of the members with the conditional law, for what they have to add up to and the gaps of the flanks where

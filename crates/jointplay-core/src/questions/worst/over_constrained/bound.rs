@@ -33,7 +33,7 @@ impl Model<'_> {
     /// tell the most energy.
     pub fn bound(&self, range: &std::ops::Range<usize>) -> f64 {
         let Some(most) = self.most_energy() else { return f64::NAN };
-        let fixed = |(kind, columns)| Element { kind, columns, source: None };
+        let fixed = |(kind, columns)| Element::new(kind, columns, None);
         let mut elements = self.system.elements.clone();
         elements.extend(self.deviations.blocks().map(fixed));
         let system = System { elements, ..self.system.clone() };

@@ -121,10 +121,9 @@ impl Mechanism {
         climbs: usize,
     ) -> Result<Option<(Vec<Reported>, bool)>, Status> {
         let elements = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
-        let element = |(number, source): (usize, &Source)| Element {
-            kind: Kind::Fixed(source.set),
-            columns: source.range().map(|p| self.place_of(p)).collect(),
-            source: Some(number),
+        let element = |(number, source): (usize, &Source)| {
+            let columns = source.range().map(|p| self.place_of(p)).collect();
+            Element::new(Kind::Fixed(source.set), columns, Some(number))
         };
         let system = System { elements: elements.map(element).collect(), ..system.clone() };
         let compatibility = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;

@@ -145,3 +145,36 @@ fn offsets_between_two_discs_are_uniform_in_the_lens() {
     assert!((drawn.iter().sum::<f64>() / n - mean).abs() < error);
     assert!((drawn.iter().map(|x| x * x).sum::<f64>() / n - square).abs() < error);
 }
+
+#[test]
+fn a_chain_forgets_its_start_where_little_room_is_left() {
+    // Pins along a line take up nearly all that they can: a tenth of one radius is left to all of them together. Chains
+    // start where each has the same of it and none is beside the line.
+    let (pins, left) = (8, 0.1);
+    let member = |_| rigid(Set::Disc { radius: 1.0 }, Law::Uniform, vec![1.0, 0.0]);
+    let section = Section::new((0..pins).map(member).collect(), 1);
+    // By how much a pin is short of its radius has the density of the chord there; of several, the convolution.
+    let cells = 800;
+    let short = |k: usize| left * (k as f64 + 0.5) / cells as f64;
+    let one: Vec<f64> = (0..cells).map(|k| (short(k) * (2.0 - short(k))).sqrt()).collect();
+    let others = (2..pins).fold(one.clone(), |sum, _| {
+        (0..cells).map(|k| (0..=k).map(|i| sum[i] * one[k - i]).sum()).collect::<Vec<f64>>()
+    });
+    // The others are short of the rest together: middles of seven cells add up to three cells more.
+    let density: Vec<f64> = (0..cells - 4).map(|k| one[k] * others[cells - 4 - k]).collect();
+    let all: f64 = density.iter().sum();
+    let chord = density.iter().enumerate().map(|(k, p)| p * short(k) * (2.0 - short(k))).sum::<f64>() / all;
+    let count = 2000;
+    let start: Vec<f64> = (0..pins).flat_map(|_| [1.0 - left / pins as f64, 0.0]).collect();
+    let beside: Vec<f64> = (0..count)
+        .map(|specimen| {
+            let u = section.walk(start.clone(), &[], &mut Dice::new(3, specimen)).unwrap();
+            u.chunks_exact(2).map(|pin| pin[1] * pin[1]).sum::<f64>() / pins as f64
+        })
+        .collect();
+    let n = count as f64;
+    let mean = beside.iter().sum::<f64>() / n;
+    let error = (beside.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / n / n).sqrt();
+    // Heights are uniform within the chord; 40 steps along lines of all pins for every dimension reach 0.7 of it.
+    assert!((mean - chord / 3.0).abs() < 4.0 * error, "{mean} {} {error}", chord / 3.0);
+}
