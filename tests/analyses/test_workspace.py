@@ -14,7 +14,7 @@ from scipy.ndimage import label
 import jointplay as jp
 from helpers.answers import example
 from jointplay.analyses.workspace.holding import OneOrientation
-from jointplay.analyses.workspace.inscribed import box, disc
+from jointplay.analyses.workspace.inscribed import box, box_of_nodes, disc
 from jointplay.analyses.workspace.surface import CrossedEdges, enclosed, facet_sizes, framed, framed_values
 from jointplay.cli import run
 from jointplay.errors import InputError
@@ -275,6 +275,51 @@ def largest_rectangle(inside: np.ndarray, step: float) -> float:
             runs = np.where(full, np.arange(len(band))[None] - np.arange(len(band))[:, None], 0)
             best = max(best, (j - i - 1) * (int(runs.max()) - 1))
     return best * step**2
+
+
+@pytest.mark.parametrize("width", [8.0, 4.0])
+def test_a_narrow_band_is_found_whole(width: float) -> None:
+    """For the coarse grid it was in pieces, and a third was given for the whole, nearly without error."""
+    q2 = [-110.0 - width / 2, -110.0 + width / 2]
+    result = jp.workspace(arm(q1=[0.0, 90.0], q2=q2), count=61)
+    bends = np.radians(np.array(q2) + TURNED)
+    area = UPPER * FORE * np.pi / 2 * abs(np.diff(np.cos(bends)).item())
+    assert within(result, "size", area)
+    assert result.size_error < 0.01 * area
+    assert "edge" not in result.bound.values
+
+
+def test_the_largest_box_of_nodes_is_that_by_trying_them_all() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        inside = rng.random((9, 12)) < 0.8
+        low, high = box_of_nodes(inside, [np.arange(9.0), np.arange(12.0)])
+        assert np.prod(high - low) == largest_rectangle(inside, 1.0)
+        (a, b), (c, d) = low.astype(int), high.astype(int)
+        assert inside[a : c + 1, b : d + 1].all()
+
+
+def test_of_two_places_in_a_crescent_the_larger_box_is_found() -> None:
+    """The better box lies across the ends of a ring, far from one that is nearly as good: 565 was given for 768."""
+    joints = {
+        "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
+        "B": {"type": "revolute", "on": {"upper": [82.55, 0], "fore": [0, 0]}},
+    }
+    values = {"q1": {"joint": "A", "values": [190.9]}, "q2": {"joint": "B", "values": [123.5]}}
+    file = {
+        "format": 1,
+        "units": {"length": "mm", "angle": "deg"},
+        "joints": joints,
+        "drives": values,
+        "output": {"body": "fore", "at": [77.217, 0]},
+        "limits": {"drives": {"q1": [50.16, 331.68], "q2": [116.0, 130.93]}},
+    }
+    result = jp.workspace(jp.Mechanism(file))
+    reach = np.sqrt([82.55**2 + 77.217**2 + 2 * 82.55 * 77.217 * np.cos(np.radians(q)) for q in (130.93, 116.0)])
+    # Boxes that stand on the inner circle and touch the outer one.
+    half = np.linspace(1.0, reach[1], 4000)
+    sides = 2.0 * half * np.clip(np.sqrt(np.maximum(reach[1] ** 2 - half**2, 0.0)) - reach[0], 0.0, None)
+    assert result.box_size > 0.99 * sides.max()
 
 
 def test_no_box_of_a_lattice_is_larger_than_that_in_a_narrow_sector() -> None:

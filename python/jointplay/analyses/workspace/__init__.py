@@ -32,7 +32,7 @@ from jointplay.result.verdict import HELD, NOT_SHOWN
 from .asked import COARSE, USUAL, AskedGrid, AskedRanges, around, even, further, widened
 from .found import HeldRegion, coarse_region, region
 from .holding import EDGE
-from .inscribed import box, disc, larger_box
+from .inscribed import box, box_of_nodes, disc, larger_box
 from .surface import enclosed, facet_sizes
 
 if TYPE_CHECKING:
@@ -44,7 +44,9 @@ MOST_ALONG = 2_000
 #: part of a spacing to which the boundary is found where nobody says it
 TOLERANCE = 1e-3
 #: how often a coarse region that reaches an edge of its grid is looked for in a larger one
-WIDENED = 6
+WIDENED = 16
+#: such a grid has up to so many times the nodes along an axis
+FINER = 4
 #: of the whole work, as progress shows it
 STEPS = 100
 
@@ -164,12 +166,13 @@ def compute(
         if progress is not None:
             progress(round(STEPS * done), STEPS)
 
+    most = FINER * max(map(len, found.axes.values()))
     for _ in range(WIDENED):
         _check_nodes(m, found)
         within = region(m, found, ranges.start_at(found.axes), asks, step, part)
         if not ranges.unsaid or EDGE not in within.bound:
             break
-        found = replace(found, axes=further(found.axes, within.inside))
+        found = replace(found, axes=further(found.axes, within.inside, most))
     result = _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
     if not (asks and m.limits.forces):
         return result
@@ -290,6 +293,8 @@ def _add_inscribed(
     if found.inside.any() and (centre is None or _holds(found, facets, centre)):
         middle, radius = disc(found.points, facets, found.nodes, spacing, centre)
         ends = box(found.points, facets, found.holds, centre)
+        if centre is None and _product(nodes := box_of_nodes(found.inside, found.values)) > 0.0:
+            ends = max(ends, larger_box(found.points, facets, nodes, centred=False), key=_product)
         if len(coarse):
             radius_error = abs(radius - disc(found.points, coarse, middle[None], 2.0 * spacing, centre)[1])
             # From there, because the boundary by every second node may have ends of the region outside; and without

@@ -34,7 +34,7 @@ COARSE = {2: 31, 3: 11}
 #: a short side has as many spacings at least, as a part of those of the longest one
 LEAST = 0.5
 #: added where a region reaches an edge of the box that was found, as a part of the nodes along it
-FURTHER = 0.1
+FURTHER = 0.4
 
 
 @dataclass(frozen=True)
@@ -190,14 +190,14 @@ def even(low: Floats, high: Floats, names: list[str], count: int) -> dict[str, F
     return {name: np.linspace(a, b, max(least, round((b - a) / spacing)) + 1) for name, a, b in along}
 
 
-def further(axes: Mapping[str, Floats], inside: Flags) -> dict[str, Floats]:
-    """The same axes, longer where a region reaches their ends."""
+def further(axes: Mapping[str, Floats], inside: Flags, most: int) -> dict[str, Floats]:
+    """Longer axes where a region reaches their ends, of the same spacing while they have fewer nodes than most."""
     longer = {}
     for k, (name, values) in enumerate(axes.items()):
         step, more = float(values[1] - values[0]), int(np.ceil(FURTHER * len(values)))
         before, after = (more if np.take(inside, end, axis=k).any() else 0 for end in (0, -1))
-        count = len(values) - 1
-        longer[name] = values[0] + step * np.arange(-before, count + after + 1)
+        low, high = float(values[0]) - step * before, float(values[-1]) + step * after
+        longer[name] = np.linspace(low, high, min(len(values) + before + after, max(most, len(values))))
     return longer
 
 

@@ -4,8 +4,9 @@
 
 is increased from the best nodes by linear programs, each of which moves c by d where the nearest points p_i allow it:
 max r such that r <= |c - p_i| + (c - p_i) / |c - p_i| . d. Boxes of many places and proportions are as large as the
-points of the boundary let them be; the best of them, by differential evolution, is enlarged by linear programs while
-planes stand between it and the facets. What is found is in the region; that nothing larger is, is not proven.
+points of the boundary let them be; the best of them, by differential evolution, and the largest one of nodes inside
+are enlarged by linear programs while planes stand between them and the facets. What is found is in the region; that
+nothing larger is, is not proven.
 """
 
 from __future__ import annotations
@@ -40,6 +41,10 @@ TIE = 1e-9
 SMALLER = (0.95, 0.85, 0.7)
 #: by dimensions, how many boxes are tried and improved how often; how slim they may be, as powers of e
 BOXES, TRIES, SLIM = {2: 20, 3: 16}, {2: 200, 3: 160}, 1.5
+#: by dimensions, nodes along an axis at most among which the largest box of nodes is looked for
+MOST_ALONG = {2: 121, 3: 17}
+#: the place of a node in a grid
+Places = tuple[int, ...]
 #: whether places are in a region, shape (place, axis)
 Within = Callable[[Floats], Flags]
 
@@ -151,6 +156,47 @@ def box(points: Floats, facets: Ints, within: Within, centre: Floats | None) -> 
     )
     middle, half = (values[:, 0] for values in boxes(found.x[:, None]))
     return larger_box(points, facets, np.stack([middle - half, middle + half]), centred=centre is not None)
+
+
+def box_of_nodes(inside: Flags, values: Sequence[Floats]) -> Floats:
+    """The lowest and the highest corner of the largest box whose nodes, of every few of a fine grid, are all inside.
+
+    Parameters
+    ----------
+    inside : ndarray
+        Over the axes.
+    values : sequence of ndarray
+        Coordinates along them.
+    """
+    most = MOST_ALONG[len(values)]
+    every = [along[:: -(-len(along) // most)] for along in values]
+    some = inside[np.ix_(*(np.searchsorted(along, few) for along, few in zip(values, every, strict=True)))]
+    _, places = _largest_of(some, [float(along[-1] - along[0]) / max(len(along) - 1, 1) for along in every])
+    return np.array([[along[place] for along, place in zip(every, end, strict=True)] for end in places])
+
+
+def _largest_of(inside: Flags, steps: Sequence[float]) -> tuple[float, tuple[Places, Places]]:
+    """Size and ends, as places in the grid, of the largest box of nodes."""
+    nothing = (0,) * inside.ndim
+    best: tuple[float, tuple[Places, Places]] = 0.0, (nothing, nothing)
+    if inside.ndim == 1:
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside, [0]])))
+        if edges.size:
+            k = int((edges[1::2] - edges[::2]).argmax())
+            first, last = int(edges[2 * k]), int(edges[2 * k + 1]) - 1
+            best = (last - first) * steps[0], ((first,), (last,))
+        return best
+    for first in range(len(inside)):
+        both = inside[first]
+        for last in range(first + 1, len(inside)):
+            both = both & inside[last]
+            size = (last - first) * steps[0]
+            if not both.any():
+                break
+            found, (low, high) = _largest_of(both, steps[1:])
+            if size * found > best[0]:
+                best = size * found, ((first, *low), (last, *high))
+    return best
 
 
 def larger_box(points: Floats, facets: Ints, ends: Floats, *, centred: bool) -> Floats:
@@ -266,7 +312,7 @@ def _step(
             break
         met = planes.gaps(moved)[0] < 0.0
         if not met.any():
-            return moved
+            return np.asarray(moved)
         # The program is asked again with the planes that this answer met.
         if not (met & ~asked).any():
             break
