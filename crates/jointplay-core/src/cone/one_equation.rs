@@ -68,7 +68,9 @@ impl Pushed {
     ) -> Answer {
         for (kind, moved) in kinds.zip(&mut self.moved) {
             let size = size(kind);
-            moved.iter_mut().for_each(|d| *d *= size);
+            for d in moved.iter_mut() {
+                *d *= size;
+            }
         }
         Answer {
             outcome: if multiplier.is_finite() { Outcome::Solved } else { Outcome::Infeasible },

@@ -84,7 +84,7 @@ impl Sides {
     }
 
     /// What parts of the own coordinates displace together.
-    fn column(&self, parts: impl Iterator<Item = (usize, f64)> + Clone) -> Form {
+    fn column(&self, parts: &(impl Iterator<Item = (usize, f64)> + Clone)) -> Form {
         std::array::from_fn(|k| parts.clone().map(|(c, part)| part * self.own.columns()[c][k]).sum())
     }
 
@@ -96,7 +96,7 @@ impl Sides {
             match atom {
                 Atom::Interval { .. } => {
                     if force[0].abs() <= negligible(atom.slack(at)) {
-                        way.open.push(self.column([(first, 1.0)].into_iter()));
+                        way.open.push(self.column(&[(first, 1.0)].into_iter()));
                     }
                 }
                 Atom::Round { size } => {
@@ -108,7 +108,7 @@ impl Sides {
                             if open { one } else { (one - force[i] * force[k] / pushed.powi(2)) / pushed.sqrt() }
                         };
                         let parts = (0..size).map(|k| (first + k, across(k)));
-                        if open { &mut way.open } else { &mut way.firm }.push(self.column(parts));
+                        if open { &mut way.open } else { &mut way.firm }.push(self.column(&parts));
                     }
                 }
                 Atom::Tapered { arms, tapers } => {
@@ -120,7 +120,7 @@ impl Sides {
                     for k in 0..arms {
                         let (arm, pushed) = (at[1 + k], force[1 + k]);
                         if pushed.abs() <= negligible(1.0 - arm.abs() - tapers[k] * axis) {
-                            way.open.push(self.column([(first + 1 + k, 1.0)].into_iter()));
+                            way.open.push(self.column(&[(first + 1 + k, 1.0)].into_iter()));
                         } else if tapers[k] > 0.0 {
                             // It follows its side, which comes nearer the farther along the axis.
                             gain -= tapers[k] * pushed.abs();
@@ -129,7 +129,7 @@ impl Sides {
                         }
                     }
                     if gain.abs() <= negligible(nearest) {
-                        way.open.push(self.column(parts.iter().copied()));
+                        way.open.push(self.column(&parts.iter().copied()));
                     }
                 }
             }

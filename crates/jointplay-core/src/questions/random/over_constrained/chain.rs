@@ -34,7 +34,9 @@ impl Kernel for Chain<'_> {
         let mut all = vec![0.0; if has_flanks { u.len() } else { 0 }];
         for group in groups.iter().cycle().take(*steps) {
             let parts = &mut parts[..group.directions.dimensions];
-            parts.iter_mut().for_each(|part| *part = 2.0 * dice.next_uniform() - 1.0);
+            for part in parts.iter_mut() {
+                *part = 2.0 * dice.next_uniform() - 1.0;
+            }
             group.directions.combine(parts, &mut along);
             let mut chord = section.chord(group, &u, &along);
             if has_flanks {

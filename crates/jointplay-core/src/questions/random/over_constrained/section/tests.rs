@@ -165,11 +165,11 @@ fn a_chain_forgets_its_start_where_little_room_is_left() {
     let all: f64 = density.iter().sum();
     let chord = density.iter().enumerate().map(|(k, p)| p * short(k) * (2.0 - short(k))).sum::<f64>() / all;
     let count = 2000;
-    let start: Vec<f64> = (0..pins).flat_map(|_| [1.0 - left / pins as f64, 0.0]).collect();
+    let start: Vec<f64> = (0..pins).flat_map(|_| [1.0 - left / f64::from(pins), 0.0]).collect();
     let beside: Vec<f64> = (0..count)
         .map(|specimen| {
             let u = section.walk(start.clone(), &[], &mut Dice::new(3, specimen)).unwrap();
-            u.chunks_exact(2).map(|pin| pin[1] * pin[1]).sum::<f64>() / pins as f64
+            u.chunks_exact(2).map(|pin| pin[1] * pin[1]).sum::<f64>() / f64::from(pins)
         })
         .collect();
     let n = count as f64;
