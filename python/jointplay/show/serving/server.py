@@ -35,6 +35,7 @@ from jointplay.exchange.drafting import to_dxf
 from jointplay.exchange.reading import read
 from jointplay.file import document, toml
 from jointplay.model.sizing import plays
+from jointplay.plot.animation import animate
 from jointplay.show import viewer
 from jointplay.show.reporting import answers as reports
 from jointplay.show.reporting.page import PageLook
@@ -316,8 +317,6 @@ class Studio:
 
         # One after the other: they need all of the machine.
         with self._animating, tempfile.TemporaryDirectory() as folder:
-            from jointplay.plot.animation import animate
-
             place = Path(folder) / f"animation{kind}"
             try:
                 animate(m, place, progress=progress)
