@@ -44,7 +44,7 @@ BOXES, TRIES, SLIM = {2: 20, 3: 16}, {2: 200, 3: 160}, 1.5
 #: by dimensions, nodes along an axis at most among which the largest box of nodes is looked for
 MOST_ALONG = {2: 121, 3: 17}
 #: the place of a node in a grid
-Places = tuple[int, ...]
+NodePlace = tuple[int, ...]
 #: whether places are in a region, shape (place, axis)
 Within = Callable[[Floats], Flags]
 
@@ -175,10 +175,10 @@ def box_of_nodes(inside: Flags, values: Sequence[Floats]) -> Floats:
     return np.array([[along[place] for along, place in zip(every, end, strict=True)] for end in places])
 
 
-def _largest_of(inside: Flags, steps: Sequence[float]) -> tuple[float, tuple[Places, Places]]:
+def _largest_of(inside: Flags, steps: Sequence[float]) -> tuple[float, tuple[NodePlace, NodePlace]]:
     """Size and ends, as places in the grid, of the largest box of nodes."""
     nothing = (0,) * inside.ndim
-    best: tuple[float, tuple[Places, Places]] = 0.0, (nothing, nothing)
+    best: tuple[float, tuple[NodePlace, NodePlace]] = 0.0, (nothing, nothing)
     if inside.ndim == 1:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], inside, [0]])))
         if edges.size:

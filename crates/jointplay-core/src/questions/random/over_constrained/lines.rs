@@ -6,7 +6,6 @@
 use nalgebra::DMatrix;
 
 use crate::questions::random::over_constrained::directions::Directions;
-use crate::questions::random::over_constrained::section::Section;
 use crate::redundancy::parts::split;
 
 /// Strides between the members of a group.
@@ -38,8 +37,8 @@ pub(crate) struct Group {
 
 impl Group {
     /// With the directions that the equations leave.
-    fn new(section: &Section, equations: &DMatrix<f64>, members: Vec<usize>) -> (Self, DMatrix<f64>) {
-        let places: Vec<usize> = members.iter().flat_map(|&m| section.ranges[m].clone()).collect();
+    fn new(ranges: &[std::ops::Range<usize>], equations: &DMatrix<f64>, members: Vec<usize>) -> (Self, DMatrix<f64>) {
+        let places: Vec<usize> = members.iter().flat_map(|&m| ranges[m].clone()).collect();
         let free = split(&equations.select_columns(&places).transpose()).1;
         (Self { members, places, directions: Directions::new(&free) }, free)
     }
@@ -47,7 +46,7 @@ impl Group {
 
 impl Lines {
     /// Of equations, each in a unit of its own.
-    pub fn new(section: &Section, equations: &DMatrix<f64>, dimensions: usize) -> Self {
+    pub fn new(ranges: &[std::ops::Range<usize>], equations: &DMatrix<f64>, dimensions: usize) -> Self {
         let mut equations = equations.clone();
         for mut row in equations.row_iter_mut() {
             let size = row.norm();
@@ -55,13 +54,13 @@ impl Lines {
                 row.unscale_mut(size);
             }
         }
-        let all: Vec<usize> = (0..section.members.len()).collect();
+        let all: Vec<usize> = (0..ranges.len()).collect();
         let held = split(&equations.transpose()).0;
         let mut spanned = &held * held.transpose();
         let mut groups = Vec::new();
         for stride in 1..=STRIDES.min(all.len().saturating_sub(1)) {
             for first in 0..all.len() {
-                let (group, free) = Group::new(section, &equations, members(section, equations.nrows(), first, stride));
+                let (group, free) = Group::new(ranges, &equations, members(ranges, equations.nrows(), first, stride));
                 for direction in free.column_iter() {
                     for (k, &j) in group.places.iter().enumerate() {
                         for (l, &i) in group.places.iter().enumerate() {
@@ -74,7 +73,7 @@ impl Lines {
         }
         let spans = spanned.cholesky().is_some_and(|factors| factors.l_dirty().diagonal().min().powi(2) > SPANS);
         if !spans || groups.is_empty() {
-            groups = vec![Group::new(section, &equations, all).0];
+            groups = vec![Group::new(ranges, &equations, all).0];
         }
         let largest = groups.iter().map(|group| group.directions.dimensions).max().unwrap_or_default();
         Self { groups, steps: (STEPS * largest).clamp(LEAST, MOST) * dimensions }
@@ -82,15 +81,15 @@ impl Lines {
 }
 
 /// As many members as have twice as many coordinates as there are equations, two at least.
-fn members(section: &Section, equations: usize, first: usize, stride: usize) -> Vec<usize> {
-    let n = section.members.len();
+fn members(ranges: &[std::ops::Range<usize>], equations: usize, first: usize, stride: usize) -> Vec<usize> {
+    let n = ranges.len();
     let (mut members, mut coordinates, mut next) = (Vec::new(), 0, first);
     while members.len() < n && (members.len() < 2 || coordinates < 2 * equations) {
         while members.contains(&next) {
             next = (next + 1) % n;
         }
         members.push(next);
-        coordinates += section.ranges[next].len();
+        coordinates += ranges[next].len();
         next = (next + stride) % n;
     }
     members

@@ -203,7 +203,7 @@ impl Section {
 
     /// What chains step along.
     pub(crate) fn lines(&self) -> &Lines {
-        self.lines.get_or_init(|| Lines::new(self, &self.matrix, self.free.len()))
+        self.lines.get_or_init(|| Lines::new(&self.ranges, &self.matrix, self.free.len()))
     }
 
     /// Offsets of the members with the conditional law, for what they have to add up to and the gaps of the flanks where
