@@ -32,10 +32,9 @@ class Problem:
     edges: Array  # of the histograms: [quantity, 2]
     sets: tuple[tuple[str, float], ...]  # ("disc", radius) or ("interval", half-width) per source
 
-    def random(self, samples: int, threads: int = 1) -> dict[str, Any]:
-        """Run jointplay's own Monte Carlo."""
-        core = self.mechanism.core
-        return core.random(self.drives, self.poses, samples, 1, LEVELS, None, None, threads)
+    def random(self, samples: int) -> dict[str, Any]:
+        """Run the Monte Carlo of jointplay's core on one thread."""
+        return self.mechanism.core.random(self.drives, self.poses, samples, 1, LEVELS, None, None, 1)
 
     def draw(self, rng: np.random.Generator, n: int) -> Array:
         """Discs uniform; lengths normal, truncated at three sigma."""

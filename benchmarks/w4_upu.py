@@ -19,6 +19,7 @@ from jointplay import examples
 from revolute import CHUNK
 from scatter import problem
 from upu import Robot, in_c, in_pinocchio
+from w3_map import MAP
 
 Array = NDArray[np.float64]
 PER_AXIS = 40
@@ -32,7 +33,6 @@ LEVELS = np.array([0.5, 0.9, 0.99])
 BATCH = 1 << 15
 OK = 0  # status
 GIVEN, WHOLE, SIX = "jointplay, poses given", "jointplay, poses and statics", "jointplay, 6-UPS, poses and statics"
-MAP = "jointplay, `jp.map`: ways from node to node and limits as well"
 LINEAR = "jointplay, poses and statics to first order"
 IN_C, STACKED, SINGLE = "closed form in C", "closed form with NumPy", "closed form with NumPy, one by one"
 SCATTER, PINOCCHIO = "jointplay, Monte Carlo", "pinocchio, closure of every sample"
@@ -116,9 +116,6 @@ def measure(rounds: int) -> Report:
 
     at = core.inverse(np.array([[*POSE, 0, 0, 0]]), np.array([1.0, 1, 1, 0, 0, 0]), m.start_drives)
 
-    def scatter(samples: int, keep: bool = False) -> dict[str, Array]:
-        return core.random(at["drives"], at["poses"], samples, 1, LEVELS, None, None, 1, keep)
-
     lengths = dict(zip(m.drives, (at["drives"][0] * 1e3).tolist(), strict=True))
     at_pose = m.with_({"path": None, **{f"drives.{name}.values": [value] for name, value in lengths.items()}})
     ends = zip("xyz", MIDDLE - HALF, MIDDLE + HALF, strict=True)
@@ -129,7 +126,7 @@ def measure(rounds: int) -> Report:
     same = core.loaded(legs, core.trace(legs)["poses"])["error"][:, :3]
     off = np.nanmax(np.abs(shown - same)) / np.nanmax(np.abs(same))
 
-    drawn = scatter(PIN_SAMPLES, keep=True)
+    drawn = core.random(at["drives"], at["poses"], PIN_SAMPLES, 1, LEVELS, None, None, 1, True)
     offsets, errors = drawn["kept_parameters"], drawn["kept_errors"]
     closure = in_pinocchio(m.spec(), at["poses"][0], at["drives"][0])
     apart = (np.abs(closure(offsets) - errors) / np.abs(errors).max(axis=0)).max()

@@ -277,6 +277,26 @@ def largest_rectangle(inside: np.ndarray, step: float) -> float:
     return best * step**2
 
 
+def two_links(upper: float, fore: float, values: list[float], q1: list[float], q2: list[float]) -> jp.Mechanism:
+    """An arm of two bars with ranges of its angles."""
+    joints = {
+        "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
+        "B": {"type": "revolute", "on": {"upper": [upper, 0], "fore": [0, 0]}},
+    }
+    drives = {
+        name: {"joint": joint, "values": [at]} for name, joint, at in zip(("q1", "q2"), "AB", values, strict=True)
+    }
+    file = {
+        "format": 1,
+        "units": {"length": "mm", "angle": "deg"},
+        "joints": joints,
+        "drives": drives,
+        "output": {"body": "fore", "at": [fore, 0]},
+        "limits": {"drives": {"q1": q1, "q2": q2}},
+    }
+    return jp.Mechanism(file)
+
+
 @pytest.mark.parametrize("width", [8.0, 4.0])
 def test_a_narrow_band_is_found_whole(width: float) -> None:
     """For the coarse grid it was in pieces, and a third was given for the whole, nearly without error."""
@@ -301,20 +321,8 @@ def test_the_largest_box_of_nodes_is_that_by_trying_them_all() -> None:
 
 def test_of_two_places_in_a_crescent_the_larger_box_is_found() -> None:
     """The better box lies across the ends of a ring, far from one that is nearly as good: 565 was given for 768."""
-    joints = {
-        "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
-        "B": {"type": "revolute", "on": {"upper": [82.55, 0], "fore": [0, 0]}},
-    }
-    values = {"q1": {"joint": "A", "values": [190.9]}, "q2": {"joint": "B", "values": [123.5]}}
-    file = {
-        "format": 1,
-        "units": {"length": "mm", "angle": "deg"},
-        "joints": joints,
-        "drives": values,
-        "output": {"body": "fore", "at": [77.217, 0]},
-        "limits": {"drives": {"q1": [50.16, 331.68], "q2": [116.0, 130.93]}},
-    }
-    result = jp.workspace(jp.Mechanism(file))
+    m = two_links(82.55, 77.217, [190.9, 123.5], q1=[50.16, 331.68], q2=[116.0, 130.93])
+    result = jp.workspace(m)
     reach = np.sqrt([82.55**2 + 77.217**2 + 2 * 82.55 * 77.217 * np.cos(np.radians(q)) for q in (130.93, 116.0)])
     # Boxes that stand on the inner circle and touch the outer one.
     half = np.linspace(1.0, reach[1], 4000)
@@ -326,21 +334,8 @@ def test_no_box_of_a_lattice_is_larger_than_that_in_a_narrow_sector() -> None:
     """Two links whose corners of the region stand against the box."""
     upper, fore = 67.01978131023162, 126.82591337901204
     q1, q2 = [-38.160261126742455, 74.91467622183214], [42.15969911639534, 82.08167928495985]
-    raw = {
-        "format": 1,
-        "units": {"length": "mm", "angle": "deg", "force": "N"},
-        "joints": {
-            "A": {"type": "revolute", "on": {"ground": [0, 0], "upper": [0, 0]}},
-            "B": {"type": "revolute", "on": {"upper": [upper, 0], "fore": [0, 0]}},
-        },
-        "drives": {
-            "q1": {"joint": "A", "values": [29.66074283745618]},
-            "q2": {"joint": "B", "values": [57.31885454295078]},
-        },
-        "output": {"body": "fore", "at": [fore, 0]},
-        "limits": {"drives": {"q1": q1, "q2": q2}},
-    }
-    result = jp.workspace(jp.Mechanism(raw), count=41)
+    m = two_links(upper, fore, [29.66074283745618, 57.31885454295078], q1, q2)
+    result = jp.workspace(m, count=41)
     step = 1.0
     x, y = np.meshgrid(np.arange(-80, 80, step), np.arange(120, 190, step), indexing="ij")
     bend = np.arccos(np.clip((x**2 + y**2 - upper**2 - fore**2) / (2 * upper * fore), -1.0, 1.0))

@@ -33,12 +33,17 @@ def lever(drawer: Person) -> None:
     drawer.click(0, 0)
 
 
-def test_a_weld_makes_one_lever_of_two_bars_and_is_a_pin_again(drawer: Person) -> None:
+def welded_lever(drawer: Person) -> None:
+    """The same in one piece, with the output at its end."""
     lever(drawer)
     drawer.press("w")
     drawer.click(60, 0)
     drawer.press("o")
     drawer.click(60, 80)
+
+
+def test_a_weld_makes_one_lever_of_two_bars_and_is_a_pin_again(drawer: Person) -> None:
+    welded_lever(drawer)
     m = jp.loads(drawer.text)
     assert m.value("joints.J1.type") == "fixed"
     # The end is on a circle of 100 about the pin.
@@ -678,11 +683,7 @@ def handle(drawer: Person, title: str) -> tuple[float, float]:
 
 
 def test_the_range_of_a_drive_has_handles(drawer: Person) -> None:
-    lever(drawer)
-    drawer.press("w")
-    drawer.click(60, 0)
-    drawer.press("o")
-    drawer.click(60, 80)
+    welded_lever(drawer)
     drawer.press("v")
     text = drawer.text
     # The arc is about the pin at 0; 0, and the bar points to the right at 0 degrees.

@@ -464,22 +464,22 @@ def _descended(
     """Drives of one configuration by a quasi-Newton method, its steps, and whether nothing near leaves less."""
     from scipy.optimize import minimize
 
-    low, high = ranges
-    slope = np.zeros((len(weight), len(unit)))
+    def seen(x: Floats) -> tuple[Floats, Floats]:
+        """What is left, and its derivatives."""
+        here = _within(x[None] * unit, unit, ranges)
+        gap = weight * (errors(here, row)[0][0] - wanted)
+        return gap, weight[:, None] * slopes(errors, here, row, unit)[0] * unit
 
     def left(x: Floats) -> tuple[float, Floats]:
-        nonlocal slope
-        here = _within(x[None] * unit, unit, ranges)
-        error = errors(here, row)[0][0]
-        slope = weight[:, None] * slopes(errors, here, row, unit)[0] * unit
-        gap = weight * (error - wanted)
+        gap, slope = seen(x)
         size = float(np.linalg.norm(gap))
         # No mechanism there: as far away as to be left at once.
         return (size, slope.T @ gap / max(size, 1e-300)) if np.isfinite(size) else (1e300, np.zeros(len(unit)))
 
-    ends = np.column_stack([low, high]) / unit[:, None]
+    ends = ranges.T / unit[:, None]
     found = minimize(left, drives / unit, jac=True, method="L-BFGS-B", bounds=ends, options={"ftol": 0.0, "gtol": 0.0})
-    gradient = left(found.x)[1]
+    gap, slope = seen(found.x)
+    gradient = slope.T @ gap / max(float(np.linalg.norm(gap)), 1e-300)
     free = np.where(gradient > 0.0, found.x > ends[:, 0], found.x < ends[:, 1])
     least = bool(np.abs(np.where(free, gradient, 0.0)).max() <= LEVEL * np.linalg.norm(slope))
     return _within(found.x[None] * unit, unit, ranges)[0], int(found.nit), least

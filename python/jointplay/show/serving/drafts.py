@@ -132,8 +132,10 @@ def _read(text: str, raw: Mapping[str, Any], name: str, path: str) -> Draft:
             raise
         # What is wrong otherwise is said when the bar has its pin.
         validate(written_out(dict(whole), name).data, name)
-        says = f"One end of {listed(open_ends)} is free: put a pin or the output there."
-        says = says if open_ends else f"{listed(alone)} has no joint yet: join it to the rest."
+        if open_ends:
+            says = f"One end of {listed(open_ends)} is free: put a pin or the output there."
+        else:
+            says = f"{listed(alone)} has no joint yet: join it to the rest."
         return Draft(text, raw, missing=(_says(says),))
     missing = [*_motions(m)]
     if not is_asked:

@@ -42,7 +42,38 @@ COORDINATES: Mapping[str, tuple[str, ...]] = {
     "followers": ("joint", "follows"),
 }
 
+#: tables of ranges and limits whose keys are joints, and those whose keys are drives
+RANGES: Mapping[str, tuple[Steps, ...]] = {
+    "joints": (("limits", "joints"), ("limits", "reactions"), ("design", "transmission")),
+    "drives": (("limits", "drives"), ("limits", "drive_torques"), ("grid",)),
+}
+
 Edit = tuple[Steps, Any]
+
+
+def found_at(raw: Any, steps: Steps) -> Any:
+    """What a file has at a place; None where it has nothing."""
+    for step in steps:
+        if isinstance(raw, Mapping):
+            raw = raw.get(step)
+        elif isinstance(raw, list) and isinstance(step, int) and step < len(raw):
+            raw = raw[step]
+        else:
+            return None
+    return raw
+
+
+def table_at(raw: Any, *steps: str | int) -> Mapping[str, Any]:
+    """The table of a file at a place; an empty one where there is none."""
+    found = found_at(raw, steps)
+    return found if isinstance(found, Mapping) else {}
+
+
+def with_tables(raw: Any, steps: Steps) -> Steps:
+    """The place of a value, or of the largest table or list that has nothing else in it."""
+    while len(steps) > 1 and isinstance(above := found_at(raw, steps[:-1]), Mapping | list) and len(above) == 1:
+        steps = steps[:-1]
+    return steps
 
 
 def is_of(value: object, joint: str) -> bool:
@@ -87,14 +118,7 @@ class Hand:
 
     def take(self, steps: Steps) -> None:
         """Take a value away, and the tables that nothing else is in."""
-        while len(steps) > 1:
-            above: Any = self.raw
-            for step in steps[:-1]:
-                above = above[step]
-            if len(above) > 1:
-                break
-            steps = steps[:-1]
-        self.put(steps, None)
+        self.put(with_tables(self.raw, steps), None)
 
     @property
     def joints(self) -> dict[str, Any]:
@@ -214,12 +238,8 @@ class Hand:
         for steps, value in self.named(old):
             if value == old:
                 self.put(steps, new)
-        ranges = [("limits", "joints"), ("limits", "reactions"), ("design", "transmission")]
-        for steps in [*ranges, *(("drives", name, "joints") for name in self.raw.get("drives", {}))]:
-            here: Any = self.raw
-            for step in steps:
-                here = here.get(step, {}) if isinstance(here, Mapping) else {}
-            if isinstance(here, Mapping) and old in here:
+        for steps in [*RANGES["joints"], *(("drives", name, "joints") for name in self.raw.get("drives", {}))]:
+            if old in (here := table_at(self.raw, *steps)):
                 self.put(steps, {new if key == old else key: value for key, value in here.items()})
 
     def require_drawn(self, name: str) -> None:

@@ -15,6 +15,8 @@ from jointplay.file import document, toml
 from jointplay.file.schema.keys import Steps, expand
 from jointplay.file.schema.values import is_number
 
+from .hand import found_at, table_at, with_tables
+
 #: what makes the sources of a section: the key, and what it adds to the name
 MAKERS: Mapping[str, Mapping[str, str]] = {
     "joints": {"clearance": ""},
@@ -41,15 +43,15 @@ def without_sources(text: str, before: Mapping[str, Any]) -> tuple[str, list[str
     after = toml.parse(text)
     notes: list[str] = []
     lost = {*_sources(before)} - {*_sources(after)}
-    for name in [*_table(after, "costs")]:
+    for name in [*table_at(after, "costs")]:
         if any(_is_of(name, source) for source in lost) or _changed_way(name, before, after):
             text, notes = _without(text, ("costs", name), notes)
     if lost:
         text, notes = _uncorrelated(text, lost, notes)
-    for name, own in _table(after, "joints").items():
+    for name, own in table_at(after, "joints").items():
         if isinstance(own, Mapping) and "wear" in own and name in lost:
             text, notes = _without(text, ("joints", name, "wear"), notes)
-    for key in [*_table(after, "design", "vary")]:
+    for key in [*table_at(after, "design", "vary")]:
         if _leads(before, key) and not _leads(after, key):
             text, notes = _without(text, ("design", "vary", key), notes)
     return text, notes
@@ -59,31 +61,15 @@ def without_refused(text: str, key: str, before: Mapping[str, Any]) -> tuple[str
     """A text without what was refused at a key, where that is as it was before; the same text where nothing is."""
     after = toml.parse(text)
     steps = _entry(key, after)
-    if steps is None or _at(after, steps) != _at(before, _entry(key, before) or steps):
+    if steps is None or found_at(after, steps) != found_at(before, _entry(key, before) or steps):
         return text, []
     return _without(text, steps, [])
-
-
-def _table(raw: Any, *steps: str) -> Mapping[str, Any]:
-    found = _at(raw, steps)
-    return found if isinstance(found, Mapping) else {}
-
-
-def _at(raw: Any, steps: Steps) -> Any:
-    for step in steps:
-        if isinstance(raw, Mapping):
-            raw = raw.get(step)
-        elif isinstance(raw, list) and isinstance(step, int) and step < len(raw):
-            raw = raw[step]
-        else:
-            return None
-    return raw
 
 
 def _sources(raw: Mapping[str, Any]) -> Iterator[str]:
     """The sources of a file, without those that are parts of others."""
     for section, keys in MAKERS.items():
-        for name, own in _table(raw, section).items():
+        for name, own in table_at(raw, section).items():
             if isinstance(own, Mapping):
                 yield from (name + more for key, more in keys.items() if own.get(key) is not None)
 
@@ -94,8 +80,8 @@ def _is_of(name: str, source: str) -> bool:
 
 def _changed_way(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
     """Whether a price is of what a clearance is no more: fits, groups of bearings, or sizes."""
-    ways = [_way(_at(raw, ("joints", name, "clearance"))) for raw in (before, after)]
-    choices = _at(after, ("costs", name, "choices"))
+    ways = [_way(found_at(raw, ("joints", name, "clearance"))) for raw in (before, after)]
+    choices = found_at(after, ("costs", name, "choices"))
     own = {way for one in choices or () if isinstance(one, Mapping) for way in ("fit", "bearing", "size") if way in one}
     return None not in ways and ways[0] != ways[1] and own == {ways[0]}
 
@@ -111,7 +97,7 @@ def _uncorrelated(text: str, lost: set[str], notes: list[str]) -> tuple[str, lis
     found = toml.parse(text).get("correlations")
     entries: list[Any] = found if isinstance(found, list) else []
     for k in reversed(range(len(entries))):
-        sources = _at(entries, (k, "sources"))
+        sources = found_at(entries, (k, "sources"))
         if not isinstance(sources, list):
             continue
         left = [name for name in sources if not any(_is_of(str(name), source) for source in lost)]
@@ -127,7 +113,7 @@ def _uncorrelated(text: str, lost: set[str], notes: list[str]) -> tuple[str, lis
 def _leads(raw: Mapping[str, Any], key: str) -> bool:
     """Whether a dotted key leads to a value that is there."""
     try:
-        return any(_at(raw, steps) is not None for steps in expand(copy.deepcopy(raw), key, ""))
+        return any(found_at(raw, steps) is not None for steps in expand(copy.deepcopy(raw), key, ""))
     except InputError:
         return False
 
@@ -136,7 +122,7 @@ def _entry(key: str, raw: Mapping[str, Any]) -> Steps | None:
     """What speaks of others at a dotted key; None where nothing does."""
     for steps in NAMED:
         head = ".".join(map(str, steps)) + "."
-        names = [name for name in _table(raw, *map(str, steps)) if f"{key}.".startswith(f"{head}{name}.")]
+        names = [name for name in table_at(raw, *steps) if f"{key}.".startswith(f"{head}{name}.")]
         if names:
             return (*steps, max(names, key=len))
     first, *rest = key.split(".")
@@ -151,6 +137,4 @@ def _without(text: str, steps: Steps, notes: list[str]) -> tuple[str, list[str]]
     """A text without a value; tables that nothing else is in go with it."""
     raw = toml.parse(text)
     name = ".".join(map(str, steps))
-    while len(steps) > 1 and isinstance(above := _at(raw, steps[:-1]), Mapping | list) and len(above) == 1:
-        steps = steps[:-1]
-    return document.edited(text, steps, None), [*notes, f"{name} went with it."]
+    return document.edited(text, with_tables(raw, steps), None), [*notes, f"{name} went with it."]

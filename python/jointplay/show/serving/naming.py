@@ -11,7 +11,7 @@ from jointplay.file.schema.keys import Steps
 from jointplay.file.schema.values import NAME
 
 from .board import GROUND
-from .hand import Hand
+from .hand import RANGES, Hand
 
 #: what can be renamed, and the section of each; bodies have none
 KINDS: Mapping[str, str] = {
@@ -93,7 +93,7 @@ def _words(path: Steps) -> list[str]:
 
 
 def _joint_key(path: Steps) -> bool:
-    return path in (("joints",), ("limits", "joints"), ("limits", "reactions"), ("design", "transmission")) or (
+    return path in (("joints",), *RANGES["joints"]) or (
         path[:1] == ("drives",) and path[2:] in (("joints",), ("backlash",))
     )
 

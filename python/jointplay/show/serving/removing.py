@@ -10,13 +10,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.file.schema.keys import Steps
 
 from .board import GROUND, XY, Json, bodies_of, free_of, locked_in, numbers, place_on, seen_from
-from .hand import COORDINATES, Hand, is_of
-
-#: where limits and ranges of joints and drives stand, by their names
-RANGES: Mapping[str, tuple[Steps, ...]] = {
-    "joints": (("limits", "joints"), ("limits", "reactions"), ("design", "transmission")),
-    "drives": (("limits", "drives"), ("limits", "drive_torques"), ("grid",)),
-}
+from .hand import COORDINATES, RANGES, Hand, is_of, table_at
 
 
 def delete(hand: Hand, told: Json) -> None:
@@ -81,10 +75,7 @@ def _without_coordinate(hand: Hand, name: str) -> None:
 def _without_range(hand: Hand, section: str, name: str) -> None:
     """The ranges and limits of a joint or a drive go with it."""
     for steps in RANGES.get(section, ()):
-        here: Any = hand.raw
-        for step in steps:
-            here = here.get(step, {}) if isinstance(here, Mapping) else {}
-        for key in [key for key in here if is_of(key, name)] if isinstance(here, Mapping) else []:
+        for key in [key for key in table_at(hand.raw, *steps) if is_of(key, name)]:
             hand.take((*steps, key))
 
 

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 const RUN: usize = 8;
 
 /// Orthonormal directions within a section, run by run of the coordinates, which are filled up with zeros.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Directions {
     runs: Vec<Vec<[f64; RUN]>>,
     /// How many there are.

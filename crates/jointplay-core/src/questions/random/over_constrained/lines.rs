@@ -3,6 +3,8 @@
 //! Members are taken in a cycle, from each of them on and by several strides, as many as half of whose coordinates are free
 //! of the equations.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::questions::random::over_constrained::directions::Directions;
@@ -37,7 +39,7 @@ pub(crate) struct Group {
 
 impl Group {
     /// With the directions that the equations leave.
-    fn new(ranges: &[std::ops::Range<usize>], equations: &DMatrix<f64>, members: Vec<usize>) -> (Self, DMatrix<f64>) {
+    fn new(ranges: &[Range<usize>], equations: &DMatrix<f64>, members: Vec<usize>) -> (Self, DMatrix<f64>) {
         let places: Vec<usize> = members.iter().flat_map(|&m| ranges[m].clone()).collect();
         let free = split(&equations.select_columns(&places).transpose()).1;
         (Self { members, places, directions: Directions::new(&free) }, free)
@@ -46,7 +48,7 @@ impl Group {
 
 impl Lines {
     /// Of equations, each in a unit of its own.
-    pub fn new(ranges: &[std::ops::Range<usize>], equations: &DMatrix<f64>, dimensions: usize) -> Self {
+    pub fn new(ranges: &[Range<usize>], equations: &DMatrix<f64>, dimensions: usize) -> Self {
         let mut equations = equations.clone();
         for mut row in equations.row_iter_mut() {
             let size = row.norm();
@@ -81,7 +83,7 @@ impl Lines {
 }
 
 /// As many members as have twice as many coordinates as there are equations, two at least.
-fn members(ranges: &[std::ops::Range<usize>], equations: usize, first: usize, stride: usize) -> Vec<usize> {
+fn members(ranges: &[Range<usize>], equations: usize, first: usize, stride: usize) -> Vec<usize> {
     let n = ranges.len();
     let (mut members, mut coordinates, mut next) = (Vec::new(), 0, first);
     while members.len() < n && (members.len() < 2 || coordinates < 2 * equations) {
