@@ -11,6 +11,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS, described
+from jointplay.core.sets import furthest
 from jointplay.model.gaps import ROUNDED, clearance_of, scattering
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import SelfStress, examine, held_spins, misfit_words, spin_words
@@ -23,9 +24,6 @@ from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: which numbers of a set bound a displacement
-SIZES = ("radius", "axial", "gap")
 
 
 @typed
@@ -211,9 +209,7 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
     units: list[str] = []
     kinds, columns = axes_of(m)["parameter"].kinds, np.unique(m.parameter_source, return_index=True)[1]
     for s, first in enumerate(columns.tolist()):
-        shape, size = clearance_of(m, s)
-        names = ("low", "high") if shape == "interval" else SIZES
-        value = max(abs(size[name]) for name in names if name in size)
-        sizes.append(value / float(m.parameter_factors[first]))
+        _, size = clearance_of(m, s)
+        sizes.append(furthest(size) / float(m.parameter_factors[first]))
         units.append(str(getattr(m.units, f"{kinds[first]}_name")))
     return np.array(sizes), units

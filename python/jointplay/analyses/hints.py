@@ -130,13 +130,12 @@ def _clearances(m: Mechanism) -> Iterator[str]:
             apart = (float(np.linalg.norm(at - here)) for _, at in places)
             links_of.setdefault(joint, []).extend(length for length in apart if length > 1e-9 * m.length)
     for source in m.compiled_sources:
-        size = source.size if source.shape in ("disc", "ball") else {}
-        if source.kind != "clearance" or "radius" not in size or "joint" not in source.spec:
+        if not source.is_round_play:
             continue
         joint = source.spec["joint"]
         links = links_of.get(joint, [])
-        if links and size["radius"] > LARGE * min(links):
-            radius, link = size["radius"] / m.units.length, min(links) / m.units.length
+        if links and source.size["radius"] > LARGE * min(links):
+            radius, link = source.size["radius"] / m.units.length, min(links) / m.units.length
             yield (
                 f"The radial clearance of {m.joints[joint]} is {radius:.3g} {m.units.length_name}, above a tenth of a"
                 f" link ({link:.3g} {m.units.length_name}): is it in another unit?"

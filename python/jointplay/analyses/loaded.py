@@ -320,15 +320,15 @@ def _flanks(m: Mechanism, offset: Floats) -> NDArray[np.int64]:
     at_end = np.zeros((len(offset), len(m.drives), 2), dtype=bool)
     seen: set[int] = set()
     for s in np.flatnonzero(np.array(m.source_kinds) == "backlash"):
-        source = m.compiled_sources[s].spec
-        if "drive" not in source:  # of a follower
+        source, sides = m.compiled_sources[s].spec, m.compiled_sources[s].limits
+        if "drive" not in source or sides is None:  # of a follower
             continue
-        drive, sides = source["drive"], source["set"]["interval"]
-        width = sides["high"] - sides["low"]
+        drive, (low, high) = source["drive"], sides
+        width = high - low
         at = offset[:, int(np.flatnonzero(m.parameter_source == s)[0])]
         if not width:
             continue
-        ends = np.abs(at[:, None] - [sides["high"], sides["low"]]) <= AT_END * width
+        ends = np.abs(at[:, None] - [high, low]) <= AT_END * width
         if dict(m.drive_moves[drive])[source["joint"]] < 0.0:
             ends = ends[:, ::-1]
         at_end[:, drive] = ends & at_end[:, drive] if drive in seen else ends

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
+from jointplay.core.sets import beyond
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.file.schema.values import LARGEST
 from jointplay.model.gaps import centre, clearance_of
@@ -144,45 +145,5 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
         shape, size = clearance_of(m, s, u)
         slack = SLACK * m.length
         slack = SLACK if axes_of(m)["parameter"].kinds[columns[0]] == "angle" else slack
-        if shape == "interval":
-            inside[:, s] = (away[:, 0] >= size["low"] - slack) & (away[:, 0] <= size["high"] + slack)
-        else:
-            inside[:, s] = beyond(shape, size, away) <= slack
+        inside[:, s] = beyond(shape, size, away) <= slack
     return inside
-
-
-def beyond(shape: str, size: Mapping[str, Any], away: Floats) -> Floats:
-    """How far outside the set of a clearance offsets are, in metres; not above zero inside. Shape (configuration,)."""
-    moves: Floats = np.abs(away.T)
-    outside: Floats
-    match shape:
-        case "interval":
-            outside = np.maximum(away[:, 0] - size["high"], size["low"] - away[:, 0])
-        case "disc" | "ball":
-            outside = np.linalg.norm(away, axis=1) - size["radius"]
-        case "diamond":
-            outside = moves[0] + size["half_length"] * moves[1] - size["gap"]
-        case "journal":
-            outside = np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
-        case "sleeve":
-            outside = _pin_ends(size, away)
-        case "guide":
-            side, normal, roll, tilt_side, tilt_normal = moves
-            across_side = side + size["half_length"] * tilt_normal + size["half_height"] * roll
-            across_normal = normal + size["half_length"] * tilt_side + size["half_width"] * roll
-            outside = np.maximum(across_side, across_normal) - size["gap"]
-        case "plate":
-            rise, tilt_side, tilt_normal = moves
-            outside = rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
-        case _:
-            raise AssertionError(f"unknown set {shape}")
-    return outside
-
-
-def _pin_ends(size: Mapping[str, Any], away: Floats) -> Floats:
-    """How far the farther end of a pin is beyond the wall; offsets are side, normal, tilt_side, tilt_normal."""
-    side, normal, tilt_side, tilt_normal = away.T
-    # An end is at +- half_length along the axis; turned by the tilt it moves across by tilt x axis.
-    reach = np.array([[size["half_length"]], [-size["half_length"]]])
-    ends: Floats = np.hypot(side + reach * tilt_normal, normal - reach * tilt_side)
-    return np.asarray(ends.max(axis=0) - size["radius"])

@@ -42,8 +42,6 @@ FOLLOWS, LOST = 0.3, 5.6
 CONTACT = ("follows", "may be lost", "lost")
 #: what `speeds` tells
 SPEEDS = ("speeds", "inertia", "rounded")
-#: sets of offsets in a plane or in space that are the same in every direction; only they are judged
-ROUND = ("disc", "ball")
 #: motion of the drives by which reactions are differenced, in radians or characteristic lengths
 STEP = 1e-4
 #: instants of a path, at least, between which reactions go straight on
@@ -346,13 +344,13 @@ def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats],
 
 
 def _judged(m: Mechanism) -> list[tuple[int, int, float]]:
-    """Round clearances: source, joint, play."""
-    found = []
-    for k, source in enumerate(m.compiled_sources):
-        sizes = next((source.spec["set"][name] for name in ROUND if name in source.spec["set"]), {"radius": 0.0})
-        if source.kind == "clearance" and "joint" in source.spec and sizes["radius"] > 0.0:
-            found.append((k, source.spec["joint"], sizes["radius"]))
-    return found
+    """Round clearances, which are the same in every direction: source, joint, play."""
+    found = [
+        (k, source.spec["joint"], source.size["radius"])
+        for k, source in enumerate(m.compiled_sources)
+        if source.is_round_play
+    ]
+    return [one for one in found if one[2] > 0.0]
 
 
 def _rows(m: Mechanism, joint: int) -> list[int]:

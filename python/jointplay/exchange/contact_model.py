@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import inertia_matrix
+from jointplay.core.sets import BOUNDS
 from jointplay.core.spec import ENDS, LoadSpec
 from jointplay.errors import InputError, listed, one_line
 from jointplay.model.mechanism import Mechanism
@@ -38,8 +39,6 @@ HARDEST = "0.9999 0.9999 0.001 0.5 2"
 GRAVITY = 9.81
 #: name of the ground in MuJoCo
 WORLD = "world"
-#: the sizes of a clearance that are gaps; the others are those of what moves in it
-GAPS = ("radius", "axial", "gap", "low", "high")
 
 
 def text_of(values: object) -> str:
@@ -63,7 +62,11 @@ class Model:
         self.spec = m.core_spec
         self.size = m.length
         self.radius, self.wall = PIN * self.size, WALL * self.size
-        self.plays = {s["joint"]: s["set"] for s in self.spec["sources"] if s["kind"] == "clearance" and "joint" in s}
+        self.plays = {
+            s["joint"]: next(iter(s["set"].values()))
+            for s in self.spec["sources"]
+            if s["kind"] == "clearance" and "joint" in s
+        }
         self.given = [m.data.bodies[name].mass if name in m.data.bodies else 0.0 for name in m.bodies]
         least = LEAST * max(self.given, default=0.0)
         self.masses = [mass or max(least, BAR * self.length(k)) for k, mass in enumerate(self.given)]
@@ -119,7 +122,7 @@ class Model:
         """w of a pin in the smallest hole that all forces press with all masses."""
         gravity = float(np.linalg.norm(self.m.data.gravity or (0.0, 0.0)))
         force = sum(float(np.linalg.norm(load["force"])) for load in self._loads()) + gravity * sum(self.given)
-        sizes = [shape.get(gap, 0.0) for play in self.plays.values() for shape in play.values() for gap in GAPS]
+        sizes = [play.get(key, 0.0) for play in self.plays.values() for key in BOUNDS]
         plays = [size for size in sizes if size > 0]
         mass = sum(self.masses)
         return math.sqrt((force or GRAVITY * mass) / mass / min(plays, default=1e-3 * self.size))

@@ -61,7 +61,7 @@ class PlanarModel(Model):
             if play is None:
                 self._connected(name, first, second)
             else:
-                self._pin(name, play["disc"]["radius"], first, second, height)
+                self._pin(name, play["radius"], first, second, height)
             if number in held or kind == "fixed":
                 self._locked(name, first["body"], second["body"])
         else:
@@ -101,9 +101,8 @@ class PlanarModel(Model):
         """Boxes along the axis on the first body, balls on the second; where it is driven, boxes ahead and behind."""
         joint = self.spec["joints"][number]
         first, second = (self.spec["points"][joint[end]] for end in ENDS)
-        gap, half = 0.0, 0.25 * self.size
-        for sizes in self.plays.get(number, {}).values():
-            gap, half = sizes.get("gap", sizes.get("high", 0.0)), sizes.get("half_length", half)
+        sizes = self.plays.get(number, {})
+        gap, half = sizes.get("gap", sizes.get("high", 0.0)), sizes.get("half_length", 0.25 * self.size)
         axis, at = np.array(joint["axis_first"][:2]), np.array(first["at"][:2])
         turn = math.atan2(axis[1], axis[0])
         travel = axis @ (self._in_axes_of(first["body"], second) - at)

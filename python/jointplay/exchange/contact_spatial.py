@@ -123,7 +123,7 @@ class Spatial(Model):
 
     def _sizes(self, number: int) -> dict[str, float]:
         """The sizes of a clearance; none where it is zero."""
-        (sizes,) = self.plays.get(number, {"none": {}}).values()
+        sizes = self.plays.get(number, {})
         return sizes if any(sizes.get(gap) for gap in ("radius", "axial", "gap")) else {}
 
     def _freedoms(self, number: int) -> Freedoms | None:

@@ -13,6 +13,7 @@ import numpy as np
 from jointplay import _core
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import CompiledSource
+from jointplay.core.sets import grown, play_of
 from jointplay.core.spec import SourceSpec
 from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
@@ -39,13 +40,7 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
     if not parts:
         return shape, size
     values = m.centre if u is None else u
-    grown = sum(factor * values[..., column] for column, factor in parts)
-    if shape == "interval":
-        gap = np.maximum(size["high"] + grown, 0.0)
-        return shape, {"low": -gap, "high": gap}
-    return shape, {
-        key: np.maximum(value + grown, 0.0) if key in ("radius", "gap") else value for key, value in size.items()
-    }
+    return shape, grown(size, sum(factor * values[..., column] for column, factor in parts), least=0.0)
 
 
 def _parts(m: Mechanism, clearance: CompiledSource) -> list[tuple[int, float]]:
@@ -59,8 +54,7 @@ def travel(m: Mechanism, source: int) -> tuple[float, float] | None:
     size, parts = own.size, _parts(m, own)
     if not parts:
         return None
-    gap = next(size[key] for key in ("radius", "gap", "high") if key in size)
-    middle = gap + sum(factor * m.centre[column] for column, factor in parts)
+    middle = play_of(size) + sum(factor * m.centre[column] for column, factor in parts)
     half = sum(abs(factor) * _half(m, column) for column, factor in parts)
     return float(middle - half), float(middle + half)
 

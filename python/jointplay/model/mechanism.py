@@ -22,6 +22,7 @@ from jointplay.basics.arrays import Floats
 from jointplay.basics.foreign import EXTENSIONS, is_link
 from jointplay.basics.typed import typed
 from jointplay.core.compile import Compiled, CompiledSource, DriveMotion, Loads, compile_file
+from jointplay.core.sets import grown
 from jointplay.core.spec import Changes, LoadSpec, PointSpec, Spec
 from jointplay.errors import InputError, not_known
 from jointplay.file import carried, document, measured, toml
@@ -297,11 +298,7 @@ class Mechanism(Compiled):
         """
         sources = list(self.compiled_sources)
         for k, by in growth.items():
-            shape, size = sources[k].shape, dict(sources[k].size)
-            for key, sign in (("radius", 1.0), ("gap", 1.0), ("high", 1.0), ("low", -1.0)):
-                if key in size:
-                    size[key] += sign * by
-            sources[k] = replace(sources[k], spec={**sources[k].spec, "set": {shape: size}})
+            sources[k] = sources[k].with_size(grown(sources[k].size, by))
         return self._resourced(sources)
 
     def held(self, offsets: Mapping[int, float]) -> Mechanism:
@@ -314,8 +311,8 @@ class Mechanism(Compiled):
         """
         sources = list(self.compiled_sources)
         for k, offset in offsets.items():
-            nothing = {"interval": {"low": 0.0, "high": 0.0}}
-            sources[k] = replace(sources[k], centre=(offset,), spec={**sources[k].spec, "set": nothing})
+            nothing = dict.fromkeys(sources[k].size, 0.0)
+            sources[k] = replace(sources[k].with_size(nothing), centre=(offset,))
         return self._resourced(sources)
 
     def deviating(self, u: Floats, point: int | None = None) -> Mechanism:

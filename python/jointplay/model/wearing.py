@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.core.sets import play_of
 from jointplay.errors import InputError
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, play_measures
-
-#: sizes of sets that wear makes larger
-GROWING = ("radius", "gap", "high")
 
 
 @dataclass(frozen=True)
@@ -65,8 +63,7 @@ class Wearing:
         ----------
         m : Mechanism
         """
-        _, size = clearance_of(m, self.sources[0])
-        return float(next(size[key] for key in GROWING if key in size))
+        return float(play_of(clearance_of(m, self.sources[0])[1]))
 
 
 def wearings(m: Mechanism, sources: Sequence[Sizing]) -> list[Wearing]:

@@ -1,10 +1,7 @@
-"""What clearances allow, as points around the place of their joint.
+"""What clearances allow without tilting, as points around the place of their joint.
 
-disc, ball    the circle or sphere of the radial clearance
-journal       two circles across the axis, the axial play apart
-sleeve        a circle across the axis
-guide         a rectangle across the axis; in the plane a line
-plate         a line along the normal
+Something round is in a circle or a sphere, and a pin with shoulders in two circles, the axial play apart; what is
+between faces is in a rectangle, or a line.
 """
 
 from __future__ import annotations
@@ -17,6 +14,7 @@ import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.sets import SETS, SINGLE
 from jointplay.core.spec import AXIS_ON, SIDE_ON
 from jointplay.model.gaps import clearance_of
 
@@ -27,6 +25,14 @@ if TYPE_CHECKING:
 AROUND, ACROSS = 48, 9
 #: how much thicker than nothing a line is drawn, as a share of its length
 THIN = 0.04
+TURNS, HEIGHTS = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False), np.linspace(-0.5 * np.pi, 0.5 * np.pi, ACROSS)
+CIRCLE = np.stack([np.cos(TURNS), np.sin(TURNS)], axis=-1)
+#: points of the boundary of what is round, with a radius of one, by its dimensions
+EDGES = {
+    1: np.array([[-1.0], [1.0]]),
+    2: CIRCLE,
+    3: np.concatenate([np.insert(np.cos(h) * CIRCLE, 2, np.sin(h), axis=1) for h in HEIGHTS]),
+}
 
 
 @dataclass(frozen=True)
@@ -62,12 +68,15 @@ def shapes(m: Mechanism, at: Floats, places: Floats) -> Iterator[DrawnClearance]
         else:
             side = np.array([-axis[1], axis[0], 0.0])
         name, sizes = clearance_of(m, k)
-        points = boundary(name, sizes, np.array([axis, side, np.cross(axis, side)]))
+        # In the plane the normal is the side; round sets of points have axes of the ground.
+        normal = np.cross(axis, side) if m.pose_size == poses.SPATIAL else side
+        ways = {"along": axis, "side": side, "normal": normal, **dict(zip("xyz", np.eye(3), strict=True))}
+        points = boundary(name, sizes, ways)
         if len(points) and np.abs(points).max() > 0.0:
             yield DrawnClearance(k, places[joint["first"]], points)
 
 
-def boundary(name: str, size: dict[str, float], frame: Floats) -> Floats:
+def boundary(name: str, size: dict[str, float], ways: dict[str, Floats]) -> Floats:
     """Points of the boundary of a set of offsets; none of one that moves no point.
 
     Parameters
@@ -76,27 +85,19 @@ def boundary(name: str, size: dict[str, float], frame: Floats) -> Floats:
         Of the set, as the core has it.
     size : dict
         Its sizes, metres.
-    frame : ndarray
-        Axis, side and normal of the joint in its rows.
+    ways : dict of ndarray
+        Directions of the components that shift.
     """
-    turns = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-    round_ = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    axis, side, normal = frame
-    if name == "disc":
-        return np.column_stack([size["radius"] * round_, np.zeros(AROUND)])
-    if name == "ball":
-        heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, ACROSS)[:, None]
-        points = [np.cos(heights) * round_[:, 0], np.cos(heights) * round_[:, 1], np.sin(heights) + 0.0 * turns]
-        return np.asarray(size["radius"] * np.stack(points, axis=-1).reshape(-1, 3))
-    if name in ("journal", "sleeve"):
-        ends = size.get("axial", 0.0) * np.array([[-1.0], [1.0]])
-        circle = size["radius"] * round_ @ np.stack([side, normal])
-        return np.asarray((circle[None] + (ends * axis)[:, None]).reshape(-1, 3))
-    if name == "guide":
-        corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-        return np.asarray(size["gap"] * corners @ np.stack([side, normal]))
-    if name in ("diamond", "plate"):
-        across, thin = (side, axis) if name == "diamond" else (axis, side)
-        corners = np.array([[-1.0, -THIN], [1.0, -THIN], [1.0, THIN], [-1.0, THIN]])
-        return np.asarray(size["gap"] * corners @ np.stack([across, thin]))
-    return np.zeros((0, 3))
+    kind, points = SETS[name], np.zeros((1, 3))
+    left = dict(ways) if kind is not SINGLE else {}
+    for one in kind.conditions(size):
+        bounded = [kind.components[k] for k in np.flatnonzero(one.rows.any(axis=0))]
+        # The other end of a pin, which does not tilt here, is where the first is.
+        own = [left.pop(component) for component in bounded if component in left]
+        if own:
+            points = (points[:, None] + one.high * EDGES[len(own)] @ np.array(own)).reshape(-1, 3)
+    if len(points) == 2:
+        # A line, which is a little wider than nothing.
+        across = size["gap"] * THIN * ways["side" if "along" in kind.components else "along"]
+        points = np.concatenate([points - across, points + across])
+    return points if len(points) > 1 else points[:0]

@@ -361,9 +361,8 @@ SHEETS: Mapping[str, Kind] = {
 
 def exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    kinds = ("disc", "ball", "journal", "sleeve", "guide", "diamond")
-    found = [clearance_of(m, k) for k, kind in enumerate(m.source_kinds) if kind == "clearance"]
-    radii = [size.get("radius", size.get("gap", 0.0)) for name, size in found if name in kinds]
+    found = [clearance_of(m, k)[1] for k, kind in enumerate(m.source_kinds) if kind == "clearance"]
+    radii = [size.get("radius", size.get("gap", 0.0)) for size in found]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

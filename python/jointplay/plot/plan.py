@@ -120,11 +120,11 @@ class DrawingPlan(Scene):
         """Where each pin lies in its clearance."""
         if "offset" not in result.data:
             return
-        for number, source in enumerate(self.spec["sources"]):
-            if source["kind"] != "clearance" or "disc" not in source["set"]:
+        for number, source in enumerate(self.m.compiled_sources):
+            if not source.is_round_play:
                 continue
-            at = self.place(self.spec["joints"][source["joint"]]["first"])
-            at = at + times * self._offset(source["joint"], result)
+            joint = source.spec["joint"]
+            at = self.place(self.spec["joints"][joint]["first"]) + times * self._offset(joint, result)
             look = {"marker": "o", "markersize": scaled(4.0), "color": series(3)["color"], "linestyle": ""}
             self.axes.plot(*at, label="pin in its clearance", zorder=8, **look)
             state = str(result.get("contact")[self.configuration, number]) if "contact" in result.data else ""

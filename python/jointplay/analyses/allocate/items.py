@@ -14,6 +14,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
+from jointplay.core.sets import PLAY, furthest
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Choice, Cost
 from jointplay.model.gaps import travel
@@ -303,12 +304,6 @@ def _play(m: Mechanism, sizing: Sizing, changes: Mapping[str, object], key: str)
     size = now.size * (2.0 if (sizing.measure, now.measure) == ("diametral", "radial") else 1.0)
     index = changed.sources.index(sizing.sources[0])
     source = changed.compiled_sources[index]
-    shape, numbers = source.shape, source.size
     limits = travel(changed, index)
-    if limits is not None:
-        scale = limits[1]
-    elif shape == "interval":
-        scale = max(numbers["high"], -numbers["low"])
-    else:
-        scale = next(numbers[word] for word in ("radius", "gap") if word in numbers)
-    return size, Play(max(scale, 0.0), numbers.get("axial", 0.0))
+    scale = furthest(source.size, PLAY) if limits is None else limits[1]
+    return size, Play(max(scale, 0.0), source.size.get("axial", 0.0))

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
-from jointplay.analyses.offsets import beyond
 from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Given, Loaded
 from jointplay.core.compile import LOOSE
+from jointplay.core.sets import beyond
 from jointplay.core.spec import ENDS, Changes, End, JointSpec
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism

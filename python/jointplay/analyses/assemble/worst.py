@@ -104,9 +104,9 @@ def corners_of(m: Mechanism, u0: Floats, sources: Iterable[int], factor: Callabl
     """Corners of the box of the tolerances of some sources, about u0; among many those with the largest factor."""
     wide: dict[int, tuple[float, float]] = {}
     for s in sources:
-        shape, size = m.compiled_sources[s].shape, m.compiled_sources[s].size
-        if m.source_kinds[s] not in (*LOOSE, "size") and shape == "interval" and size["high"] > size["low"]:
-            wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
+        limits = m.compiled_sources[s].limits
+        if m.source_kinds[s] not in (*LOOSE, "size") and limits is not None and limits[1] > limits[0]:
+            wide[int(np.flatnonzero(m.parameter_source == s)[0])] = limits
 
     def specimens(high: NDArray[np.bool_]) -> Floats:
         u = np.repeat(u0[None], len(high), 0)

@@ -359,10 +359,10 @@ class _Report:
         m, within = self.unknowns.m, np.ones(len(self.unknowns), dtype=bool)
         for k, one in enumerate(self.unknowns.unknowns):
             if not one.of_file and np.isfinite(one.sigma):
-                source = m.compiled_sources[int(m.parameter_source[one.parameter])]
-                if source.shape == "interval" and source.size["high"] > source.size["low"]:
+                limits = m.compiled_sources[int(m.parameter_source[one.parameter])].limits
+                if limits is not None and limits[1] > limits[0]:
                     away = self.fit.state.x[k] - m.centre[one.parameter]
-                    within[k] = source.size["low"] <= away <= source.size["high"]
+                    within[k] = limits[0] <= away <= limits[1]
         return within
 
     def _add_readings(self, builder: ResultBuilder) -> None:

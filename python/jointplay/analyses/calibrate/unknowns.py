@@ -243,10 +243,10 @@ def _prior(m: Mechanism) -> tuple[Floats, Floats]:
     """Mean, from the known deviations, and covariance of all parameters."""
     mean, covariance = m.core.parameter_moments()
     for k, source in enumerate(m.compiled_sources):
-        if source.spec["law"] == "normal" and source.shape == "interval":
+        if source.spec["law"] == "normal" and source.limits is not None:
             # The density of what is cut off at its limits is that of the whole law within them.
             p = int(np.flatnonzero(m.parameter_source == k)[0])
-            wider = (source.size["high"] - source.size["low"]) / 2.0 / SIGMAS
+            wider = (source.limits[1] - source.limits[0]) / 2.0 / SIGMAS
             narrow = np.sqrt(covariance[p, p])
             if narrow > 0.0:
                 covariance[p] *= wider / narrow

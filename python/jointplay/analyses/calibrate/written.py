@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.basics.arrays import Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import CompiledSource
-from jointplay.core.compile.source import SHIFTS_ACROSS
+from jointplay.core.sets import SHIFTS_ACROSS
 from jointplay.errors import InputError
 from jointplay.file.schema.correlations import MOST_SOURCES
 from jointplay.model.mechanism import Mechanism
@@ -120,7 +120,7 @@ class _Writer:
         return changes | (self._correlations() if self.posterior else {})
 
     def _is_zone(self, sizing: Sizing) -> bool:
-        return self._source(sizing).shape != "interval"
+        return self._source(sizing).limits is None
 
     def _source(self, sizing: Sizing) -> CompiledSource:
         return self.m.compiled_sources[self.m.sources.index(sizing.sources[0])]

@@ -29,13 +29,14 @@ edges, and what is left of M presses (|M| - m) / max(w, h) more.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
-from jointplay.core.compile import SHIFTS_ACROSS, TILTS
+from jointplay.core.sets import BOUNDS, SETS, SHIFTS_ACROSS, SINGLE, TILTS, OffsetSet
 from jointplay.errors import InputError
 from jointplay.file.schema import Coupling, Friction
 from jointplay.model.gaps import clearance_of
@@ -60,8 +61,6 @@ LAWS = {"revolute": "pin", "prismatic": "guide", "pin_in_slot": "slot"}
 LAWS_IN_SPACE = {"revolute": "journal", "prismatic": "rail", "spherical": "ball"}
 #: that of couplings
 FLANK = "flank"
-#: sets of offsets that are known here
-KNOWN = ("disc", "interval", "diamond", "journal", "sleeve", "guide", "ball")
 #: a ball that bores is taken to slide by this part of its turning
 BORES = 1e-6
 
@@ -347,24 +346,35 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
         if k < 0 and friction is None and coupling is None:
             continue
         shape, size = clearance_of(m, k, u) if k >= 0 else ("", {})
-        if k >= 0 and shape not in KNOWN:
-            problem = f"friction is not computed in mechanisms with the clearance of a {m.joint_kinds[joint]} joint"
-            raise InputError(problem, file=m.file, key=f"joints.{name}.clearance")
         parameters = np.flatnonzero(m.parameter_source == k) if k >= 0 else np.array([], dtype=np.intp)
         held = HELD_BY if m.pose_size == PLANAR else HELD_IN_SPACE
         if k < 0 and coupling is not None:
             # Its own row is the first.
-            own = np.array([next(row for row, (of, _) in enumerate(from_rows) if of == joint)])
+            own, kind = np.array([next(row for row, (of, _) in enumerate(from_rows) if of == joint)]), SINGLE
         else:
             names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
             own = np.array([from_rows.index((joint, component)) for component in names])
-        found.append(_contact(m, joint, entry, friction, own, parameters, shape, size, k))
+            kind = SETS[shape] if shape else next(one for one in SETS.values() if one.components == names)
+        found.append(_contact(m, joint, entry, friction, own, parameters, kind, size, k))
     return found
 
 
-def _ends(half: float) -> Floats:
-    """Displacements of both ends of a pin across its axis, by side, normal, and tilts about them."""
-    return np.array([[1, 0, 0, half], [0, 1, -half, 0], [1, 0, 0, -half], [0, 1, half, 0]], dtype=float)
+def _touching(kind: OffsetSet, size: Mapping[str, float], roll: float) -> tuple[Floats, ContactParts]:
+    """Offsets of the contacts over those of a set, and the contacts: both ends of what is flat, and last its roll."""
+    names = np.array(kind.components)
+    rows: list[Floats] = []
+    parts: list[ContactPart] = []
+    for one in kind.conditions(size):
+        if len(one.rows) > 1:
+            parts.append((len(rows), len(rows) + len(one.rows), one.low, one.high))
+            rows += [*one.rows]
+            continue
+        end = np.where(names == "roll", 0.0, one.rows[0])
+        for other in (end, np.where(np.isin(names, ("angle", *TILTS)), -end, end))[: 1 + one.is_flat]:
+            parts.append((len(rows), len(rows) + 1, one.low, one.high))
+            rows.append(other)
+    rows += [roll * (names == name) for name in names if name == "roll"]
+    return np.array(rows, dtype=float), tuple(parts)
 
 
 def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> JointContact:
@@ -391,8 +401,8 @@ def _contact(
     friction: Friction | None,
     rows: NDArray[np.intp],
     parameters: NDArray[np.intp],
-    shape: str,
-    size: dict[str, float],
+    within: OffsetSet,
+    size: Mapping[str, float],
     source: int,
 ) -> JointContact:
     units, play = m.units, getattr(entry, "clearance", None)
@@ -406,33 +416,13 @@ def _contact(
     kind = laws.get(m.joint_kinds[joint], "") if coupling is None else FLANK
     # A joint with nothing but a force of its own has no size: where it is held does not matter.
     half = size.get("half_length", sizes.get("length", 0.0) / 2.0) or m.length
-    gap, radius = size.get("gap", 0.0), size.get("radius", 0.0)
-    edge = (-gap, gap)
-    if shape == "diamond" or (not shape and kind == "guide"):
-        transform = np.array([[1.0, half], [1.0, -half]])
-        parts: ContactParts = ((0, 1, *edge), (1, 2, *edge))
-    elif shape == "journal" or (not shape and kind == "journal"):
-        axial = size.get("axial", 0.0)
-        transform = np.eye(5)
-        transform[1:, 1:] = _ends(half)
-        parts = ((0, 1, -axial, axial), (1, 3, 0.0, radius), (3, 5, 0.0, radius))
-    elif shape == "sleeve":
-        transform, parts = _ends(half), ((0, 2, 0.0, radius), (2, 4, 0.0, radius))
-    elif shape == "guide" or (not shape and kind == "rail"):
-        rows_of_faces = [[1, 0, 0, 0, half], [1, 0, 0, 0, -half], [0, 1, 0, -half, 0], [0, 1, 0, half, 0]]
-        transform = np.array([*rows_of_faces, [0, 0, m.length, 0, 0]], dtype=float)
-        parts = tuple((k, k + 1, *edge) for k in range(4))
-    elif shape == "disc" or (not shape and kind == "pin"):
-        transform, parts = np.eye(2), ((0, 2, 0.0, radius),)
-    elif shape == "ball" or (not shape and kind == "ball"):
-        transform, parts = np.eye(3), ((0, 3, 0.0, radius),)
-    else:
-        transform, parts = np.eye(1), ((0, 1, size.get("low", 0.0), size.get("high", 0.0)),)
-    half_sizes = (0.0, 0.0)
-    if shape == "guide":
-        half_sizes = (size["half_height"], size["half_width"])
-    elif kind == "rail":
-        half_sizes = (sizes.get("height", 0.0) / 2.0, sizes.get("width", 0.0) / 2.0)
+    halves = {f"half_{key}": sizes.get(key, 0.0) / 2.0 for key in ("height", "width")}
+    size = {**dict.fromkeys(BOUNDS, 0.0), **halves, **size, "half_length": half}
+    transform, parts = _touching(within, size, m.length)
+    if len(transform) != len(within.components):
+        # What tilts in two directions between the same faces has more corners than offsets.
+        problem = f"friction is not computed in mechanisms with the clearance of a {m.joint_kinds[joint]} joint"
+        raise InputError(problem, file=m.file, key=f"joints.{m.joints[joint]}.clearance")
     own = 0.0
     if friction is not None and friction.own:
         given = getattr(friction, friction.own)
@@ -451,6 +441,6 @@ def _contact(
         width=sizes.get("width", 0.0),
         collar=getattr(friction, "collar_radius", 0.0) * units.length,
         source=source,
-        half=half_sizes,
+        half=(size["half_height"], size["half_width"]) if "roll" in within.components else (0.0, 0.0),
         roll=m.length,
     )

@@ -23,12 +23,13 @@ Forces and motions are those in the axes of the first body.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
+from jointplay.core.sets import SETS
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.wearing import Wearing
@@ -170,30 +171,27 @@ def faces_of(
     """
     shape, size = clearance_of(m, source)
     force, moment = _wrench(reaction, slide.axes)
-    turn = np.abs(slide.turns @ slide.along) if shape in ("journal", "sleeve") else np.abs(slide.turns[:, 2])
-    travel = np.abs(slide.shifts @ slide.along)
+    travel, half = np.abs(slide.shifts @ slide.along), size.get("half_length", np.inf)
     diameter = own.diameter if np.isfinite(own.diameter) else 1.0
-    match shape:
-        case "disc":
-            pressure = np.linalg.norm(force[:, :2], axis=1) / (diameter * own.length)
-            angle = np.arctan2(force[:, 1], force[:, 0])
-            turned = np.concatenate([[0.0], np.cumsum(slide.turns[:, 2])])
-            slid = 0.5 * diameter * turn[:, None]
-            return Faces(pressure[:, None], slid, slid, angle[:, None], turned)
-        case "sleeve" | "journal":
-            return _pin(force, moment, slide, size["half_length"], diameter, own.length, turn, travel)
-        case "diamond":
-            sum_ = np.maximum(np.abs(force @ slide.normal), np.abs(moment[:, 2]) / size["half_length"])
+    match SETS[shape].slides:
+        case "pin":
+            seen = slide if m.pose_size == poses.SPATIAL else _upright(slide)
+            return _pin(force, moment, seen, half, diameter, own.length)
+        case "block":
+            sum_ = np.maximum(np.abs(force @ slide.normal), np.abs(moment[:, 2]) / half)
             return _plain(sum_ / (own.length * own.width), travel)
-        case "interval":
-            return _plain(np.abs(force @ slide.normal) / (own.length * own.width), travel)
         case "ball":
             return _ball(force, slide, 0.5 * own.diameter, order)
         case "guide":
             return _guide(force, moment, slide, size, travel)
         case "plate":
             return _plate(force, moment, slide, size)
-    raise AssertionError(f"{shape} does not slide")
+
+
+def _upright(slide: Slide) -> Slide:
+    """With the axis of a pin in the plane, which is across it."""
+    x, y, z = np.eye(3)
+    return replace(slide, along=z, side=x, normal=y)
 
 
 def _wrench(reaction: Floats, axes: Floats) -> tuple[Floats, Floats]:
@@ -212,26 +210,17 @@ def _plain(pressure: Floats, slid: Floats) -> Faces:
     return Faces(pressure[:, None], slid[:, None], slid[:, None])
 
 
-def _pin(
-    force: Floats,
-    moment: Floats,
-    slide: Slide,
-    half: float,
-    diameter: float,
-    length: float,
-    turn: Floats,
-    travel: Floats,
-) -> Faces:
-    """Both ends of a pin, R = (F +- M x a / l) / 2 across its axis a."""
+def _pin(force: Floats, moment: Floats, slide: Slide, half: float, diameter: float, length: float) -> Faces:
+    """Both ends of a pin, R = (F +- M x a / l) / 2 across its axis a; one of them of a pin that does not tilt."""
     across = force - (force @ slide.along)[:, None] * slide.along
     lever = np.cross(moment, slide.along) / half
-    ends = np.stack([0.5 * (across + sign * lever) for sign in (1.0, -1.0)], axis=1)
+    ends = np.stack([0.5 * (across + sign * lever) for sign in ((1.0, -1.0) if np.isfinite(half) else (1.0,))], axis=1)
     pressure = np.linalg.norm(ends, axis=2) / (diameter * 0.5 * length)
     angle = np.arctan2(ends @ slide.normal, ends @ slide.side)
     turned = np.concatenate([[0.0], np.cumsum(slide.turns @ slide.along)])
-    slid = np.hypot(0.5 * diameter * turn, travel)
-    both = np.stack([slid, slid], axis=1)
-    return Faces(pressure, both, both, angle, turned)
+    slid = np.hypot(0.5 * diameter * np.abs(slide.turns @ slide.along), np.abs(slide.shifts @ slide.along))
+    each = np.repeat(slid[:, None], ends.shape[1], axis=1)
+    return Faces(pressure, each, each, angle, turned)
 
 
 def _ball(force: Floats, slide: Slide, radius: float, order: Order) -> Faces:

@@ -8,14 +8,15 @@ goes to another corner of its set. An offset that the load leaves open is a stat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
+from jointplay.core.sets import SETS, Condition
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 
@@ -45,9 +46,9 @@ class Contacts:
                 continue
             columns = np.flatnonzero(m.parameter_source == number)
             shape, size = clearance_of(m, number)
-            for is_round, rows in _places(shape, size):
+            for is_round, rows in _places(SETS[shape].conditions(size)):
                 # A set of size zero leaves nothing to turn.
-                matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
+                matrix = np.nan_to_num(rows, nan=0.0, posinf=0.0, neginf=0.0)
                 places.append(ContactPlace(columns, np.array(source.centre) + _middle(size), matrix, is_round))
         places.sort(key=lambda place: place.round)
         sizes = [len(place.map) for place in places]
@@ -97,36 +98,16 @@ def _middle(size: dict[str, float]) -> float:
     return 0.5 * (size["low"] + size["high"]) if "low" in size else 0.0
 
 
-def _places(shape: str, size: dict[str, float]) -> list[tuple[bool, Any]]:
+def _places(conditions: Sequence[Condition]) -> list[tuple[bool, Floats]]:
     """Of each place of contact of a set whether it is round, and the matrix to shares of the clearance."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        value = {key: np.float64(number) for key, number in size.items()}
-        match shape:
-            case "disc":
-                return [(True, np.eye(2) / value["radius"])]
-            case "ball":
-                return [(True, np.eye(3) / value["radius"])]
-            case "interval":
-                return [(True, [[2.0 / (value["high"] - value["low"])]])]
-            case "diamond":
-                return [(False, np.diag([1.0, value["half_length"]]) / value["gap"])]
-            case "journal":
-                axial = np.array([[1.0, 0.0, 0.0, 0.0, 0.0]]) / value["axial"]
-                return [(True, axial), *((True, np.insert(end, 0, 0.0, axis=1)) for end in _ends(value))]
-            case "sleeve":
-                return [(True, end) for end in _ends(value)]
-            case "guide":
-                length, width, height = value["half_length"], value["half_width"], value["half_height"]
-                return [(False, np.diag([1.0, 1.0, max(width, height), length, length]) / value["gap"])]
-            case "plate":
-                return [(False, np.diag([1.0, value["half_normal"], value["half_side"]]) / value["gap"])]
-    raise ValueError(shape)
-
-
-def _ends(value: dict[str, np.float64]) -> list[Floats]:
-    """Radial offset of both ends of a pin from its shift along side and normal and its tilts about them.
-
-    A tilt about the side moves the far end along -normal, one about the normal moves it along the side.
-    """
-    half, radius = value["half_length"], value["radius"]
-    return [np.array([[1.0, 0.0, 0.0, end], [0.0, 1.0, -end, 0.0]], dtype=np.float64) / radius for end in (half, -half)]
+        found = [
+            (True, one.rows / np.float64(one.high if len(one.rows) > 1 else 0.5 * (one.high - one.low)))
+            for one in conditions
+            if not one.is_flat
+        ]
+        if flat := [one for one in conditions if one.is_flat]:
+            # Where several pairs of faces bound a component, that which bounds it most.
+            rows = np.diag(np.max([np.abs(one.rows[0]) for one in flat], axis=0))
+            found.append((False, rows / np.float64(flat[0].high)))
+    return found

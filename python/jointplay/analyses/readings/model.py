@@ -23,6 +23,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.answers import Given, Loaded, Random
 from jointplay.core.compile import LENGTHS, LOOSE
+from jointplay.core.sets import BOUNDS
 from jointplay.core.spec import Changes, SourceSpec
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
@@ -594,10 +595,7 @@ def _ends(m: Mechanism, side: int) -> dict[int, float]:
 def _without_tolerance(source: SourceSpec) -> SourceSpec:
     """The same source where it hardly scatters."""
     shape, size = next(iter(source["set"].items()))
-    small = {
-        key: value * (NOTHING if key in ("radius", "gap", "low", "high", "axial") else 1.0)
-        for key, value in size.items()
-    }
+    small = {key: value * (NOTHING if key in BOUNDS else 1.0) for key, value in size.items()}
     return {**source, "set": {shape: small}, "law": "uniform"}
 
 

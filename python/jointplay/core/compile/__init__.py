@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
+from jointplay.core.sets import SHIFTS_ACROSS, TILTS
 from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, FollowerSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
@@ -35,7 +36,7 @@ from .loads import Loads, compile_loads, compile_output, inertia_matrix, places_
 from .members import Member, split
 from .motion import DriveMotion
 from .sizes import described
-from .source import LOOSE, SHIFTS_ACROSS, TILTS, CompiledSource
+from .source import LOOSE, CompiledSource
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .spins import Spin, find_spins

@@ -13,11 +13,11 @@ which a lever arm stands beside the characteristic length: beyond the ratio the 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from jointplay.basics.arrays import Floats
+from jointplay.core.sets import furthest
 from jointplay.file.schema import MechanismFile
 
 from .drives import LENGTHS, Commands
@@ -32,8 +32,6 @@ QUARTER = 0.25 * TURN
 WHOLE_TURNS = ("angle", "drive", "backlash")
 #: kelvin; no mechanism is as hot
 HOTTEST = 5000.0
-#: the numbers of a set that bound how far something is off
-BOUNDS = ("radius", "gap", "axial", "low", "high")
 
 
 def check_sizes(
@@ -82,9 +80,7 @@ def _check_growth(graph: Graph, source: CompiledSource) -> None:
 
 def _off(source: CompiledSource) -> float:
     """The largest displacement that a source allows or has."""
-    ((_, size),) = source.spec["set"].items()
-    sizes: list[Any] = [abs(size[name]) for name in BOUNDS if name in size]
-    return float(max(*sizes, *map(abs, source.centre)))
+    return max(furthest(source.size), *map(abs, source.centre))
 
 
 def _size(graph: Graph, guess: Floats, commands: Commands) -> float:

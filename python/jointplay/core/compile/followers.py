@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.basics.arrays import Floats
+from jointplay.core.sets import between
 from jointplay.core.spec import CurveSpec, FollowerSpec, SourcePart
 from jointplay.errors import listed
 from jointplay.file.schema import Follower, MechanismFile
@@ -83,7 +84,7 @@ def of_followers(data: MechanismFile, graph: Graph) -> Iterator[CompiledSource]:
         if entry.backlash is not None:
             spec: SourcePart = {
                 "joint": index,
-                "set": {"interval": {"low": -entry.backlash.minus * factor, "high": entry.backlash.plus * factor}},
+                "set": between(-entry.backlash.minus * factor, entry.backlash.plus * factor),
                 "law": entry.backlash_law,
             }
             at = f"followers.{name}.backlash"

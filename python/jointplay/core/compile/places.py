@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from jointplay.core.sets import SHIFTS_ACROSS, TILTS, cylinder, within
 from jointplay.core.spec import SetSpec, SourcePart
 from jointplay.file.schema import (
     DH,
@@ -33,7 +34,7 @@ from jointplay.file.schema import (
 
 from .frames import PARALLEL, Vector3, X, Y, Z, across, cross_product, dot, unit, vector
 from .graph import CompiledJoint, Graph
-from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, CompiledSource, interval
+from .source import COINCIDENT, CompiledSource, interval
 
 NOTHING: Vector3 = (0.0, 0.0, 0.0)
 BODY_AXES = {"x": X, "y": Y, "z": Z}
@@ -47,7 +48,7 @@ def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout:
     point, length = graph.places[body, joint.pin], graph.units.length
     axis, side, normal = _axes(graph, joint.pin, point)
     plane = {"side": side, "normal": normal} if isinstance(entry, SpatialJoint) else {"x": axis, "y": side}
-    where: SourcePart = {"set": {"disc": {"radius": (runout.tolerance or 0.0) * length}}, "law": runout.law}
+    where: SourcePart = {"set": within((runout.tolerance or 0.0) * length, 2), "law": runout.law}
     displacement = graph.displacement([point], graph.points[point].at)
     spec = _part(displacement, tuple(plane), [(way, NOTHING) for way in plane.values()], where)
     x, y = runout.deviation
@@ -88,15 +89,15 @@ class _Seat:
         _, side, normal = self.axes
         if isinstance(off, PlanarPosition) or off.spherical:
             components: tuple[str, ...] = ("x", "y") if isinstance(off, PlanarPosition) else ("x", "y", "z")
-            shape: SetSpec = {"disc" if len(components) == 2 else "ball": {"radius": radius}}
+            shape = within(radius, len(components))
             ways = [(BODY_AXES[component], NOTHING) for component in components]
         else:
             components, ways = SHIFTS_ACROSS, [(side, NOTHING), (normal, NOTHING)]
-            shape = {"disc": {"radius": radius}}
+            shape = within(radius, 2)
             if off.length is not None:
                 components = (*SHIFTS_ACROSS, *TILTS)
                 ways += [(NOTHING, side), (NOTHING, normal)]
-                shape = {"sleeve": {"radius": radius, "half_length": off.length / 2.0 * length}}
+                shape = cylinder(radius, off.length / 2.0 * length)
         known = off.deviation if isinstance(off, PlanarPosition) else off.centre
         factors = tuple(angle if component in TILTS else length for component in components)
         centre = tuple(value * length for value in known) + (0.0,) * (len(components) - len(known))
@@ -119,8 +120,8 @@ class _Seat:
             first, second = off.deviation
             ways = [(NOTHING, side), (NOTHING, normal)]
             centre = (first * angle, second * angle)
-            shape: SetSpec = {"disc": {"radius": largest}}
-            yield self._zone(name, key, "direction", TILTS, (angle, angle), centre, ways, shape, off.law)
+            zone = within(largest, 2)
+            yield self._zone(name, key, "direction", TILTS, (angle, angle), centre, ways, zone, off.law)
 
     def _single(
         self, name: str, key: str, kind: str, component: str, off: ComponentDeviation, way: Twist

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from jointplay.core.sets import SETS, between
 from jointplay.core.spec import SourcePart, SourceSpec
 from jointplay.file.schema import ToleranceLaw, ToleranceTable, law_in_core, limits_of
 
@@ -11,8 +12,6 @@ from jointplay.file.schema import ToleranceLaw, ToleranceTable, law_in_core, lim
 COINCIDENT = 1e-9
 #: kinds of sources whose offsets the load decides
 LOOSE = ("clearance", "backlash")
-SHIFTS_ACROSS = ("side", "normal")
-TILTS = ("tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,20 @@ class CompiledSource:
         return self.spec["set"][self.shape]
 
     @property
+    def limits(self) -> tuple[float, float] | None:
+        """Lowest and highest offset where it has one, SI; None of larger sets."""
+        return (self.size["low"], self.size["high"]) if "low" in self.size else None
+
+    @property
+    def is_round_play(self) -> bool:
+        """Whether it is a clearance that is the same in every direction."""
+        return self.kind == "clearance" and "joint" in self.spec and SETS[self.shape].is_round
+
+    def with_size(self, size: dict[str, float]) -> CompiledSource:
+        """The same with other sizes of its set."""
+        return replace(self, spec={**self.spec, "set": {self.shape: size}})
+
+    @property
     def as_spec(self) -> SourceSpec:
         """All of it as the core wants it."""
         return {"kind": self.kind, "centre": list(self.centre), **self.spec}
@@ -65,4 +78,4 @@ def interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float)
     """The set and the law of one component, SI."""
     low, high = (limit * factor for limit in limits_of(tolerance, law))
     own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
-    return {"set": {"interval": {"low": low, "high": high}}, "law": own}
+    return {"set": between(low, high), "law": own}

@@ -8,25 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from jointplay.basics.units import Units
-from jointplay.core.spec import GrowthSpec, SetSpec, SourcePart
+from jointplay.core.sets import between, of_clearance
+from jointplay.core.spec import GrowthSpec, SourcePart
 from jointplay.errors import InputError
 from jointplay.file.schema import (
-    BallClearance,
     Coupling,
     Drive,
-    GuideClearance,
-    JournalClearance,
     LawTable,
     LockedAngle,
     MechanismFile,
     Mesh,
-    PlateClearance,
-    PrismaticClearance,
-    RevoluteClearance,
     SizedClearance,
-    SleeveClearance,
-    SlotClearance,
     law_in_core,
 )
 
@@ -36,7 +28,7 @@ from .followers import of_followers
 from .graph import TURNS, CompiledJoint, Graph
 from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
-from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, CompiledSource, interval
+from .source import COINCIDENT, CompiledSource, interval
 from .thermal import Growth, growth
 
 
@@ -104,7 +96,10 @@ def _of_joint(
     sources: list[CompiledSource] = []
     if play is not None:
         gap, sizes = _sizes(graph, joint, play)
-        components, shape = _set(entry, play, gap, units, length)
+        if isinstance(entry, Mesh):
+            components, shape = entry.held, between(*play_at_rim(entry, units))
+        else:
+            components, shape = of_clearance(play, gap, units.length, length)
         if joint.kind == "fixed":
             # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
@@ -149,7 +144,7 @@ def _of_sizes(
         spec: SourcePart = {
             "joint": index,
             "factor": size.factor,
-            "set": {"interval": {"low": -size.half, "high": size.half}},
+            "set": between(-size.half, size.half),
             "law": law_in_core(size.law, size.low, size.high, unit, size.middle),
         }
         name = joint.name
@@ -181,52 +176,11 @@ def _of_backlash(graph: Graph, name: str, drive: Drive, index: int) -> Iterator[
         spec: SourcePart = {
             "drive": index,
             "joint": driven,
-            "set": {"interval": {"low": -play.minus * factor, "high": play.plus * factor}},
+            "set": between(-play.minus * factor, play.plus * factor),
             "law": drive.backlash_law,
         }
         at = f"{name}.backlash" + ("" if drive.joint else f".{joint}")
         yield CompiledSource(at, "backlash", ("value",), (factor,), (0.0,), spec, f"drives.{at}")
-
-
-def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
-    """Components of a clearance in the order of the joint's locked directions, and its set.
-
-    `gap` is its radius or gap; in the middle of its sizes it may be negative, where most pairs have no play.
-    """
-    unit = units.length
-    if isinstance(entry, Mesh):
-        low, high = play_at_rim(entry, units)
-        return entry.held, {"interval": {"low": low, "high": high}}
-    match play:
-        case RevoluteClearance():
-            return ("x", "y"), {"disc": {"radius": gap}}
-        case PrismaticClearance():
-            size = {"gap": gap, "half_length": play.length / 2.0 * unit}
-            return ("normal", "angle"), {"diamond": size}
-        case SlotClearance():
-            return ("normal",), {"interval": {"low": -gap, "high": gap}}
-        case JournalClearance():
-            size = {**_pin(play, gap, unit, length), "axial": play.axial * unit}
-            return ("along", *SHIFTS_ACROSS, *TILTS), {"journal": size}
-        case SleeveClearance():
-            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, gap, unit, length)}
-        case BallClearance():
-            return ("x", "y", "z"), {"ball": {"radius": gap}}
-        case GuideClearance():
-            height = play.width if play.height is None else play.height
-            halves = {"half_length": play.length, "half_width": play.width, "half_height": height}
-            size = {"gap": gap, **{key: value / 2.0 * unit for key, value in halves.items()}}
-            return (*SHIFTS_ACROSS, "roll", *TILTS), {"guide": size}
-        case PlateClearance():
-            side, normal = play.size
-            size = {"gap": gap, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
-            return ("along", *TILTS), {"plate": size}
-    raise AssertionError(f"{type(play).__name__} has no set")
-
-
-def _pin(play: SleeveClearance, gap: float, unit: float, length: float) -> dict[str, float]:
-    """Radius and half-length of a pin. One without radial play does not tilt, however long it is."""
-    return {"radius": gap, "half_length": length if play.length is None else play.length / 2.0 * unit}
 
 
 def _of_dimension(

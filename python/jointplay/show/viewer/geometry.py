@@ -185,10 +185,10 @@ class Geometry:
                 self._planar(joint)
             else:
                 self._spatial(joint)
-        for number, source in enumerate(self.spec["sources"]):
-            if source["kind"] == "clearance" and "disc" in source["set"] and self.planar:
+        for number, source in enumerate(self.m.compiled_sources):
+            if source.is_round_play and self.planar:
                 radius = clearance_of(self.m, number)[1]["radius"] / self.m.units.length
-                point = self.spec["joints"][source["joint"]]["first"]
+                point = self.spec["joints"][source.spec["joint"]]["first"]
                 self.shapes.append({"kind": "play", "points": [point], "radius": radius})
 
     def _planar(self, joint: JointSpec) -> None:
