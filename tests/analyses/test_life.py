@@ -261,9 +261,10 @@ force = [0, -100, 0]
 
 
 def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
-    turn, travel = np.array([0.3, 0.0]), np.array([0.004, 0.001])
+    moved = slide(2)
+    moved.turns[:, 0], moved.shifts[:, 0] = [0.3, 0.0], [0.004, 0.001]
     force = np.array([[0.0, 6.0, 8.0]] * 3)
-    faces = _pin(force, np.zeros((3, 3)), slide(2), 0.02, 0.01, 0.04, turn, travel)
+    faces = _pin(force, np.zeros((3, 3)), moved, 0.02, 0.01, 0.04)
     slid = math.hypot(0.005 * 0.3, 0.004) + 0.001
     assert faces.slid == pytest.approx(slid, rel=1e-12)
     # Each end has half of the force and half of the length.
@@ -434,7 +435,7 @@ def test_a_plate_that_turns_slides_by_its_mean_distance_from_the_middle() -> Non
 def test_both_ends_of_a_pin_balance_its_wrench() -> None:
     rng = np.random.default_rng(3)
     force, moment = rng.normal(size=(5, 3)), rng.normal(size=(5, 3)) * 0.02
-    faces = _pin(force, moment, slide(4), 0.02, 0.01, 0.04, np.zeros(4), np.zeros(4))
+    faces = _pin(force, moment, slide(4), 0.02, 0.01, 0.04)
     ends = faces.pressure * 0.01 * 0.02
     assert faces.towards is not None
     forces = np.stack([ends * np.cos(faces.towards), ends * np.sin(faces.towards)], axis=-1)

@@ -129,13 +129,10 @@ def _clearances(m: Mechanism) -> Iterator[str]:
         for joint, here in dict(reversed(places)).items():
             apart = (float(np.linalg.norm(at - here)) for _, at in places)
             links_of.setdefault(joint, []).extend(length for length in apart if length > 1e-9 * m.length)
-    for source in m.compiled_sources:
-        if not source.is_round_play:
-            continue
-        joint = source.spec["joint"]
+    for _, joint, play in m.round_plays:
         links = links_of.get(joint, [])
-        if links and source.size["radius"] > LARGE * min(links):
-            radius, link = source.size["radius"] / m.units.length, min(links) / m.units.length
+        if links and play > LARGE * min(links):
+            radius, link = play / m.units.length, min(links) / m.units.length
             yield (
                 f"The radial clearance of {m.joints[joint]} is {radius:.3g} {m.units.length_name}, above a tenth of a"
                 f" link ({link:.3g} {m.units.length_name}): is it in another unit?"

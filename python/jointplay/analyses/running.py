@@ -187,7 +187,7 @@ def contact_rates(m: Mechanism, at: Nominal, motion: DriveMotion) -> tuple[Float
     where it is not judged.
     """
     found = np.full((2, len(at), len(m.sources)), np.nan)
-    judged = _judged(m)
+    judged = [one for one in m.round_plays if one[2] > 0.0]
     if not judged:
         return found[0], found[1]
     is_path = motion.times is not None and len(at) > 1
@@ -343,16 +343,6 @@ def _passing(start: Floats, end: Floats, step: Floats, masses: Sequence[Floats],
     return np.asarray(np.where(zero, np.where(moves, np.inf, np.nan), rate)), np.asarray(transit)
 
 
-def _judged(m: Mechanism) -> list[tuple[int, int, float]]:
-    """Round clearances, which are the same in every direction: source, joint, play."""
-    found = [
-        (k, source.spec["joint"], source.size["radius"])
-        for k, source in enumerate(m.compiled_sources)
-        if source.is_round_play
-    ]
-    return [one for one in found if one[2] > 0.0]
-
-
 def _rows(m: Mechanism, joint: int) -> list[int]:
     """The rows of the closure that hold the point of a joint along ground axes, as those of round clearances do."""
     return [k for k, (own, name) in enumerate(m.core.rows) if own == joint and name in LENGTHS]
@@ -380,7 +370,7 @@ def _reactions(m: Mechanism, instants: _Instants) -> Floats:
     if m.data.springs:
         of_springs = m.varied(loads=[]).loaded(at.drives, at.poses, exact=False)["reaction"]
     found = np.full((len(at), len(m.joints), 3), np.nan)
-    for _, joint, _ in _judged(m):
+    for _, joint, _ in m.round_plays:
         rows = _rows(m, joint)
         found[:, joint, : len(rows)] = held[:, rows]
         if of_springs is not None:

@@ -9,8 +9,9 @@ An offset v is admissible where it meets all conditions of its set; R, w are row
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -48,8 +49,6 @@ WHOLE: Mapping[str, Callable[[Any], float | None]] = MappingProxyType(
 )
 #: sizes of a set by name; numbers, or of bounds arrays over configurations where sizes scatter
 SetSizes = Mapping[str, Any]
-#: rows of a condition: numbers, and names of sizes
-BoundRows = tuple[tuple[float | str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -71,78 +70,69 @@ class Condition:
 
 @dataclass(frozen=True)
 class OffsetSet:
-    """A kind of set: the clearance of the file that has it, its components in the order of the joint's locked
-    directions, its sizes, its conditions by what bounds them, and which faces slide on one another.
-    """
+    """A kind of set."""
 
+    #: the clearance of the file that has it, and the kind of joint
     of: type[SizedClearance]
-    components: tuple[str, ...]
-    sizes: tuple[str, ...]
-    bounded: tuple[tuple[str, BoundRows], ...]
+    joint: str
+    #: what rubs as a law of friction says; empty where none does
+    rubs: str
     slides: Literal["pin", "block", "ball", "guide", "plate"]
+    #: in the order of the joint's locked directions
+    components: tuple[str, ...]
+    #: of every condition the size that bounds it, and its rows: numbers, and sizes with their signs
+    bounded: Sequence[tuple[Any, ...]]
+
+    @property
+    def sizes(self) -> list[str]:
+        """Its sizes as the core has them."""
+        named = [one for bound, *rows in self.bounded for one in (bound, *chain(*rows)) if isinstance(one, str)]
+        return [*(["low"] if "high" in named else []), *dict.fromkeys(one.removeprefix("-") for one in named)]
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether it is of the plane, where a joint locks two directions at most."""
+        return len(self.components) < 3
 
     @property
     def is_round(self) -> bool:
         """Whether it is the same in every direction."""
-        return self.sizes == ("radius",)
+        return self.sizes == ["radius"]
 
     def conditions(self, size: SetSizes) -> list[Condition]:
         """What offsets have to meet, with these sizes."""
-
-        def number(entry: float | str) -> float:
-            return entry if not isinstance(entry, str) else -size[entry[1:]] if entry[0] == "-" else size[entry]
-
+        signed = {**size, **{f"-{key}": -value for key, value in size.items()}}
         found = []
-        for bound, rows in self.bounded:
-            low = 0.0 if bound == "radius" else size.get("low", -size[bound])
-            matrix = np.array([[number(entry) for entry in row] for row in rows], dtype=float)
+        for bound, *rows in self.bounded:
+            low = {"radius": 0.0, "high": size.get("low")}.get(bound, -size[bound])
+            matrix = np.array([[signed.get(entry, entry) for entry in row] for row in rows], dtype=float)
             found.append(Condition(matrix, low, size[bound], bound == "gap"))
         return found
 
 
-PIN = (*SHIFTS_ACROSS, *TILTS)
-#: a tilt about the side moves the far end of a pin along -normal, one about the normal moves it along the side
-FAR: BoundRows = ((1, 0, 0, "half_length"), (0, 1, "-half_length", 0))
-NEAR: BoundRows = ((1, 0, 0, "-half_length"), (0, 1, "half_length", 0))
+PIN, BAR = (*SHIFTS_ACROSS, *TILTS), (*SHIFTS_ACROSS, "roll", *TILTS)
+#: both ends of a pin: a tilt about the side moves the far one along -normal, one about the normal along the side
+ENDS = [
+    ("radius", (1, 0, 0, "half_length"), (0, 1, "-half_length", 0)),
+    ("radius", (1, 0, 0, "-half_length"), (0, 1, "half_length", 0)),
+]
+SHOULDERED = [("axial", (1, 0, 0, 0, 0)), *((bound, (0, *a), (0, *b)) for bound, a, b in ENDS)]
+FACES = [("gap", (1, 0, "half_height", 0, "half_length")), ("gap", (0, 1, "half_width", "-half_length", 0))]
+RISE = [("gap", (1, "half_normal", "half_side"))]
+CENTRE = [("radius", (1, 0, 0), (0, 1, 0), (0, 0, 1))]
 #: every set by its name in the core, a clearance before those from which it is derived
 SETS: Mapping[str, OffsetSet] = MappingProxyType(
     {
-        "disc": OffsetSet(RevoluteClearance, ("x", "y"), ("radius",), (("radius", ((1, 0), (0, 1))),), "pin"),
-        "ball": OffsetSet(
-            BallClearance, ("x", "y", "z"), ("radius",), (("radius", ((1, 0, 0), (0, 1, 0), (0, 0, 1))),), "ball"
-        ),
-        "interval": OffsetSet(SlotClearance, ("normal",), ("low", "high"), (("high", ((1,),)),), "block"),
+        "disc": OffsetSet(RevoluteClearance, "revolute", "pin", "pin", ("x", "y"), [("radius", (1, 0), (0, 1))]),
+        "ball": OffsetSet(BallClearance, "spherical", "ball", "ball", ("x", "y", "z"), CENTRE),
+        "interval": OffsetSet(SlotClearance, "pin_in_slot", "slot", "block", ("normal",), [("high", (1,))]),
         "diamond": OffsetSet(
-            PrismaticClearance,
-            ("normal", "angle"),
-            ("gap", "half_length"),
-            (("gap", ((1, "half_length"),)),),
-            "block",
+            PrismaticClearance, "prismatic", "guide", "block", ("normal", "angle"), [("gap", (1, "half_length"))]
         ),
-        "journal": OffsetSet(
-            JournalClearance,
-            ("along", *PIN),
-            ("radius", "half_length", "axial"),
-            (("axial", ((1, 0, 0, 0, 0),)), *(("radius", tuple((0, *row) for row in end)) for end in (FAR, NEAR))),
-            "pin",
-        ),
-        "sleeve": OffsetSet(
-            SleeveClearance, PIN, ("radius", "half_length"), (("radius", FAR), ("radius", NEAR)), "pin"
-        ),
-        "guide": OffsetSet(
-            GuideClearance,
-            (*SHIFTS_ACROSS, "roll", *TILTS),
-            ("gap", "half_length", "half_width", "half_height"),
-            (("gap", ((1, 0, "half_height", 0, "half_length"),)), ("gap", ((0, 1, "half_width", "-half_length", 0),))),
-            "guide",
-        ),
-        "plate": OffsetSet(
-            PlateClearance,
-            ("along", *TILTS),
-            ("gap", "half_normal", "half_side"),
-            (("gap", ((1, "half_normal", "half_side"),)),),
-            "plate",
-        ),
+        "journal": OffsetSet(JournalClearance, "revolute", "journal", "pin", ("along", *PIN), SHOULDERED),
+        "sleeve": OffsetSet(SleeveClearance, "cylindrical", "", "pin", PIN, ENDS),
+        "guide": OffsetSet(GuideClearance, "prismatic", "rail", "guide", BAR, FACES),
+        "plate": OffsetSet(PlateClearance, "planar", "", "plate", ("along", *TILTS), RISE),
     }
 )
 #: that of one number

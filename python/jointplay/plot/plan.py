@@ -120,10 +120,7 @@ class DrawingPlan(Scene):
         """Where each pin lies in its clearance."""
         if "offset" not in result.data:
             return
-        for number, source in enumerate(self.m.compiled_sources):
-            if not source.is_round_play:
-                continue
-            joint = source.spec["joint"]
+        for number, joint, _ in self.m.round_plays:
             at = self.place(self.spec["joints"][joint]["first"]) + times * self._offset(joint, result)
             look = {"marker": "o", "markersize": scaled(4.0), "color": series(3)["color"], "linestyle": ""}
             self.axes.plot(*at, label="pin in its clearance", zorder=8, **look)

@@ -36,29 +36,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
-from jointplay.core.sets import BOUNDS, SETS, SHIFTS_ACROSS, SINGLE, TILTS, OffsetSet
+from jointplay.core.sets import BOUNDS, SETS, SINGLE, TILTS, OffsetSet
 from jointplay.errors import InputError
-from jointplay.file.schema import Coupling, Friction
+from jointplay.file.schema import Coupling, JointTable
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 
 from .couplings import NEGATIVE, OWN, POSITIVE, loss
 
-#: directions in which joints hold that may rub
-HELD_BY = {
-    "revolute": ("x", "y"),
-    "prismatic": ("normal", "angle"),
-    "pin_in_slot": ("normal",),
-    "spherical": ("x", "y", "z"),
-}
-HELD_IN_SPACE = {
-    "revolute": ("along", *SHIFTS_ACROSS, *TILTS),
-    "prismatic": (*SHIFTS_ACROSS, "roll", *TILTS),
-    "spherical": ("x", "y", "z"),
-}
-#: what rubs how, by kind of joint in the plane and in space
-LAWS = {"revolute": "pin", "prismatic": "guide", "pin_in_slot": "slot"}
-LAWS_IN_SPACE = {"revolute": "journal", "prismatic": "rail", "spherical": "ball"}
 #: that of couplings
 FLANK = "flank"
 #: a ball that bores is taken to slide by this part of its turning
@@ -104,7 +89,7 @@ class JointContact:
     ----------
     joint : int
     kind : str
-        One of `LAWS` or `LAWS_IN_SPACE`, or `FLANK`; empty where nothing rubs.
+        What its set `rubs` as, or `FLANK`; empty where nothing rubs.
     rows : ndarray of int
         Rows of the closure.
     parameters : ndarray of int
@@ -340,22 +325,9 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
             found.append(_lost_motion(m, k, from_rows))
     for joint, name in enumerate(m.joints):
         entry = m.data.joints.get(name) or m.data.joints.get(name.rsplit("/", 1)[0])
-        friction = entry.rubs if entry is not None else None
-        k = played.get(joint, -1)
         coupling = entry if isinstance(entry, Coupling) and entry.loses else None
-        if k < 0 and friction is None and coupling is None:
-            continue
-        shape, size = clearance_of(m, k, u) if k >= 0 else ("", {})
-        parameters = np.flatnonzero(m.parameter_source == k) if k >= 0 else np.array([], dtype=np.intp)
-        held = HELD_BY if m.pose_size == PLANAR else HELD_IN_SPACE
-        if k < 0 and coupling is not None:
-            # Its own row is the first.
-            own, kind = np.array([next(row for row, (of, _) in enumerate(from_rows) if of == joint)]), SINGLE
-        else:
-            names = m.compiled_sources[k].components if k >= 0 else held[m.joint_kinds[joint]]
-            own = np.array([from_rows.index((joint, component)) for component in names])
-            kind = SETS[shape] if shape else next(one for one in SETS.values() if one.components == names)
-        found.append(_contact(m, joint, entry, friction, own, parameters, kind, size, k))
+        if joint in played or coupling is not None or (entry is not None and entry.rubs is not None):
+            found.append(_contact(m, joint, entry, coupling, played.get(joint, -1), u, from_rows))
     return found
 
 
@@ -397,23 +369,27 @@ def _lost_motion(m: Mechanism, source: int, rows: list[tuple[int, str]]) -> Join
 def _contact(
     m: Mechanism,
     joint: int,
-    entry: object,
-    friction: Friction | None,
-    rows: NDArray[np.intp],
-    parameters: NDArray[np.intp],
-    within: OffsetSet,
-    size: Mapping[str, float],
+    entry: JointTable | None,
+    coupling: Coupling | None,
     source: int,
+    u: Floats,
+    from_rows: list[tuple[int, str]],
 ) -> JointContact:
-    units, play = m.units, getattr(entry, "clearance", None)
+    units, friction = m.units, entry.rubs if entry is not None else None
+    place = (m.joint_kinds[joint], m.pose_size == PLANAR)
+    usual = next((one for one in SETS.values() if (one.joint, one.is_planar) == place), None)
+    within, size = usual or SINGLE, dict[str, float]()
+    names = within.components if coupling is None else ()
+    if source >= 0:
+        shape, size = clearance_of(m, source, u)
+        within, names = SETS[shape], m.compiled_sources[source].components
+    # Of a coupling without play its own row, which is its first.
+    rows = [from_rows.index((joint, name)) for name in names] or [[of for of, _ in from_rows].index(joint)]
     sizes: dict[str, float] = {}
     if friction is not None:
         for key in ("diameter", "length", "width", "height"):
-            value = friction.size(play, key)
+            value = friction.size(getattr(entry, "clearance", None), key)
             sizes[key] = 0.0 if value is None else value * units.length
-    laws = LAWS if m.pose_size == PLANAR else LAWS_IN_SPACE
-    coupling = entry if isinstance(entry, Coupling) and entry.loses else None
-    kind = laws.get(m.joint_kinds[joint], "") if coupling is None else FLANK
     # A joint with nothing but a force of its own has no size: where it is held does not matter.
     half = size.get("half_length", sizes.get("length", 0.0) / 2.0) or m.length
     halves = {f"half_{key}": sizes.get(key, 0.0) / 2.0 for key in ("height", "width")}
@@ -429,9 +405,9 @@ def _contact(
         own = (given or 0.0) * (units.moment if friction.own == "torque" else units.force)
     return JointContact(
         joint,
-        kind,
-        rows,
-        parameters,
+        FLANK if coupling is not None else usual.rubs if usual is not None else "",
+        np.array(rows),
+        np.flatnonzero(m.parameter_source == source),
         transform,
         parts,
         coefficient=loss(coupling) if coupling is not None else friction.coefficient if friction is not None else 0.0,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from jointplay.basics.arrays import Floats
 from jointplay.basics.units import Units
-from jointplay.core.sets import SHIFTS_ACROSS, TILTS
+from jointplay.core.sets import SETS, SHIFTS_ACROSS, TILTS
 from jointplay.core.spec import ENDS, CouplingSpec, DriveSpec, FollowerSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.errors import InputError, not_known
 from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
@@ -287,6 +287,12 @@ class Compiled:
     def joint_bodies(self) -> tuple[tuple[int, int], ...]:
         """The first and the second body of every joint; the ground is -1."""
         return tuple((self.points[first].body, self.points[second].body) for first, second in self.joint_points)
+
+    @property
+    def round_plays(self) -> list[tuple[int, int, float]]:
+        """Source, joint and radius of the clearances that are the same in every direction."""
+        own = [(k, source) for k, source in enumerate(self.compiled_sources) if source.kind == "clearance"]
+        return [(k, one.spec["joint"], one.size["radius"]) for k, one in own if SETS[one.shape].is_round]
 
     @cached_property
     def sizes_of_joints(self) -> dict[int, list[tuple[int, float]]]:

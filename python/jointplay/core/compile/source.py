@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from jointplay.core.sets import SETS, between
+from jointplay.core.sets import between
 from jointplay.core.spec import SourcePart, SourceSpec
 from jointplay.file.schema import ToleranceLaw, ToleranceTable, law_in_core, limits_of
 
@@ -58,11 +58,6 @@ class CompiledSource:
     def limits(self) -> tuple[float, float] | None:
         """Lowest and highest offset where it has one, SI; None of larger sets."""
         return (self.size["low"], self.size["high"]) if "low" in self.size else None
-
-    @property
-    def is_round_play(self) -> bool:
-        """Whether it is a clearance that is the same in every direction."""
-        return self.kind == "clearance" and "joint" in self.spec and SETS[self.shape].is_round
 
     def with_size(self, size: dict[str, float]) -> CompiledSource:
         """The same with other sizes of its set."""

@@ -185,11 +185,10 @@ class Geometry:
                 self._planar(joint)
             else:
                 self._spatial(joint)
-        for number, source in enumerate(self.m.compiled_sources):
-            if source.is_round_play and self.planar:
-                radius = clearance_of(self.m, number)[1]["radius"] / self.m.units.length
-                point = self.spec["joints"][source.spec["joint"]]["first"]
-                self.shapes.append({"kind": "play", "points": [point], "radius": radius})
+        for number, own, _ in self.m.round_plays if self.planar else ():
+            radius = clearance_of(self.m, number)[1]["radius"] / self.m.units.length
+            point = self.spec["joints"][own]["first"]
+            self.shapes.append({"kind": "play", "points": [point], "radius": radius})
 
     def _planar(self, joint: JointSpec) -> None:
         kind, first, second = joint["kind"], joint["first"], joint["second"]
