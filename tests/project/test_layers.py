@@ -55,7 +55,7 @@ READ_THE_SPECIFICATION = {
     "analyses/friction/couplings.py",
     # All of it is drawn or written in another format.
     *("exchange/contact_model.py", "exchange/contacts.py", "exchange/drafting.py"),
-    *("plot/animation.py", "plot/assembly.py", "plot/clearances.py", "plot/scene.py", "show/viewer/geometry.py"),
+    *("plot/animation.py", "plot/assembly.py", "plot/scene.py", "show/viewer/geometry.py"),
 }
 
 

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.sets import SETS, SINGLE
-from jointplay.core.spec import AXIS_ON, SIDE_ON
+from jointplay.core.sets import SETS, SHIFTS_ACROSS, SINGLE
 from jointplay.model.gaps import clearance_of
 
 if TYPE_CHECKING:
@@ -56,48 +54,25 @@ class DrawnClearance:
 
 def shapes(m: Mechanism, at: Floats, places: Floats) -> Iterator[DrawnClearance]:
     """The clearances of all joints that have some; poses and places as a `Scene` has them."""
-    spec = m.core_spec
-    for k, source in enumerate(spec["sources"]):
-        if source["kind"] != "clearance":
-            continue
-        joint = spec["joints"][source["joint"]]
-        turn = poses.matrix(at[spec["points"][joint["first"]]["body"]])
-        axis = turn @ np.array(joint[AXIS_ON["first"]])
-        if m.pose_size == poses.SPATIAL:
-            side = turn @ np.array(joint[SIDE_ON["first"]])
-        else:
-            side = np.array([-axis[1], axis[0], 0.0])
-        name, sizes = clearance_of(m, k)
-        # In the plane the normal is the side; round sets of points have axes of the ground.
-        normal = np.cross(axis, side) if m.pose_size == poses.SPATIAL else side
-        ways = {"along": axis, "side": side, "normal": normal, **dict(zip("xyz", np.eye(3), strict=True))}
-        points = boundary(name, sizes, ways)
-        if len(points) and np.abs(points).max() > 0.0:
-            yield DrawnClearance(k, places[joint["first"]], points)
+    for k, source in enumerate(m.compiled_sources):
+        if source.kind == "clearance":
+            seen = m.relative(source.spec["joint"], at)
+            ways = dict(zip(("along", *SHIFTS_ACROSS), seen.directions @ seen.axes.T, strict=True))
+            points = _boundary(*clearance_of(m, k), ways | dict(zip("xyz", np.eye(3), strict=True)))
+            if np.abs(points).max(initial=0.0) > 0.0:
+                yield DrawnClearance(k, places[m.joint_points[source.spec["joint"]][0]], points)
 
 
-def boundary(name: str, size: dict[str, float], ways: dict[str, Floats]) -> Floats:
-    """Points of the boundary of a set of offsets; none of one that moves no point.
-
-    Parameters
-    ----------
-    name : str
-        Of the set, as the core has it.
-    size : dict
-        Its sizes, metres.
-    ways : dict of ndarray
-        Directions of the components that shift.
-    """
+def _boundary(name: str, size: dict[str, float], ways: dict[str, Floats]) -> Floats:
+    """Points of the boundary of a set, from the directions in which components shift; none of one number."""
     kind, points = SETS[name], np.zeros((1, 3))
-    left = dict(ways) if kind is not SINGLE else {}
-    for one in kind.conditions(size):
+    for one in () if kind is SINGLE else kind.conditions(size):
         bounded = [kind.components[k] for k in np.flatnonzero(one.rows.any(axis=0))]
         # The other end of a pin, which does not tilt here, is where the first is.
-        own = [left.pop(component) for component in bounded if component in left]
-        if own:
+        if own := [ways.pop(component) for component in bounded if component in ways]:
             points = (points[:, None] + one.high * EDGES[len(own)] @ np.array(own)).reshape(-1, 3)
     if len(points) == 2:
         # A line, which is a little wider than nothing.
-        across = size["gap"] * THIN * ways["side" if "along" in kind.components else "along"]
+        across = size["gap"] * THIN * ways.get("along", ways["side"])
         points = np.concatenate([points - across, points + across])
-    return points if len(points) > 1 else points[:0]
+    return points

@@ -175,7 +175,9 @@ def faces_of(
     diameter = own.diameter if np.isfinite(own.diameter) else 1.0
     match SETS[shape].slides:
         case "pin":
-            seen = slide if m.pose_size == poses.SPATIAL else _upright(slide)
+            # In the plane its axis is across it.
+            x, y, z = np.eye(3)
+            seen = slide if m.pose_size == poses.SPATIAL else replace(slide, along=z, side=x, normal=y)
             return _pin(force, moment, seen, half, diameter, own.length)
         case "block":
             sum_ = np.maximum(np.abs(force @ slide.normal), np.abs(moment[:, 2]) / half)
@@ -186,12 +188,6 @@ def faces_of(
             return _guide(force, moment, slide, size, travel)
         case "plate":
             return _plate(force, moment, slide, size)
-
-
-def _upright(slide: Slide) -> Slide:
-    """With the axis of a pin in the plane, which is across it."""
-    x, y, z = np.eye(3)
-    return replace(slide, along=z, side=x, normal=y)
 
 
 def _wrench(reaction: Floats, axes: Floats) -> tuple[Floats, Floats]:

@@ -46,10 +46,12 @@ class Contacts:
                 continue
             columns = np.flatnonzero(m.parameter_source == number)
             shape, size = clearance_of(m, number)
+            # The slack of a belt may differ from side to side.
+            middle = 0.5 * sum(source.limits or ())
             for is_round, rows in _places(SETS[shape].conditions(size)):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(rows, nan=0.0, posinf=0.0, neginf=0.0)
-                places.append(ContactPlace(columns, np.array(source.centre) + _middle(size), matrix, is_round))
+                places.append(ContactPlace(columns, np.array(source.centre) + middle, matrix, is_round))
         places.sort(key=lambda place: place.round)
         sizes = [len(place.map) for place in places]
         first = np.cumsum([0, *sizes])
@@ -91,11 +93,6 @@ class Contacts:
         changed |= np.where(there & then, turned, there != then).any(axis=-1)
         known = np.isfinite(before).all(axis=-1) & np.isfinite(after).all(axis=-1)
         return np.asarray(changed & known)
-
-
-def _middle(size: dict[str, float]) -> float:
-    """Where the middle of a set is: the slack of a belt may differ from side to side."""
-    return 0.5 * (size["low"] + size["high"]) if "low" in size else 0.0
 
 
 def _places(conditions: Sequence[Condition]) -> list[tuple[bool, Floats]]:
