@@ -50,12 +50,11 @@ READ_THE_SPECIFICATION = {
     "analyses/map/reach.py",
     # Its text says whether a map on disk is of this mechanism.
     "analyses/map/__init__.py",
-    "analyses/displaced.py",
     # How wheels touch decides where their friction acts.
     "analyses/friction/couplings.py",
     # All of it is drawn or written in another format.
-    *("exchange/contact_model.py", "exchange/contacts.py", "exchange/drafting.py"),
-    *("plot/animation.py", "plot/assembly.py", "plot/scene.py", "show/viewer/geometry.py"),
+    *("exchange/contact_model.py", "exchange/drafting.py"),
+    *("plot/animation.py", "plot/scene.py", "show/viewer/geometry.py"),
 }
 
 

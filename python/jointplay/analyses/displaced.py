@@ -13,7 +13,6 @@ from jointplay.analyses import loaded
 from jointplay.analyses.nominal import Nominal, report
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.spec import Spec
 from jointplay.model.gaps import centre, core_with
 from jointplay.model.mechanism import Mechanism
 
@@ -103,30 +102,4 @@ def _seen(m: Mechanism, every: Floats, on_body: Floats) -> Floats:
 
 def on_bodies(m: Mechanism, u: Floats) -> Floats:
     """Where all points are on their bodies, shape (configuration, point, 3), SI, body axes."""
-    return np.stack([on_body(m.core_spec, point, u) for point in range(len(m.points))], axis=1)
-
-
-def on_body(spec: Spec, point: int, u: Floats) -> Floats:
-    """Where a point is on its body, body axes; shape (specimen, axis)."""
-    at: Floats = np.tile(spec["points"][point]["at"], (len(u), 1))
-    first = np.cumsum([0, *(len(source["centre"]) for source in spec["sources"])])
-    for number, displacement in enumerate(spec["displacements"]):
-        if point not in displacement["points"]:
-            continue
-        along, about = np.zeros_like(at), np.zeros_like(at)
-        for source, begin in zip(spec["sources"], first, strict=False):
-            if source.get("displacement") == number:
-                ways = np.array(source["ways"])
-                values = u[:, begin : begin + len(ways)]
-                along += values @ ways[:, 0]
-                about += values @ ways[:, 1]
-        arm = at - displacement["about"]
-        at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
-    for source, begin in zip(spec["sources"], first, strict=False):
-        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
-            way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
-            at = at + u[:, [begin]] * way / np.linalg.norm(way)
-        for move in source.get("moves", ()):
-            if move["point"] == point:
-                at = at + u[:, [begin]] * np.array(move["rate"])
-    return at
+    return np.stack([m.on_body(point, u) for point in range(len(m.points))], axis=1)

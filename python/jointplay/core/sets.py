@@ -112,11 +112,11 @@ class OffsetSet:
 
 PIN, BAR = (*SHIFTS_ACROSS, *TILTS), (*SHIFTS_ACROSS, "roll", *TILTS)
 #: both ends of a pin: a tilt about the side moves the far one along -normal, one about the normal along the side
-ENDS = [
+PIN_ENDS = [
     ("radius", (1, 0, 0, "half_length"), (0, 1, "-half_length", 0)),
     ("radius", (1, 0, 0, "-half_length"), (0, 1, "half_length", 0)),
 ]
-SHOULDERED = [("axial", (1, 0, 0, 0, 0)), *((bound, (0, *a), (0, *b)) for bound, a, b in ENDS)]
+SHOULDERED = [("axial", (1, 0, 0, 0, 0)), *((bound, (0, *a), (0, *b)) for bound, a, b in PIN_ENDS)]
 FACES = [("gap", (1, 0, "half_height", 0, "half_length")), ("gap", (0, 1, "half_width", "-half_length", 0))]
 RISE = [("gap", (1, "half_normal", "half_side"))]
 CENTRE = [("radius", (1, 0, 0), (0, 1, 0), (0, 0, 1))]
@@ -130,7 +130,7 @@ SETS: Mapping[str, OffsetSet] = MappingProxyType(
             PrismaticClearance, "prismatic", "guide", "block", ("normal", "angle"), [("gap", (1, "half_length"))]
         ),
         "journal": OffsetSet(JournalClearance, "revolute", "journal", "pin", ("along", *PIN), SHOULDERED),
-        "sleeve": OffsetSet(SleeveClearance, "cylindrical", "", "pin", PIN, ENDS),
+        "sleeve": OffsetSet(SleeveClearance, "cylindrical", "", "pin", PIN, PIN_ENDS),
         "guide": OffsetSet(GuideClearance, "prismatic", "rail", "guide", BAR, FACES),
         "plate": OffsetSet(PlateClearance, "planar", "", "plate", ("along", *TILTS), RISE),
     }

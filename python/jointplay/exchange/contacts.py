@@ -64,7 +64,7 @@ def _check(m: Mechanism) -> None:
             raise InputError(f"is {REFUSED[kind]}; the model for MuJoCo cannot have it", file=m.file, key=key)
     if m.members:
         problem = "has elastic bodies, which the model for MuJoCo cannot have"
-    elif m.core_spec["torsions"] or any(not spring["stiffness"] for spring in m.core_spec["springs"]):
+    elif any(spring.on is None or not spring.stiffness for spring in m.data.springs.values()):
         problem = "has torsion springs or constant springs, which the model for MuJoCo cannot have"
     elif m.outputs or m.load_cases:
         problem = "has several outputs or load cases; name one of them"
@@ -72,8 +72,8 @@ def _check(m: Mechanism) -> None:
         problem = f"has a body '{WORLD}', which is MuJoCo's name of the ground; give it another name"
     if problem:
         raise InputError(problem, file=m.file)
-    for name, joint in zip(m.joints, m.core_spec["joints"], strict=True):
-        if any(joint.get("compliance", ())):
+    for k, name in enumerate(m.joints):
+        if (given := m.compliance(k)) is not None and given.any():
             problem = "has a stiffness, and the model for MuJoCo has rigid joints only"
             raise InputError(problem, file=m.file, key=f"joints.{name}")
     for name, drive in m.data.drives.items():

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analyses.displaced import at_parameters, on_body
+from jointplay.analyses.displaced import at_parameters
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.offsets import parameters
 from jointplay.basics import poses
@@ -87,9 +87,8 @@ def to_dxf(m: Mechanism, configuration: int = 0, given: GivenErrors | None = Non
     sheet.joints()
     for name in m.outputs or (None,):
         part = m.only(output=name)
-        point = part.core_spec["output"]["point"]
-        on_its_body = on_body(part.core_spec, point, parameters(part, 1, *(given or ({}, {}))))[0]
-        sheet.output(part.core_spec["points"][point], on_its_body, name or OUTPUT, at.poses)
+        on_its_body = part.on_body(part.output_point, parameters(part, 1, *(given or ({}, {}))))[0]
+        sheet.output(part.core_spec["points"][part.output_point], on_its_body, name or OUTPUT, at.poses)
     sheet.bodies()
     stream = StringIO()
     document.write(stream)

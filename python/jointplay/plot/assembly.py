@@ -137,7 +137,7 @@ class _Drawing:
     """The panels, in file units."""
 
     def __init__(self, m: Mechanism, result: Result, exaggerate: float | None) -> None:
-        self.m, self.result, self.spec = m, result, m.core_spec
+        self.m, self.result = m, result
         self.size = 3 if m.pose_size == poses.SPATIAL else 2
         at, number = nominal(m), int(result.attrs["at_configuration"])
         self.at = at.at(number)
@@ -274,7 +274,7 @@ class _Drawing:
         used = [point for k, points in enumerate(self.m.joint_points) if k not in inner for point in points]
         if sum(self.m.owners[part] == self.m.owners[bodies[0]] for part in range(len(self.m.owners))) > len(ENDS):
             # Pieces in between have the output or a load on them.
-            used += [self.m.output_point, *(load["point"] for load in self.spec["loads"])]
+            used += [self.m.output_point, *(load["point"] for load in self.m.loads.first)]
         used = [point for point in used if self.m.points[point].body in bodies]
         places = np.unique(self.places[sorted(set(used))], axis=0)
         return places if len(places) == 2 else None

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.analyses.displaced import on_body
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.core.compile import LOOSE
+from jointplay.core.compile.coordinates import on_body
 from jointplay.core.spec import ENDS
 from jointplay.result import STATUSES
 

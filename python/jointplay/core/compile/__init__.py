@@ -24,7 +24,7 @@ from jointplay.file.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 
 from .assembly import AssemblyOrder, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
-from .coordinates import RelativePose, coordinate, relative
+from .coordinates import RelativePose, coordinate, on_body, relative
 from .correlations import compile_correlations
 from .costs import check_costs
 from .couplings import compile_couplings
@@ -357,6 +357,17 @@ class Compiled:
             Shape (..., body, pose).
         """
         return relative(self.core_spec, joint, poses)
+
+    def on_body(self, point: int, u: Floats) -> Floats:
+        """Where a point is on its body, body axes; shape (specimen, axis).
+
+        Parameters
+        ----------
+        point : int
+        u : ndarray
+            All parameters, shape (specimen, parameter).
+        """
+        return on_body(self.core_spec, point, u)
 
     def coordinate_kind(self, joint: int) -> str:
         """Whether the coordinate of a joint is an ``angle`` or a ``length``.

@@ -93,6 +93,32 @@ def relative(spec: Spec, index: int, at: Floats) -> RelativePose:
     return RelativePose(axes, apart, turned, np.stack([along, side, np.cross(along, side)]))
 
 
+def on_body(spec: Spec, point: int, u: Floats) -> Floats:
+    """Where a point is on its body, body axes; shape (specimen, axis)."""
+    at: Floats = np.tile(spec["points"][point]["at"], (len(u), 1))
+    first = np.cumsum([0, *(len(source["centre"]) for source in spec["sources"])])
+    for number, displacement in enumerate(spec["displacements"]):
+        if point not in displacement["points"]:
+            continue
+        along, about = np.zeros_like(at), np.zeros_like(at)
+        for source, begin in zip(spec["sources"], first, strict=False):
+            if source.get("displacement") == number:
+                ways = np.array(source["ways"])
+                values = u[:, begin : begin + len(ways)]
+                along += values @ ways[:, 0]
+                about += values @ ways[:, 1]
+        arm = at - displacement["about"]
+        at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
+    for source, begin in zip(spec["sources"], first, strict=False):
+        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
+            way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
+            at = at + u[:, [begin]] * way / np.linalg.norm(way)
+        for move in source.get("moves", ()):
+            if move["point"] == point:
+                at = at + u[:, [begin]] * np.array(move["rate"])
+    return at
+
+
 def _in_space(vector: list[float]) -> Floats:
     """A point or a direction with three components."""
     return np.array([*vector, 0.0])[:3]
