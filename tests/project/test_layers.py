@@ -54,7 +54,7 @@ READ_THE_SPECIFICATION = {
     "analyses/friction/couplings.py",
     # All of it is drawn or written in another format.
     *("exchange/contact_model.py", "exchange/drafting.py"),
-    *("plot/animation.py", "plot/scene.py", "show/viewer/geometry.py"),
+    *("plot/scene.py", "show/viewer/geometry.py"),
 }
 
 

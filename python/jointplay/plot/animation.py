@@ -26,7 +26,6 @@ from jointplay.basics import files, poses
 from jointplay.basics.arrays import Floats
 from jointplay.basics.progress import watched
 from jointplay.basics.typed import typed
-from jointplay.core.spec import ENDS
 from jointplay.errors import InputError, in_range
 from jointplay.model.mechanism import Mechanism
 from jointplay.result import Result, commanded
@@ -34,7 +33,7 @@ from jointplay.result import Result, commanded
 from .bodies import on_ground, outline, path_of_output
 from .linkage import kind_of
 from .movies import MOVIES, Picture, check_tool
-from .scene import Scene, Sight, drawn_points, places
+from .scene import Scene, Sight, drawn_points, places, wheels
 from .style import Style, as_style, theme, using
 from .words import automatic, check_exaggeration, headline, legend
 
@@ -288,17 +287,11 @@ def _limits(motion: Motion, view: Sight) -> tuple[Floats, Floats]:
     m = motion.m
     ground = poses.ground(m.pose_size)
     every: list[Floats] = []
-    couplings = [joint for joint in m.core_spec["joints"] if "radii" in joint.get("coupling", {})]
-    wheels = [
-        (joint[end], abs(radius) / m.units.length)
-        for joint in couplings
-        for end, radius in zip(ENDS, joint["coupling"]["radii"], strict=False)
-    ]
     for k in np.flatnonzero(np.isfinite(motion.at.poses).all(axis=(1, 2))).tolist():
         at = np.vstack([motion.at.poses[k], ground])
         own = places(m, at)
         every.append(view.flat(drawn_points(m, at)))
-        every += [view.flat(own[point] + corner) for point, radius in wheels for corner in radius * CORNERS]
+        every += [view.flat(own[point] + corner) for point, radius in wheels(m) for corner in radius * CORNERS]
         moved = motion.moved_at(k)
         if moved is not None:
             there = places(m, np.vstack([moved[0], ground]), moved[1])

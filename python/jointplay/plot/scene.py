@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon
 
 from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
-from jointplay.core.spec import AXIS_ON, SIDE_ON, End, JointSpec
+from jointplay.core.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 from jointplay.model.mobility import Attempt
 from jointplay.result import Result
 
@@ -276,6 +276,16 @@ def contour(m: Mechanism, at: Floats, body: int) -> list[Floats]:
     """The outline of a body that the file has, ground axes, file units; the poses end with that of the ground."""
     turn, start = poses.matrix(at[body]).T, poses.position(at[body])
     return [(line @ turn + start) / m.units.length for line in drawn_outline(m, body)]
+
+
+def wheels(m: Mechanism) -> list[tuple[int, float]]:
+    """The point in the middle of every wheel, and its radius in file units."""
+    couplings = [joint for joint in m.core_spec["joints"] if "radii" in joint.get("coupling", {})]
+    return [
+        (joint[end], abs(radius) / m.units.length)
+        for joint in couplings
+        for end, radius in zip(ENDS, joint["coupling"]["radii"], strict=False)
+    ]
 
 
 def drawn_points(m: Mechanism, at: Floats) -> Floats:
