@@ -2,7 +2,8 @@
 // A limit is a number for both sides, or `lowest; highest` where the file may have both.
 
 import { choice, element, marked, texts } from "./sliders.js";
-import { entered, parsed } from "./numbers.js";
+import { entered } from "./numbers.js";
+import { MOST_HANDLES } from "./board.js";
 
 const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length" };
 /** Those of a size, which has no sides. */
@@ -88,11 +89,12 @@ function driven(inspector, name, drive) {
   const steps = (key) => ["drives", name, key];
   if (Array.isArray(drive.values)) {
     texts(place, { words: "values", unit, value: drive.values.join("; "), key: `drives.${name}.values` }, (text, input) => {
-      const found = text.split(";").filter((part) => part.trim()).map(parsed);
-      const wrong = !found.length || found.includes(null);
+      const found = text.split(";").filter((part) => part.trim()).map((part) => entered(part, { unit, names: Object.keys(board.variables) }));
+      const wrong = !found.length || found.some(({ problem, variable }) => problem || variable);
       marked(input, wrong ? `values: '${text}' are not numbers with ; between them` : "");
-      if (!wrong) inspector.edit([steps("values"), found]);
+      if (!wrong) inspector.edit([steps("values"), found.map(({ value: one }) => one)]);
     });
+    if (drive.values.length > MOST_HANDLES) element("p", { className: "hint", textContent: `On the drawing more than ${MOST_HANDLES} values have ticks, and no handles.` }, place);
   }
   if (drive.from !== undefined) for (const key of ["from", "to", "count"]) value(inspector, place, steps(key), key, drive[key], key === "count" ? "" : unit, { needed: true });
   value(inspector, place, steps("error"), "error", drive.error, unit);
