@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
-from helpers.studio import NEWEST, Person, choose, number, served
+from helpers.studio import EXACT, NEWEST, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.file import toml
 from jointplay.show.serving import drafts
@@ -803,3 +803,20 @@ def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
     # Ticks stand across the guide.
     assert all(x == u and abs(v - y) == 10 for x, y, u, v in ticks)
     assert (ticks[0][0], ticks[-1][0]) == (line[0], line[-2])
+
+
+def test_an_axis_of_zeros_has_its_zero_alone(person: Person) -> None:
+    page = person.page
+    person.fill("limits.position", "")
+    labels = (
+        "[...document.querySelectorAll('#charts svg')].map((svg) => [...svg.querySelectorAll('text')]"
+        ".filter((one) => one.getAttribute('text-anchor') === 'end').map((one) => one.textContent))"
+    )
+    page.wait(EXACT)
+    assert all(len(axis) > 2 for axis in page.run(labels)), "the errors of the clearances have a scale"
+    for k in range(1, 5):
+        put(page, f"joints.J{k}.clearance", "0")
+    page.wait(EXACT)
+    assert page.run(labels) == [["0", "theta1 [deg]"]] * 2
+    heights = "new Set([...document.querySelectorAll('#charts .dot')].map((one) => one.getAttribute('cy'))).size"
+    assert page.run(heights) == 1
