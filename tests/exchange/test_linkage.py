@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import random
+import time
 from pathlib import Path
 from typing import Any
 
@@ -192,7 +193,13 @@ def test_links_with_like_names_and_connectors_with_the_same_name() -> None:
         ('<connector id="2" l', '<connector id="2" fastenlink="0" l', "connector 'C': is fastened; unfasten it"),
         ('slider="true"', 'slider="true" slideradius="-40"', "connector 'G': slides on an arc"),
         ('<slidelimit id="4"/>', "", "connector 'G': needs two connectors as limits, not 3"),
-        ('<slidelimit id="4"/>', '<slidelimit id="9"/>', "connector 'G': needs two connectors as limits, not 3, 9"),
+        (
+            '<slidelimit id="4"/>',
+            '<slidelimit id="9"/>',
+            "connector 'G': slides between connectors of which there is no '9'",
+        ),
+        (LIMITS, "", "connector 'G': needs two connectors as limits, not none"),
+        ('<slidelimit id="4"/>', "<slidelimit/>", "connector 'G': slides between connectors of which there is no ''"),
         ('<slidelimit id="4"/>', '<slidelimit id="3"/>', "slides between connectors that no link has at two places"),
         ('<slidelimit id="4"/>', '<slidelimit id="6"/>', "slides between connectors that no link has at two places"),
         ('y="-20.01552"', 'y="-21"', "connector 'G': is off the line on which it slides"),
@@ -230,3 +237,39 @@ def test_damaged_drawings_are_read_or_refused(seed: int) -> None:
         # Any other error fails the test.
         with contextlib.suppress(jp.InputError):
             jp.read("a.linkage2")
+
+
+@pytest.mark.parametrize(
+    "word", ["output", "ground", "<script>alert(1)</script>", '"]\n[limits]', "a.b/c*d", "n" * 9999]
+)
+def test_names_that_mean_something_here_are_those_of_other_things(word: str) -> None:
+    """A link called output was taken for the point of that name, which ended in a KeyError; such a pin was refused."""
+    said = word.translate({ord(one): f"&#{ord(one)};" for one in '<>"&\n'})
+    text = drawing(FOUR_BAR, ["12 7", "7 10", "2 12", "2 10"])
+    for named in (
+        text.replace('<Link id="2"', f'<Link id="2" name="{said}"').replace(
+            '<Link id="3"', f'<Link id="3" name="{said}"'
+        ),
+        text.replace('<connector id="2" layer', f'<connector id="2" name="{said}" layer'),
+    ):
+        Path("a.linkage2").write_text(named, encoding="utf-8")
+        m = jp.read("a.linkage2", clearance={"revolute": {"radial": 0.05}})
+        assert len(m.joints) == 4
+        assert np.isfinite(jp.worst(m)["worst_position"]).all()
+        assert max(map(len, (*m.bodies, *m.joints))) <= 100
+    # The pin of this name is the output.
+    if word == "output":
+        assert m.value("output.at") == pytest.approx(m.value("joints.output_2.at"))
+
+
+def test_a_long_chain_is_read_in_bounded_time() -> None:
+    """Of a chain of a thousand bars as many joints are driven; to choose them took some minutes."""
+    count = 400
+    ends = {0: f"{INPUT} rpm='1'", count - 1: 'anchor="true"'}
+    pins = {k: (10.0 * k + 20j * (k % 7), ends.get(k, "")) for k in range(count)}
+    Path("a.linkage2").write_text(drawing(pins, [f"{k} {k + 1}" for k in range(count - 1)]), encoding="utf-8")
+    begin = time.process_time()
+    m = jp.read("a.linkage2")
+    assert time.process_time() - begin < 30.0
+    # A closed chain in the plane has as many free motions as joints but three.
+    assert len(m.drives) == count - 3

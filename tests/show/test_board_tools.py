@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
-from helpers.studio import NEWEST, Person, choose, number, served
+from helpers.studio import EXACT, NEWEST, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.file import toml
 from jointplay.show.serving import drafts
@@ -674,6 +674,17 @@ def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
     assert drawer.text == text
 
 
+def retyped(drawer: Person, old: str, new: str) -> str:
+    """Type another passage into the text; gives the text."""
+    text = drawer.text.replace(old, new)
+    assert new in text
+    area = "document.getElementById('text')"
+    drawer.page.run(f"document.getElementById('file').open = true, {area}.value = {json.dumps(text)}, 0")
+    drawer.page.run(f"{area}.dispatchEvent(new Event('change')), 0")
+    drawer.done()
+    return text
+
+
 def handle(drawer: Person, title: str) -> tuple[float, float]:
     """Where a handle is, in units of the drawing."""
     box = f"[...document.querySelectorAll('.b-handle')].find((one) => one.textContent === {json.dumps(title)})"
@@ -707,6 +718,57 @@ def test_the_range_of_a_drive_has_handles(drawer: Person) -> None:
     assert drawer.text == text
 
 
+def test_a_list_of_values_has_a_handle_for_each(drawer: Person) -> None:
+    welded_lever(drawer)
+    drawer.press("v")
+    own = 'joint = "J2" # turned\nvalues = [\n  -40.0, # begin\n  "10 - 30",\n  0, 35,\n]'
+    text = retyped(drawer, 'joint = "J2"\nfrom = -20\nto = 20\ncount = 9', own)
+    titles = "[...document.querySelectorAll('.b-handle')].map((one) => one.textContent)"
+    # An expression is changed in its field.
+    assert drawer.page.run(titles) == [f"drive1 value {k}" for k in (1, 3, 4)]
+    x, y = handle(drawer, "drive1 value 4")
+    shown = float(drawer.page.run(f"Number({number('drive1')}.value)"))
+    assert np.degrees(np.arctan2(y, x)) == pytest.approx(35, abs=0.2)
+    far = np.hypot(x, y)
+    drawer.drag((x, y), (far * np.cos(np.radians(70)), far * np.sin(np.radians(70))))
+    values = toml.parse(drawer.text)["drives"]["drive1"]["values"]
+    assert values[:3] == [-40.0, "10 - 30", 0]
+    assert values[3] == pytest.approx(70, abs=1)
+    assert drawer.text == text.replace("0, 35,", f"0, {values[3]},")
+    assert drawer.page.run(f"Number({number('drive1')}.value)") == shown
+    drawer.press("z", 2)
+    assert drawer.text == text
+    # The field takes what the file has.
+    drawer.fill("drives.drive1.values", "-40; 10 - 30; 0; 36,5")
+    assert toml.parse(drawer.text)["drives"]["drive1"]["values"] == [-40, "10 - 30", 0, 36.5]
+
+
+def test_angles_in_radians_stay_radians(drawer: Person) -> None:
+    welded_lever(drawer)
+    drawer.press("v")
+    retyped(drawer, "from = -20\nto = 20\ncount = 9", "values = [0, 0.5]")
+    retyped(drawer, 'angle = "deg"', 'angle = "rad"')
+    x, y = handle(drawer, "drive1 value 2")
+    assert np.arctan2(y, x) == pytest.approx(0.5, abs=0.01)
+    far = np.hypot(x, y)
+    drawer.drag((x, y), (far * np.cos(1.2), far * np.sin(1.2)))
+    assert toml.parse(drawer.text)["drives"]["drive1"]["values"] == [0, pytest.approx(1.2, abs=0.02)]
+
+
+def test_a_long_list_has_ticks_and_says_so(drawer: Person) -> None:
+    welded_lever(drawer)
+    drawer.press("v")
+    count = "document.querySelectorAll('.b-handle').length"
+    ticks = "document.querySelectorAll('.b-range').length - 1"
+    retyped(drawer, "from = -20\nto = 20\ncount = 9", "values = [0, 10]")
+    for many, handles in [(24, 24), (25, 0)]:
+        drawer.fill("drives.drive1.values", "; ".join(str(k * 3) for k in range(many)))
+        assert drawer.page.run(count) == handles
+        assert drawer.page.run(ticks) == (0 if handles else many)
+        said = "On the drawing more than 24 values have ticks" in drawer.page.text("#inspector .drive")
+        assert said == (not handles)
+
+
 def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
     drawer.press("b")
     drawer.click(0, 0)
@@ -733,3 +795,28 @@ def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
     own = toml.parse(drawer.text)["drives"]["drive1"]
     assert own["from"] == -20
     assert own["to"] == pytest.approx(40, abs=1)
+    retyped(drawer, f"from = -20\nto = {own['to']}\ncount = 9", f"values = {[*range(30)]}")
+    numbers = "(one) => one.getAttribute('d').match(/-?[\\d.]+/g).map(Number)"
+    lines = f"[...document.querySelectorAll('.b-range')].map({numbers})"
+    line, *ticks = drawer.page.run(lines)
+    assert len(ticks) == 30
+    # Ticks stand across the guide.
+    assert all(x == u and abs(v - y) == 10 for x, y, u, v in ticks)
+    assert (ticks[0][0], ticks[-1][0]) == (line[0], line[-2])
+
+
+def test_an_axis_of_zeros_has_its_zero_alone(person: Person) -> None:
+    page = person.page
+    person.fill("limits.position", "")
+    labels = (
+        "[...document.querySelectorAll('#charts svg')].map((svg) => [...svg.querySelectorAll('text')]"
+        ".filter((one) => one.getAttribute('text-anchor') === 'end').map((one) => one.textContent))"
+    )
+    page.wait(EXACT)
+    assert all(len(axis) > 2 for axis in page.run(labels)), "the errors of the clearances have a scale"
+    for k in range(1, 5):
+        put(page, f"joints.J{k}.clearance", "0")
+    page.wait(EXACT)
+    assert page.run(labels) == [["0", "theta1 [deg]"]] * 2
+    heights = "new Set([...document.querySelectorAll('#charts .dot')].map((one) => one.getAttribute('cy'))).size"
+    assert page.run(heights) == 1

@@ -8,7 +8,7 @@ they always are.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from jointplay.errors import InputError, listed, not_known
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.mobility import Probe, Sample, generic, motors
 
-from .skeleton import GROUND, Joint, Matrix, Skeleton, Vector
+from .skeleton import GROUND, Joint, Skeleton, Vector
 
 #: kinds with one coordinate
 ANGULAR, LINEAR = ("revolute", "screw"), ("prismatic", "cylindrical", "pin_in_slot")
@@ -91,12 +91,30 @@ class _Space:
     ----------
     rates : mapping
         Of every joint with a coordinate.
-    left : ndarray
-        A basis of the motions that no joint has been taken for, by column.
+    count : int
+        Joints that have been taken.
     """
 
     rates: Mapping[str, Vector]
-    left: Matrix = field(repr=False)
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        sizes = [len(rate) for rate in self.rates.values()]
+        # Orthonormal, in the first rows: what the joints that are taken move.
+        self._taken = np.zeros((max(sizes, default=0),) * 2)
+
+    def rest(self, name: str) -> Vector:
+        """How the motions that no joint has been taken for move a coordinate."""
+        rate, taken = self.rates[name], self._taken[: self.count]
+        # Once more, because rounding leaves a part.
+        for _ in range(2):
+            rate = rate - (taken @ rate) @ taken
+        return rate
+
+    def take(self, rest: Vector) -> None:
+        """Take a joint for what it moves of the rest."""
+        self._taken[self.count] = rest / np.linalg.norm(rest)
+        self.count += 1
 
 
 def _spaces(m: Mechanism) -> tuple[_Space, _Space]:
@@ -107,19 +125,18 @@ def _spaces(m: Mechanism) -> tuple[_Space, _Space]:
         ties, _ = motors(m, sample.rates[probe.driven], m.length)
         rates = sample.rates @ sample.motions(ties)
         names = [m.joints[joint] for joint in probe.drivable]
-        return _Space(dict(zip(names, rates, strict=True)), np.eye(rates.shape[1]))
+        return _Space(dict(zip(names, rates, strict=True)))
 
     return space(generic(probe, away=True).sample), space(next(probe.samples()))
 
 
 def _take(name: str, *spaces: _Space) -> bool:
     """Take a joint where it moves something that none of those before moves, in every space; say whether it does."""
-    rates = [space.rates[name] @ space.left for space in spaces]
-    lengths = [float(np.linalg.norm(rate)) for rate in rates]
-    if min(lengths) <= SMALL:
+    rests = [space.rest(name) for space in spaces]
+    if min(float(np.linalg.norm(rest)) for rest in rests) <= SMALL:
         return False
-    for space, rate, length in zip(spaces, rates, lengths, strict=True):
-        space.left = space.left @ _across(rate / length)
+    for space, rest in zip(spaces, rests, strict=True):
+        space.take(rest)
     return True
 
 
@@ -130,15 +147,6 @@ def _check(name: str, joints: Mapping[str, Joint], can: list[str]) -> None:
         if leader:
             raise InputError(f"'{name}' follows '{leader}', which can be driven", key="drives")
         raise InputError(not_known(name, "a joint that can be driven", can), key="drives")
-
-
-def _across(unit: Vector) -> Matrix:
-    """An orthonormal basis of what is across a unit vector: the columns of a Householder reflection but one."""
-    first = int(np.argmax(np.abs(unit)))
-    mirror = unit.copy()
-    mirror[first] += np.copysign(1.0, unit[first])
-    reflection = np.eye(len(unit)) - 2.0 * np.outer(mirror, mirror) / (mirror @ mirror)
-    return np.asarray(np.delete(reflection, first, axis=1))
 
 
 def distances(skeleton: Skeleton) -> dict[str, int]:

@@ -20,7 +20,7 @@ from jointplay.basics.units import LENGTHS
 from jointplay.errors import in_range, listed, not_known, shown
 
 from .options import Options
-from .pins import choose_output, connected, pins, said_of_speed
+from .pins import OUTPUT, choose_output, connected, pins, said_of_speed
 from .shaping import legal
 from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector, free_names
 from .xml import Reading, parse, refuse_twice
@@ -71,7 +71,7 @@ def read(path: Path, options: Options) -> Skeleton:
     reading = Reading(str(path))
     connectors = _connectors(reading, [*_of_mechanism(root, "connector")])
     links = _links(reading, [*_of_mechanism(root, "Link", "element")], connectors)
-    names = free_names({str(k): link.name for k, link in enumerate(links)}, [GROUND]).values()
+    names = free_names({str(k): link.name for k, link in enumerate(links)}, [GROUND, OUTPUT]).values()
     called = free_names({own: one.name for own, one in connectors.items()}, [GROUND, *names])
     bodies = {GROUND: [own for own, one in connectors.items() if one.is_anchor]}
     for name, link in zip(names, links, strict=True):
@@ -147,6 +147,8 @@ def _connectors(reading: Reading, elements: list[Element]) -> dict[str, Connecto
         x, y = (reading.number(element.get(word, ""), 0.0, place, word) for word in "xy")
         slides = element.get("slider") == "true"
         limits = tuple(limit.get("id", "").strip() for limit in element.iter("slidelimit")) if slides else ()
+        if slides and len(limits) != 2:
+            raise reading.refuse(f"needs two connectors as limits, not {listed(limits) or 'none'}", place)
         if slides and reading.number(element.get("slideradius"), 0.0, place, "slideradius"):
             raise reading.refuse("slides on an arc; sliders on straight lines are read", place)
         if element.get("fastenlink") or element.get("fastenconnector") or element.get("fasten"):
@@ -191,8 +193,9 @@ def _joints(
     if not one.limits:
         yield from pins(name, [*on[own]], one.at, one.is_input)
         return
-    if len(one.limits) != 2 or not {*one.limits} <= connectors.keys():
-        raise reading.refuse(f"needs two connectors as limits, not {listed(one.limits)}", place)
+    if not {*one.limits} <= connectors.keys():
+        known = [f"'{limit}'" for limit in one.limits if limit not in connectors]
+        raise reading.refuse(f"slides between connectors of which there is no {listed(known)}", place)
     start, end = (connectors[limit].at for limit in one.limits)
     guides = [body for body in on[one.limits[0]] if body in on[one.limits[1]]]
     along, length = end - start, float(np.linalg.norm(end - start))

@@ -256,8 +256,8 @@ def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
         if not frames:
             raise InputError("has no point that moves, which could be the output")
         far = distances(skeleton)
-        body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)
-        return body, frames[body][1].at
+        body, frame = frames[max(frames, key=lambda name: far.get(frames[name][0], 0) if name in origins else -1)]
+        return body, frame.at
     name = link_called(skeleton, wanted)
     if name not in frames:
         what = "a link" if skeleton.has_origins else "a point or a joint"

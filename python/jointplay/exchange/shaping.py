@@ -11,6 +11,7 @@ from numpy.polynomial import Polynomial
 
 from jointplay.errors import REVERSING, InputError, listed, not_known
 
+from .pins import OUTPUT
 from .skeleton import GROUND, Body, Facets, Frame, Joint, Skeleton
 
 #: what a name of the mechanism file cannot have
@@ -34,9 +35,9 @@ def legal(name: str) -> str:
 
 
 def renamed(skeleton: Skeleton) -> Skeleton:
-    """With legal names, each of them once. The fixed body is called ground, and no other one."""
+    """With legal names, each of them once. The fixed body is called ground, and no other one; output is no joint."""
     bodies = _names(skeleton.bodies, {skeleton.ground: GROUND}, taken={GROUND})
-    joints = _names((joint.name for joint in skeleton.joints), {}, taken=set())
+    joints = _names((joint.name for joint in skeleton.joints), {}, taken={OUTPUT})
     frames = _names((name for name in skeleton.frames if name not in bodies), {}, taken=set(bodies.values()))
 
     def joint(old: Joint) -> Joint:

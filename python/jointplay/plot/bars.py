@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from jointplay.basics.arrays import Floats
 
 from .style import HATCHES, Style, canvas, current, theme
-from .words import labelled, legend
+from .words import brief, labelled, legend
 
 #: heights of a pair of bars and of what is around all of them, inches
 BAR, AROUND = 0.42, 0.8
@@ -62,7 +62,7 @@ def pairs(
         for k, note in enumerate(notes):
             at = (after[k], k + APART)
             axes.annotate(note, at, xytext=(3, 0), textcoords="offset points", va="center", fontsize=small)
-        axes.set_yticks(where, names)
+        axes.set_yticks(where, list(map(brief, names)))
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlim(0, room * max(float(before.max(initial=0.0)), float(after.max(initial=0.0))) or 1.0)
         axes.set_xlabel(labelled(what, unit))

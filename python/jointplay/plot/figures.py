@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from jointplay.errors import InputError, in_range, not_known
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, bounds, figure, figures, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
-from jointplay.result.verdict import LOOSE
+from jointplay.result.verdict import LOOSE, rounding
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of
@@ -31,6 +31,8 @@ NAMES = {name: one.words for question in QUESTIONS.values() for name, one in que
 NAMES |= {"position": "position error", "rotation": "rotation"}
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
+#: width of a bar with an edge, points, at least
+NARROWEST = 3.0
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,8 @@ def error(
         bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
         axes.set(xlabel=axis, ylabel=labelled(words_of(quantity), found[0][2].unit))
         whole_numbers(axes.xaxis, axis, max(len(curve.values) for *_, curve in found))
+        if len(x) == 1:
+            axes.set_xticks(x)
         if quantity in SIZES:
             ends = [end for *_, curve in found for end in (curve.values, curve.high) if end is not None]
             from_zero(axes, [*ends, np.array(bounds)])
@@ -136,12 +140,17 @@ def blame(
     where = np.arange(len(shares))
     above, below = np.zeros(len(shares)), np.zeros(len(shares))
     with canvas(axes, style) as (figure, axes):
+        is_dense = len(where) * NARROWEST > room(axes)
         for k, (name, values) in enumerate(bars):
             bottom = np.where(values >= 0, above, below)
             colours = theme().colours
             colour = theme().grey if rest and k == len(bars) - 1 else colours[k % len(colours)]
             look: dict[str, Any] = {"hatch": HATCHES[k % len(HATCHES)], "edgecolor": theme().paper, "linewidth": 0.5}
-            axes.bar(where, values, 0.85, bottom, label=name, color=colour, **look)
+            if is_dense:
+                # Edges would hide bars that are as narrow as they are.
+                axes.fill_between(where, bottom, bottom + values, step="mid", label=name, facecolor=colour, **look)
+            else:
+                axes.bar(where, values, 0.85, bottom, label=name, color=colour, **look)
             above, below = above + np.maximum(values, 0), below + np.minimum(values, 0)
         if below.min(initial=0.0) < 0:
             axes.axhline(0, color=theme().ink, linewidth=0.8)
@@ -198,22 +207,35 @@ def histogram(
         colours = theme().colours
         # Where no specimen has a pose there is nothing to draw but the limits.
         posed = bool(np.isfinite(edges).all())
-        if posed:
+        off = posed and np.abs(edges).max() > rounding(part, unit)
+        if posed and not off:
+            axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
+        if off:
             axes.stairs(share, edges, fill=True, color=colours[0], alpha=0.5)
             axes.stairs(share, edges, color=colours[0])
-        for k, level in enumerate(part.labels("probability") if posed else ()):
+        for k, level in enumerate(part.labels("probability") if off else ()):
             value = float(part.get("error_quantile", probability=level, quantity=quantity)[chosen])
             dash = (0, (3, 1 + k))
             text = f"{100 * level:g} %: {value:.3g} {unit}"
             axes.axvline(value, color=colours[3 % len(colours)], linestyle=dash, linewidth=1.2, label=text)
         axes.set_ylim(0, 1.05 * top if top > 0 else 1.0)
         bounds = draw_limits(axes.axvline, [part], quantity)
-        _around_histogram(axes, counts, edges, bounds)
+        if off:
+            _around_histogram(axes, counts, edges, bounds)
+        else:
+            axes.set_xlim(*_around([0.0, *bounds]))
         axes.set(xlabel=labelled(words_of(quantity), unit), ylabel="specimens per bin [%]")
         said = f"random: {which(part, chosen)}" + (" (the worst one)" if worst else "")
         title(axes, f"{said}, " + (f"{part.attrs['samples']} specimens" if posed else "no specimen has a pose"))
         legend(axes)
     return figure
+
+
+def _around(values: Sequence[float]) -> tuple[float, float]:
+    """The part of an axis that has some values, with room beside them."""
+    low, high = min(values), max(values)
+    beside = 0.05 * (high - low) or 1.0
+    return low - beside, high + beside
 
 
 def _around_histogram(axes: Axes, counts: Floats, edges: Floats, bounds: Sequence[float]) -> None:
@@ -228,6 +250,10 @@ def _around_histogram(axes: Axes, counts: Floats, edges: Floats, bounds: Sequenc
     # A line at the frame would not be seen.
     edge = 0.02 * (high - low)
     axes.set_xlim(low - edge * (low in near), high + edge * (high in near))
+    if not near:
+        for line in axes.lines:
+            if line.get_label() == "limit":
+                line.set_label("_limit")
 
 
 def worst_of(result: Result, quantity: str) -> int:
@@ -303,13 +329,26 @@ def _lower(heading: str) -> str:
 
 
 def curves(result: Result, quantity: str) -> list[Curve]:
-    """The curves that a result has to show of a size or of a component of its error.
+    """The curves that a result has to show of a size or of a component of its error; what is rounding is nothing.
 
     Raises
     ------
     InputError
         When it has no such quantity, or no error.
     """
+    found = _curves(result, quantity)
+    is_error = quantity in SIZES or quantity in _components(result)
+    return [_without_rounding(result, one) for one in found] if is_error else found
+
+
+def _without_rounding(result: Result, curve: Curve) -> Curve:
+    """A curve of errors of which all are rounding is one of zeros; else small ones stand for what they are."""
+    if np.nanmax(np.abs(curve.values), initial=0.0) > rounding(result, curve.unit):
+        return curve
+    return replace(curve, values=np.where(np.isfinite(curve.values), 0.0, curve.values))
+
+
+def _curves(result: Result, quantity: str) -> list[Curve]:
     known = tuple(dict.fromkeys((*SIZES, *figures(result), *_components(result))))
     if quantity not in known:
         raise InputError(not_known(quantity, "a quantity", known), key="quantity")

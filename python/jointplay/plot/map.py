@@ -17,8 +17,10 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from jointplay.basics import files
 from jointplay.basics.typed import typed
+from jointplay.basics.units import ANGLES, LENGTHS
 from jointplay.errors import InputError
 from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity
+from jointplay.result.verdict import rounding
 
 from .cells import boundaries, cell_edges, crossings
 from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless
@@ -27,7 +29,7 @@ from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
 from .shades import Shades, colour_range, level_lines, shades
-from .style import Style, as_style, current, limit_line, series, singular_line, theme, using
+from .style import Style, StyledFigure, as_style, current, limit_line, series, singular_line, theme, using
 from .words import beside, headline, is_plan, labelled, legend, title
 
 if TYPE_CHECKING:
@@ -124,7 +126,11 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     trusted = np.isin(status, [*HATCHED, ""], invert=True)
     coords = {dim: _coordinate(result, dim) for dim in dims}
     attrs = {"long_name": found.long_name, "units": found.units}
-    value = xr.DataArray(np.where(trusted, found.values, np.nan), coords, dims, attrs=attrs)
+    values = np.where(trusted, found.values, np.nan)
+    if found.units in (*LENGTHS, *ANGLES) and np.nanmax(np.abs(values), initial=0.0) <= rounding(result, found.units):
+        # Errors of which all are rounding are none.
+        values = np.where(np.isfinite(values), 0.0, values)
+    value = xr.DataArray(values, coords, dims, attrs=attrs)
     return Layers(value, status, changes, singular, title, bounds(result, variable))
 
 
@@ -160,7 +166,9 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
     across, up = value.dims
     colours = colours or shades(value.values)
     x, y = value[across].values, value[up].values
-    mesh = axes.pcolormesh(cell_edges(x), cell_edges(y), value.values.T, rasterized=True, **colours.look)
+    # What a logarithm cannot show is below its scale.
+    drawn = np.where(value.values <= 0.0, 0.5 * colours.low, value.values) if current().log else value.values
+    mesh = axes.pcolormesh(cell_edges(x), cell_edges(y), drawn.T, rasterized=True, **colours.look)
     words = [labelled(str(dim), str(value[dim].attrs["units"])) for dim in value.dims]
     axes.set(xlabel=words[0], ylabel=words[1])
     if bar:
@@ -174,8 +182,8 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
         if there.any():
             # Node by node: contours of hatches would end between them.
             nodes, colour = np.ma.masked_where(~there, there).T, ListedColormap([theme().unreached])
-            drawn = axes.pcolor(cell_edges(x), cell_edges(y), nodes, cmap=colour, rasterized=True, antialiased=False)
-            drawn.set(hatch=hatch, edgecolor=theme().grey, linewidth=0.0)
+            cells = axes.pcolor(cell_edges(x), cell_edges(y), nodes, cmap=colour, rasterized=True, antialiased=False)
+            cells.set(hatch=hatch, edgecolor=theme().grey, linewidth=0.0)
             handles.append(
                 Patch(facecolor=theme().unreached, edgecolor=theme().grey, hatch=hatch, label=status.replace("_", " "))
             )
@@ -192,6 +200,9 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
     handles += _limits(shown, axes)
     if is_plan(value):
         axes.set_aspect("equal")
+        if bar and isinstance(figure := axes.get_figure(), StyledFigure):
+            # The colours stand beside the plan, and not beside the room that it might have.
+            figure.set_layout_engine("compressed")
     if bar:
         title(axes, shown.title)
     return handles

@@ -16,10 +16,12 @@ from matplotlib.transforms import ScaledTranslation
 from jointplay.basics.arrays import Floats
 
 from .style import current, theme
-from .words import HIGH, width_of
+from .words import HIGH, fitted, width_of
 
-#: distances of a name from its place, and half the size of a place, points
-AWAY, MARK = (6.0, 16.0, 28.0), 4.0
+#: distances of a name from its place, half the size of a place, and what keeps names apart, points
+AWAY, MARK, GAP = (6.0, 10.0, 16.0, 28.0), 4.0, 2.0
+#: share of the axes that a name takes at most
+WIDEST = 0.45
 
 ACROSS = {-1: "right", 0: "center", 1: "left"}
 UP = {-1: "top", 0: "center", 1: "bottom"}
@@ -96,8 +98,9 @@ def write(axes: Any, at: Mapping[tuple[float, ...], str], flat: Floats, obstacle
     box: dict[str, Any] = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.6, "pad": 0.5}
     flat, obstacles = (points * axes.transData.transform(each) for each in (flat, obstacles))
     letters = current().font_size_used - 1.0
-    found = corners(flat, list(at.values()), frame, obstacles, letters)
-    for (place, text), (x, y, away) in zip(at.items(), found, strict=True):
+    texts = [fitted(text, WIDEST * (frame[2] - frame[0]), letters) for text in at.values()]
+    found = corners(flat, texts, frame, obstacles, letters)
+    for place, text, (x, y, away) in zip(at, texts, found, strict=True):
         moved = ScaledTranslation(away * x / 72.0, away * y / 72.0, figure.dpi_scale_trans)
         axes.text(
             *place, text, fontsize=letters, zorder=6, bbox=box, transform=axes.transData + moved,
@@ -107,7 +110,7 @@ def write(axes: Any, at: Mapping[tuple[float, ...], str], flat: Floats, obstacle
 
 def _box(place: Floats, corner: Corner, text: str, letters: float) -> Floats:
     """Left, lower, right and upper end of a name."""
-    size = np.array([width_of(text, letters), HIGH * letters])
+    size = np.array([width_of(text, letters) + GAP, HIGH * letters])
     way = np.array(corner[:2])
     middle = place + corner[2] * way + 0.5 * size * way
     return np.concatenate([middle - 0.5 * size, middle + 0.5 * size])

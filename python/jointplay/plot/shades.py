@@ -71,6 +71,8 @@ def colour_range(values: NDArray[np.float64]) -> tuple[float, float]:
     if not known.size:
         return (1.0, 10.0) if style.log else (0.0, 1.0)
     low, cut, high = float(known.min()), float(np.quantile(known, CUT)), float(known.max())
+    if low == high == 0.0:
+        return 0.0, 1.0
     return low, cut if high > FAR * cut and not style.log else high
 
 

@@ -18,7 +18,7 @@ from jointplay.core.spec import ENDS, End, JointSpec
 from .couplings import strands
 from .scene import Corners, Sight
 from .sketch import SLIDING, WHEELS, Sketch
-from .style import theme
+from .style import current, theme
 from .words import round_factor
 
 #: from obliquely above
@@ -127,6 +127,13 @@ class Solid(Sketch):
             for strand in strands(*ends, across, (radii[0], radii[1]), bool(coupling["crossed"])):
                 self._add(tube(strand[0], strand[1], 0.4 * TUBE * self.extent), theme().grey)
 
+    def obstacles(self) -> Floats:
+        """The axes in the corner and the scale with its words as well."""
+        pixels = self.axes.transData.transform(np.reshape(self.taken, (-1, 2)))
+        above = pixels[-3:] + np.array([0.0, current().font_size_used * self.axes.figure.dpi / 72.0])
+        corner = self.axes.transData.inverted().transform(np.concatenate([pixels, above]))
+        return np.concatenate([super().obstacles(), corner])
+
     def _add(self, surface: Surface, colour: str) -> None:
         pieces, normals = surface
         seen = normals @ self.view.towards > 0.0
@@ -156,14 +163,20 @@ class Solid(Sketch):
         if limits is not None:
             self.axes.set_ylim(high[0] - 2.6 * size, high[1])
         look = {"arrowstyle": "-|>", "color": theme().ink, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+        letters = current().font_size_used
+        self.taken = [corner]
         for name, axis in zip("xyz", np.eye(3), strict=True):
-            tip = corner + size * self.view.flat(axis)
+            way = self.view.flat(axis)
+            tip = corner + size * way
             self.axes.annotate("", xy=tuple(tip), xytext=tuple(corner), arrowprops=look)
-            at = corner + 1.3 * size * self.view.flat(axis)
-            self.axes.text(at[0], at[1], name, ha="center", va="center")
+            # As far from the tip as letters are high, however small the drawing is.
+            off = 0.8 * letters * way / float(np.linalg.norm(way))
+            self.axes.annotate(name, tuple(tip), tuple(off), textcoords="offset points", ha="center", va="center")
+            self.taken += [tip, corner + 1.5 * size * way]
         length = round_factor(SCALE * self.extent * 1e6) / 1e6
         start = np.array([low[1] - length - 0.2 * size, corner[1] - 0.4 * size])
         self.axes.plot([start[0], start[0] + length], [start[1]] * 2, color=theme().ink, linewidth=2.5)
+        self.taken += [start + np.array([share * length, 0.0]) for share in (0.0, 0.5, 1.0)]
         words = f"{length:g} {self.m.units.length_name}"
         self.axes.text(start[0] + 0.5 * length, start[1] + 0.25 * size, words, ha="center", va="bottom")
 

@@ -14,12 +14,16 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import is_color_like, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.ticker import Formatter, LogFormatter, ScalarFormatter
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
 
@@ -49,6 +53,10 @@ LEGENDS = ("above", "none", *Legend.codes)
 MOST_LEVELS = 100
 #: what configurations can be drawn against besides a drive
 AGAINST = ("configuration", "length", "time")
+#: axes whose largest number is from the first of these to below the second have no powers of ten
+WRITTEN_OUT = (1e-4, 1e6)
+MOST_DECIMALS = 10
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: dots of a figure along a side beyond which it would not fit into memory
 MOST_DOTS = 30_000
 
@@ -213,7 +221,8 @@ class Style:
         theme, size = self.of, self.font_size_used
         return {
             "font.size": size,
-            **({"font.family": self.font} if self.font else {}),
+            # What a font lacks, such as raised digits, is taken from the usual one.
+            **({"font.family": [self.font, "DejaVu Sans"]} if self.font else {}),
             "axes.titlesize": size + 1.0,
             "axes.titlelocation": "left",
             "axes.labelsize": size,
@@ -261,6 +270,80 @@ def as_far_as_it_goes() -> Iterator[None]:
         yield
 
 
+class Scaled(Formatter):
+    """Numbers as multiples of a power of ten that stands in the label: beside the axis it would lie under a legend."""
+
+    def __init__(self, power: int) -> None:
+        self.power = power
+        self.decimals = 0
+
+    def set_locs(self, locs: Any) -> None:
+        """All marks have as many decimals as the one with most."""
+        found = np.asarray(locs, dtype=float) / 10.0**self.power
+        least = 1e-6 * float(np.ptp(found)) if len(found) else 0.0
+        enough = (k for k in range(MOST_DECIMALS) if np.abs(found - found.round(k)).max(initial=0.0) <= least)
+        self.decimals = next(enough, MOST_DECIMALS)
+
+    def __call__(self, x: float, pos: int | None = None) -> str:  # noqa: ARG002
+        """The number at a mark."""
+        return self.fix_minus(f"{x / 10.0**self.power + 0.0:.{self.decimals}f}")
+
+
+class Logarithmic(LogFormatter):
+    """Numbers of a logarithmic axis, which usually are formulas: here a text is what it says."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """The number at a mark; nothing at marks that have none."""
+        if not super().__call__(x, pos):
+            return ""
+        if WRITTEN_OUT[0] <= x < WRITTEN_OUT[1]:
+            return f"{x:.3g}" if x < 100.0 else f"{x:.0f}"
+        digits, _, power = f"{x:.2e}".partition("e")
+        raised = "10" + str(int(power)).translate(RAISED)
+        return raised if float(digits) == 1.0 else f"{float(digits):g}·{raised}"
+
+
+def _write_out(axis: Axis) -> None:
+    """Write the numbers of a logarithmic axis without formulas."""
+    for formatter, put in (
+        (axis.get_major_formatter(), axis.set_major_formatter),
+        (axis.get_minor_formatter(), axis.set_minor_formatter),
+    ):
+        if isinstance(formatter, LogFormatter) and not isinstance(formatter, Logarithmic):
+            thresholds = formatter.minor_thresholds
+            put(Logarithmic(labelOnlyBase=formatter.labelOnlyBase, minor_thresholds=thresholds))
+
+
+def _scale(axis: Axis) -> None:
+    """Write the numbers of an axis without offset, very large and small ones with their power of ten in the label."""
+    if type(axis.get_major_formatter()) not in (ScalarFormatter, Scaled):
+        return
+    largest = max(map(abs, axis.get_view_interval()))
+    is_plain = not largest or WRITTEN_OUT[0] <= largest < WRITTEN_OUT[1]
+    power = 0 if is_plain else 3 * math.floor(math.log10(largest) / 3.0)
+    words = re.sub(r"\[10[⁻⁰¹²³⁴-⁹]+ ", "[", axis.get_label_text())
+    name, mark, unit = words.rpartition(" [")
+    factor = "10" + str(power).translate(RAISED)
+    axis.set_major_formatter(Scaled(power))
+    if not power:
+        axis.set_label_text(words)
+    elif mark:
+        axis.set_label_text(f"{name} [{factor} {unit}")
+    elif words:
+        axis.set_label_text(f"{words} [{factor}]")
+
+
+def _thin_out(line: Line2D, wide: float) -> None:
+    """Leave markers out that would lie on one another; the ends of a line and places alone keep theirs."""
+    count, size = len(line.get_xdata()), line.get_markersize()
+    every = math.ceil(1.5 * size * count / max(wide, 1.0))
+    if line.get_marker() in ("None", "", " ", None) or line.get_markevery() is not None or every < 2:
+        return
+    known = np.isfinite(np.column_stack(line.get_data(orig=False)).astype(float)).all(axis=1)
+    before, after = np.append(False, known[:-1]), np.append(known[1:], False)
+    line.set_markevery(sorted({*range(0, count, every), *np.flatnonzero(known & ~(before & after)).tolist()}))
+
+
 class StyledFigure(Figure):
     """A figure that is written and shown as its style says, whatever matplotlib is set to."""
 
@@ -281,6 +364,12 @@ class StyledFigure(Figure):
 
     def draw(self, renderer: Any) -> None:
         """Draw; as `matplotlib.figure.Figure.draw`."""
+        for axes in self.axes:
+            for axis in (axes.xaxis, axes.yaxis):
+                _scale(axis)
+                _write_out(axis)
+            for line in axes.lines:
+                _thin_out(line, 72.0 * self.get_figwidth() * axes.get_position().width)
         with as_far_as_it_goes():
             super().draw(renderer)
 

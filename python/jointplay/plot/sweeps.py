@@ -18,7 +18,7 @@ from jointplay.result.conclusions import extreme, tops
 from .figures import SIZES, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
 from .shades import level_lines, shades
 from .style import Style, canvas, current, limit_line, series, theme
-from .words import along, labelled, legend, single, title, whole_numbers
+from .words import along, brief, labelled, legend, single, title, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def sweep(
             _lines(axes, part, part.isel(dim, 0), x, values, words, quantity)
         if not surface:
             legend(axes)
-        axes.set_xlabel(labelled(dim, part.coords[dim].units))
+        axes.set_xlabel(_key(part, dim))
         if not numeric:
             axes.set_xticks(x, [str(v) for v in part.coords[dim].values.tolist()])
     return figure
@@ -98,13 +98,17 @@ def _pairs(part: Result, quantity: str, axes: Axes | None, style: Style | str | 
     with canvas(axes, style) as (figure, axes):
         title(axes, asked(part))
         _surface(figure, axes, part, x, y, top.values.T, labelled(words, top.unit), quantity)
-        axes.set(
-            xlabel=labelled(dims[0], part.coords[dims[0]].units), ylabel=labelled(dims[1], part.coords[dims[1]].units)
-        )
+        axes.set(xlabel=_key(part, dims[0]), ylabel=_key(part, dims[1]))
         for axis, values, dim in ((axes.xaxis, x, dims[0]), (axes.yaxis, y, dims[1])):
             if values is None:
                 axis.set_ticks(np.arange(part.sizes[dim]), [str(value) for value in part.labels(dim)])
     return figure
+
+
+def _key(part: Result, dim: str) -> str:
+    """What is swept, as the file calls it, with its unit."""
+    own = part.coords[dim]
+    return labelled(brief(own.long_name or dim), own.units)
 
 
 def asked(result: Result) -> str:

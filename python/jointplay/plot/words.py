@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,10 @@ from .style import AGAINST, as_far_as_it_goes, current
 if TYPE_CHECKING:
     import xarray as xr
 
+#: letters of a name in a running text, and of one for which there is no room
+LONGEST, SHORTEST = 32, 8
+#: a value in a text, such as "theta = 40 deg", and a blank at which no line ends
+VALUE, FIRM = re.compile(r" = ([-+.e\d]+) (?=\S)"), "\u00a0"
 #: height of a line, as a share of the size of letters
 HIGH = 1.35
 #: what a legend needs beside the words of an entry, as a share of the size of letters
@@ -64,7 +69,31 @@ def wrapped(text: str, wide: float, size: float) -> str:
     whole = width_of(text, size)
     if whole <= wide:
         return text
-    return "\n".join(textwrap.wrap(text, max(12, int(0.95 * len(text) * wide / whole))))
+    letters = max(12, int(0.95 * len(text) * wide / whole))
+    # A value stays with its name and its unit, where a line has room for them.
+    kept = VALUE.sub(f"{FIRM}={FIRM}\\1{FIRM}", text)
+    kept = kept if max(map(len, kept.split(" "))) <= letters else text
+    return "\n".join(textwrap.wrap(kept, letters)).replace(FIRM, " ")
+
+
+def brief(name: str, most: int = LONGEST) -> str:
+    """A name in at most so many letters, of its beginning and its end.
+
+    Examples
+    --------
+    >>> brief("main_bearing_of_the_crank_at_the_left", 16)
+    'main_bear…e_left'
+    """
+    head = 3 * most // 5
+    return name if len(name) <= most else f"{name[:head]}…{name[len(name) - (most - head - 1) :]}"
+
+
+def fitted(text: str, wide: float, size: float) -> str:
+    """A text with letters of a size that fits, or its beginning and its end."""
+    most = len(text)
+    while most > SHORTEST and width_of(brief(text, most), size) > wide:
+        most -= 1
+    return brief(text, most)
 
 
 def title(axes: Axes, text: str) -> None:
@@ -91,17 +120,18 @@ def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = Non
     """A legend, each label once: where the style says, else above the axes, in as many columns as there is room for."""
     handles, labels = axes.get_legend_handles_labels() if entries is None else entries
     unique = dict(zip(labels, handles, strict=True))
+    size, wide = float(mpl.rcParams["legend.fontsize"]), room(axes)
+    texts = [fitted(label, wide - size * KEY, size) for label in unique]
     place: Any = current().legend
     if not unique or place == "none":
         return
     if place != "above":
-        axes.legend(unique.values(), unique.keys(), loc=place, handlelength=2.2, labelspacing=0.25)
+        axes.legend(unique.values(), texts, loc=place, handlelength=2.2, labelspacing=0.25)
         return
-    size = float(mpl.rcParams["legend.fontsize"])
-    columns = _columns([size * KEY + width_of(label, size) for label in unique], room(axes))
+    columns = _columns([size * KEY + width_of(text, size) for text in texts], wide)
     rows = math.ceil(len(unique) / columns)
     axes.legend(
-        unique.values(), unique.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderpad=0.2,
+        unique.values(), texts, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderpad=0.2,
         borderaxespad=0.0, handlelength=2.2, handletextpad=0.5, columnspacing=1.0, labelspacing=0.25,
     )  # fmt: skip
     text = axes.get_title("left")
@@ -165,7 +195,7 @@ def along(result: Result) -> tuple[Any, str]:
     if not chosen and len(result.drives) == len(drives) == 1:
         (chosen,) = drives
     if chosen in drives:
-        return drives[chosen].values, labelled(chosen, drives[chosen].units)
+        return drives[chosen].values, labelled(brief(chosen), drives[chosen].units)
     if chosen == "length" and "nominal" in result.data:
         lengths = split(result.labels("component"))[0]
         steps = np.diff(np.stack([result.get("nominal", component=name) for name in lengths], axis=1), axis=0)
@@ -207,7 +237,7 @@ def which(result: Result, configuration: int) -> str:
     if len(drives) != 1 or drives[0][1].dims != ("configuration",):
         return said
     ((name, drive),) = drives
-    return f"{said}, {name} = {commanded(drive, configuration):.6g} {drive.units}".rstrip()
+    return f"{said}, {brief(name)} = {commanded(drive, configuration):.6g} {drive.units}".rstrip()
 
 
 def labelled(name: str, unit: str) -> str:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.result import LOAD, Result, blame, commanded, in_words, largest, parts_by_cause, shares
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: quantities that are the sizes of others
 SIZES = ("position", "rotation")
@@ -21,7 +25,7 @@ FEW = 2
 MOST = 8
 
 
-def rounding(result: Result, unit: str) -> float:
+def rounding(result: Result | xr.Dataset, unit: str) -> float:
     """What of a length or an angle is rounding, in its unit."""
     if unit == "rad":
         return ROUNDING

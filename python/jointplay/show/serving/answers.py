@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from jointplay.core.compile import ANGULAR, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS, Question, asked_by
-from jointplay.result import STATUSES, Result, blame, figure, in_words, typical
+from jointplay.result import FORCES_APART, STATUSES, Result, blame, figure, in_words, typical
 from jointplay.result.conclusions import Sentence, conclude, rests, rounding
 from jointplay.result.conclusions.words import farthest, say
 from jointplay.result.table.forces import overview
@@ -51,6 +51,8 @@ ROUGH = 16
 #: sources with the largest shares that are shown
 MOST_SHARES = 8
 QUANTITIES = ("position", "rotation")
+#: what is said of limits of forces at the position of the sliders
+ELSEWHERE = Sentence("Limits of forces count along the whole path: the last line has their verdict.")
 
 Check = Callable[[int, int], None]
 
@@ -280,9 +282,10 @@ def _numbers(answers: Mapping[str, Result]) -> Json:
 
 
 def _one(question: str, result: Result) -> Json:
-    said = conclude(result)
+    said = conclude(_without_forces(result))
     told: Json = {"status": str(result.get("status")[0])}
-    told["sentences"] = list(map(_sentence, said.sentences))
+    of_forces = [ELSEWHERE] if FORCES_APART in result.attrs else []
+    told["sentences"] = [_sentence(one) for one in (*said.sentences, *of_forces)]
     _, highest = ends(result) if "undetermined" in result.data else (None, None)
     for quantity in QUANTITIES:
         values, unit = figure(result, quantity)
@@ -345,7 +348,7 @@ def _path(answers: Mapping[str, Result]) -> Json:
     """Errors along the path, for plots, with sentences."""
     told: Json = {}
     for question, result in answers.items():
-        said, judged = conclude(result), verdict(result)
+        said, judged = conclude(_without_forces(result)), verdict(result)
         curves = {}
         for quantity in QUANTITIES:
             values, unit = figure(result, quantity)
@@ -395,6 +398,11 @@ def _brief(result: Result, judged: Verdict) -> str:
         return "nothing is off"
     scatters = result.attrs["question"] == "random"
     return f"{f'{100 * typical(result):g} % below' if scatters else 'up to'} {say(float(values[k]), unit)}"
+
+
+def _without_forces(result: Result) -> Result:
+    """A result that does not say who judges limits of forces: here the page does, beside every question."""
+    return replace(result, attrs={name: value for name, value in result.attrs.items() if name != FORCES_APART})
 
 
 def _sentence(one: Sentence) -> Json:

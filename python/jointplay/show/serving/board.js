@@ -7,8 +7,12 @@ const WIDTH = 800;
 const NEAR = 14, LINE = 7;
 // Pixels that a pointer may move in a click, and within which a line becomes horizontal or vertical.
 const STILL = 6, LEVEL = 7;
-// Pixels from a pin to the arc that its drive goes through.
-const ARC = 46;
+// Pixels from a pin to the arc that its drive goes through, at least and at most, and between handles on it where there is room.
+const ARC = 46, WIDEST = 120, APART = 10;
+// Pixels to both sides of a tick.
+const TICK = 5;
+// Values of a list up to which each has a handle.
+export const MOST_HANDLES = 24;
 // Pixels by which a bar is as long as another one.
 const ALIKE = 4;
 // Pixels that a step of the grid has at least.
@@ -255,9 +259,9 @@ export class Board {
     if (!held) return;
     event.stopImmediatePropagation();
     if (held.range) {
-      const { drive, key, value } = held.range;
+      const { drive, steps, value } = held.range;
       this.let();
-      if (held.value !== value) this.told({ edits: [[["drives", drive, key], held.value]] });
+      if (held.value !== value) this.told({ edits: [[["drives", drive, ...steps], held.value]] });
       return;
     }
     const ref = this.ref(event, { from: this.pending && this.placeOf(this.pending) });
@@ -409,25 +413,33 @@ export class Board {
 
   // ---- ranges of drives ---------------------------------------------------------------------------------------------------------------
 
-  /** The ends of what drives are commanded, where they are in the drawing: each a handle, on an arc or on a line. */
+  /** What drives are commanded, where it is in the drawing, on an arc or on a line: a handle at each end or value that is a number. */
   ranges() {
     const found = [];
     for (const [k, name] of (this.driven ?? []).entries()) {
-      const { joint: pin, from, to } = this.board.drives[name] ?? {};
+      const { joint: pin, from, to, values } = this.board.drives[name] ?? {};
       const joint = this.board.joints.find((one) => one.name === pin);
-      if (typeof from !== "number" || typeof to !== "number" || !joint?.at || joint.bodies.length !== 2) continue;
-      const place = joint.axis ? this.slide(joint) : joint.kind === "revolute" ? this.swing(joint, this.now[k]) : null;
+      const every = Array.isArray(values) ? values.map((value, n) => [["values", n], value, `value ${n + 1}`]) : [[["from"], from, "from"], [["to"], to, "to"]];
+      const known = every.filter(([, value]) => typeof value === "number");
+      if (!known.length || (!values && known.length < 2) || !joint?.at || joint.bodies.length !== 2) continue;
+      const [low, high] = [Math.min, Math.max].map((end) => end(...known.map(([, value]) => value)));
+      const place = joint.axis ? this.slide(joint) : joint.kind === "revolute" ? this.swing(joint, this.now[k], (high - low) / (known.length - 1 || 1)) : null;
       if (!place) continue;
-      const ends = [["from", from], ["to", to]].map(([key, value]) => ({ drive: name, key, value, at: place.at(value), read: place.read }));
-      found.push({ ends, line: [...Array(33).keys()].map((n) => place.at(from + ((to - from) * n) / 32)) });
+      const isLong = every.length > MOST_HANDLES;
+      const ends = known.map(([steps, value, text]) => ({ drive: name, steps, words: `${name} ${text}`, value, at: place.at(value), read: place.read }));
+      const line = [...Array(33).keys()].map((n) => place.at(low + ((high - low) * n) / 32));
+      found.push({ ends: isLong ? [] : ends, lines: [line, ...(isLong ? known : []).map(([, value]) => [-TICK, TICK].map((off) => place.at(value, off)))], size: values ? 4 : 5 });
     }
-    return found.filter(({ line }) => line.flat().every(Number.isFinite));
+    return found.filter(({ lines }) => lines.flat(2).every(Number.isFinite));
   }
 
   /** Where the coordinate of a guide or slot is, and what it is at a pixel. */
   slide({ at, axis }) {
     return {
-      at: (value) => this.viewer.project(at.map((v, k) => v + value * axis[k])),
+      at: (value, off = 0) => {
+        const [x, y] = this.viewer.project(at.map((v, k) => v + value * axis[k]));
+        return [x + off * axis[1], y + off * axis[0]];
+      },
       read: (pixel, _near, free) => {
         const there = this.viewer.unproject(pixel);
         const value = at.reduce((sum, v, k) => sum + (there[k] - v) * axis[k], 0);
@@ -436,16 +448,17 @@ export class Board {
     };
   }
 
-  /** Where a bar points at the angles of its pin, and what the angle is where it points at a pixel. */
-  swing({ name, bodies }, now) {
+  /** Where a bar points at the angles of its pin, and what the angle is where it points at a pixel; the arc is wide where values are near. */
+  swing({ name, bodies }, now, apartBy) {
     const middle = this.spot({ joint: name });
     const others = [...this.board.joints.filter((one) => one.name !== name && one.bodies.includes(bodies[1])).map(({ name: joint }) => ({ joint })), ...this.board.free.filter(({ body }) => body === bodies[1])];
     const end = middle && others.map((ref) => this.spot(ref)).find((spot) => spot && apart(spot, middle) > 1);
     if (!end) return null;
     const unit = this.board.units.angle === "rad" ? 1 : Math.PI / 180;
     const direction = Math.atan2(middle[1] - end[1], end[0] - middle[0]);
+    const wide = Math.min(Math.max(APART / (Math.abs(apartBy) * unit || Infinity), ARC), WIDEST);
     return {
-      at: (value) => [middle[0] + ARC * Math.cos(direction + (value - now) * unit), middle[1] - ARC * Math.sin(direction + (value - now) * unit)],
+      at: (value, off = 0) => [middle[0] + (wide + off) * Math.cos(direction + (value - now) * unit), middle[1] - (wide + off) * Math.sin(direction + (value - now) * unit)],
       read: ([x, y], near, free) => {
         const value = now + (Math.atan2(middle[1] - y, x - middle[0]) - direction) / unit;
         const round = (2 * Math.PI) / unit;
@@ -459,9 +472,8 @@ export class Board {
 
   reach(held, pixel, free) {
     held.value = held.range.read(pixel, held.value, free);
-    const { drive, key } = held.range;
     this.layer.replaceChildren(ring(pixel, 6, "b-new"));
-    this.said(`${drive} ${key} ${held.value}`);
+    this.said(`${held.range.words} ${held.value}`);
   }
 
   // ---- what is chosen ---------------------------------------------------------------------------------------------------------------
@@ -517,8 +529,8 @@ export class Board {
       const spot = locked && this.spot({ joint: name });
       if (spot) found.push(box(spot, 8, "b-mark"));
     }
-    for (const { ends, line } of this.tool === "select" ? this.ranges() : []) {
-      found.push(stroke(line, "b-mark b-range"), ...ends.map(({ at, drive, key }) => handle(at, `${drive} ${key}`)));
+    for (const { ends, lines, size } of this.tool === "select" ? this.ranges() : []) {
+      found.push(...lines.map((line) => stroke(line, "b-mark b-range")), ...ends.map(({ at, words: text }) => handle(at, size, text)));
     }
     found.push(...this.wanted());
     for (const place of this.board.target?.points ?? []) {
@@ -582,8 +594,8 @@ function made(name, attributes, text = null) {
 const ring = ([cx, cy], r, kind) => made("circle", { cx, cy, r, class: kind });
 const stroke = (points, kind) => made("path", { d: points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join(""), class: kind });
 const box = ([x, y], r, kind) => made("rect", { x: x - r, y: y - r, width: 2 * r, height: 2 * r, class: kind });
-const handle = (at, text) => {
-  const found = box(at, 5, "b-mark b-handle");
+const handle = (at, size, text) => {
+  const found = box(at, size, "b-mark b-handle");
   found.append(made("title", {}, text));
   return found;
 };

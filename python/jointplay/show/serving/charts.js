@@ -11,12 +11,14 @@ export function chart(element, { title, unit, label, x, curves, limit, here, lim
   const svg = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
   svg.setAttribute("aria-label", `${title} along the path`);
   const known = curves.flatMap(({ values }) => values).filter((v) => v !== null);
-  const top = Math.max(...known, limit ?? 0, 1e-300) * 1.08;
+  // Where nothing is off there is nothing to scale: the axis has its zero alone.
+  const most = Math.max(...known, limit ?? 0, 0);
+  const top = (most || 1) * 1.08;
   const places = x.filter((v) => v !== null);
   const [low, high] = [Math.min(...places), Math.max(...places)];
   const right = (v) => LEFT + ((v - low) / (high - low || 1)) * (WIDTH - LEFT - RIGHT);
   const up = (v) => HEIGHT - BOTTOM - (v / top) * (HEIGHT - TOP - BOTTOM);
-  for (const tick of ticks(0, top)) {
+  for (const tick of most ? ticks(0, top) : [0]) {
     make("path", { d: `M${LEFT} ${up(tick)}H${WIDTH - RIGHT}`, class: "grid" }, svg);
     text(svg, LEFT - 6, up(tick) + 4, short(tick), "end");
   }
@@ -47,7 +49,7 @@ export function chart(element, { title, unit, label, x, curves, limit, here, lim
 
 /** Draws shares [[name, share], ...] as bars. */
 export function bars(element, shares) {
-  const most = Math.max(...shares.map(([, share]) => Math.abs(share)), 1e-300);
+  const most = Math.max(...shares.map(([, share]) => Math.abs(share))) || 1;
   element.replaceChildren(
     ...shares.map(([name, share]) => {
       const row = document.createElement("div");

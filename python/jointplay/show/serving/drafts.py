@@ -211,7 +211,7 @@ def _advice(m: Mechanism) -> list[Json]:
     found = []
     if not m.sources:
         found.append(_says("There is no clearance and no tolerance yet: nothing is off.", tool="select"))
-    limits = m.data.limits
-    if not (limits.given() or any(output.limits.given() for output in m.data.outputs.values())):
+    is_limited = m.limits.forces or m.data.limits.given()
+    if not (is_limited or any(output.limits.given() for output in m.data.outputs.values())):
         found.append(_says("There is no limit yet: what is acceptable?", tool="limits"))
     return found

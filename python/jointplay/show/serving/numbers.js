@@ -19,10 +19,18 @@ export const digits = (value) => (typeof value === "number" ? String(Number(valu
 /**
  * What is typed into a field: `{ value }`, a number, null of nothing, or an expression as a text; `{ variable: [name, value] }` with
  * it where `name = value` is typed; `{ problem }` of what is none of these. Without `names` of variables there are numbers only.
+ * Of a `pair` the value of `lowest; highest` is a list of both.
  */
-export function entered(text, { unit = "", names = null } = {}) {
+export function entered(text, { unit = "", names = null, pair = false } = {}) {
   const plain = text.trim();
   if (!plain) return { value: null };
+  if (pair && plain.includes(";")) {
+    const ends = plain.split(";").map((part) => entered(part, { unit, names }));
+    const { problem } = ends.find((end) => end.problem) ?? {};
+    if (problem) return { problem };
+    const isPair = ends.length === 2 && ends.every(({ value, variable }) => value !== null && !variable);
+    return isPair ? { value: ends.map(({ value }) => value) } : { problem: `'${plain}' is not a lowest and a highest value, such as -5; 8` };
+  }
   const number = parsed(plain);
   if (number !== null) return { value: number };
   const problem = `'${plain}' is not a number`;

@@ -47,7 +47,7 @@ from .board import BodyPose, Json, outlines
 from .door import HOST, PIECE, Connection, Door
 from .drafts import Draft
 from .folder import Folder, Opened
-from .hand import Edit, number_of
+from .hand import Edit, number_of, with_tables
 from .mailing import mailed
 from .replies import reply
 from .session import FARTHEST, Cancelled, PageQuestion, Session, placed
@@ -191,12 +191,15 @@ class Studio:
                 raise InputError("mend the text first", key="rename") from None
             text = document.renamed(text, wanted, old, new)
             before = {new if (kind, body) == ("body", old) else body: pose for body, pose in before.items()}
-        text = _edited(text, _edits(told))
+        for steps, value in _edits(told):
+            # Tables that nothing else is in go with a value.
+            text = document.edited(text, with_tables(toml.parse(text), steps) if value is None else steps, value)
         if "gesture" in told:
             # Units may be those of a part that is included.
             shared = {key: draft.raw[key] for key in toml.SHARED if key in draft.raw}
             more, notes = gestures.edits({**shared, **toml.parse(text)}, before, told)
-            text = _edited(text, more)
+            for steps, value in more:
+                text = document.edited(text, steps, value)
         after = self._read(text, found)
         if "text" not in told:
             after, gone = self._left(after, draft, found)
@@ -368,12 +371,6 @@ def _poses(told: Json) -> dict[str, BodyPose]:
     if not all(len(pose) == len("xyz") and all(abs(v) <= FARTHEST for v in pose) for pose in found.values()):
         raise InputError("this is not what the page asks", key="poses")
     return found  # type: ignore[return-value]
-
-
-def _edited(text: str, edits: list[Edit]) -> str:
-    for steps, value in edits:
-        text = document.edited(text, steps, value)
-    return text
 
 
 def _edits(told: Json) -> list[Edit]:

@@ -12,13 +12,13 @@ export function element(name, properties = {}, parent = null) {
 
 /**
  * A field for a number; `told(value, variable)` is called with all that is typed and left, as `entered` has it. What is none is
- * marked. With `names` of variables it takes expressions.
+ * marked. With `names` of variables it takes expressions, with `pair` also two of them.
  */
-export function field(parent, { words, value = "", unit = "", key = "", names = null }, told) {
+export function field(parent, { words, value = "", unit = "", key = "", names = null, pair = false }, told) {
   const input = row(parent, { words, value, unit, key });
   if (!names) input.inputMode = "decimal";
   input.addEventListener("change", () => {
-    const { problem, ...found } = entered(input.value, { unit, names });
+    const { problem, ...found } = entered(input.value, { unit, names, pair });
     marked(input, problem ? `${words}: ${problem}` : "");
     if (!problem) told(found.value, found.variable);
   });
