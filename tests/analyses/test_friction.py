@@ -413,3 +413,36 @@ def test_a_coefficient_for_the_file() -> None:
     assert rolls.data.joints["A"].rubs is None
     with pytest.raises(jp.InputError, match=r"joints\.A: friction: 'diameter' is missing"):
         none.with_({"joints.A.friction": None})
+
+
+def test_a_plate_is_refused():
+    """It tilts in two directions between the same faces: which of its corners touch is not decided by its offsets."""
+    rods = "".join(
+        f'[joints.{end}{k}]\ntype = "spherical"\nbodies = {bodies}\nat = {at}\n'
+        for k, places in enumerate(
+            [([-120, 0, 20], [-30, 0, 20]), ([0, -90, 10], [0, -20, 10]), ([60, -90, 9], [60, -20, 9])]
+        )
+        for end, bodies, at in zip(
+            ("lower", "upper"), (f'["ground", "rod{k}"]', f'["rod{k}", "part"]'), places, strict=True
+        )
+    )
+    text = f"""
+format = 1
+space = "spatial"
+units = {{ length = "mm", angle = "deg", force = "N" }}
+{rods}
+[joints.plate]
+type = "planar"
+bodies = ["ground", "part"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+clearance = {{ gap = 0.04, size = [60, 40] }}
+[output]
+body = "part"
+at = [80, 30, 10]
+[[loads]]
+force = [1, 2, -30]
+"""
+    m = jp.loads(text).with_({"joints.lower0.friction": {"coefficient": 0.1, "diameter": 10}})
+    with pytest.raises(jp.InputError, match=r"joints\.plate\.clearance: friction is not computed .* of a planar joint"):
+        jp.loaded(m, approach="rest")
