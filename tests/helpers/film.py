@@ -15,6 +15,7 @@ from PIL import Image
 
 from helpers.browser import Page, opened
 from helpers.studio import EXACT, Person, choose, served
+from jointplay.show.serving.answers import PATIENCE
 
 #: what is seen of the page, and how much smaller the film is
 WIDTH, HEIGHT, SCALE = 1180, 800, 0.7
@@ -37,7 +38,7 @@ def film() -> list[Image.Image]:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "files"
         folder.mkdir()
-        with opened(Path(place) / "profile") as browser, served(folder, "") as server:
+        with opened(Path(place) / "profile") as browser, served(folder, "", PATIENCE) as server:
             page = browser.page(server.address, width=WIDTH, height=HEIGHT)
             page.wait("document.querySelectorAll('#open option').length > 20")
             choose(page, {"new": True})

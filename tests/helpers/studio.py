@@ -7,8 +7,10 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from unittest import mock
 
 from helpers.browser import Page
+from jointplay.show.serving import answers
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.server import Server, Studio
 
@@ -21,9 +23,9 @@ SHIFT = 8
 
 
 @contextmanager
-def served(folder: Path, first: str = "four-bar.toml") -> Iterator[Server]:
-    """A studio of a folder, until the block ends."""
-    with Server(Studio(Folder(folder), first)) as server:
+def served(folder: Path, first: str = "four-bar.toml", patience: float = 0.0) -> Iterator[Server]:
+    """A studio of a folder, until the block ends; of random specimens it asks only as many as the patience allows."""
+    with mock.patch.object(answers, "PATIENCE", patience), Server(Studio(Folder(folder), first)) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         try:

@@ -21,7 +21,8 @@ from helpers.studio import EXACT, NEWEST, choose, number, put, served
 from jointplay import cli, examples
 from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError
-from jointplay.show.serving.answers import STAGES, now, settled
+from jointplay.file import document
+from jointplay.show.serving.answers import PATIENCE, STAGES, now, settled
 from jointplay.show.serving.answers import opened as begin
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.knobs import knobs
@@ -473,9 +474,16 @@ FOUND = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.ce
 
 @needs_browser
 class TestInABrowser:
-    def test_a_slider_is_dragged_and_the_numbers_follow(self, server: Server, browser: Browser) -> None:
+    def test_a_slider_is_dragged_and_the_numbers_follow(self, folder: Path, browser: Browser) -> None:
+        """Here all specimens are asked for that there is time for, of a short path."""
+        short = document.edited(FOUR_BAR, ("drives", "theta1", "values"), [43.83, 48.98, 54.17])
+        (folder / "short.toml").write_text(short)
+        with served(folder, "short.toml", PATIENCE) as server:
+            self.dragged(server, browser)
+
+    def dragged(self, server: Server, browser: Browser) -> None:
         page = browser.page(server.address)
-        page.wait(EXACT)
+        page.wait(f"{FOUND}[1] === 'exact'")
         m = jp.loads(FOUR_BAR)
         assert page.text("h1") == m.title
         colours = "[...document.querySelectorAll('#numbers th')].map((cell) => getComputedStyle(cell).borderLeftColor)"

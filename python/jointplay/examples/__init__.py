@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cache
 from importlib import resources
 from typing import Any
 
@@ -68,6 +69,12 @@ def title(name: str) -> str:
     >>> title("3-rrr")
     '3-RRR planar parallel robot'
     """
+    return _title(name)
+
+
+@cache
+def _title(name: str) -> str:
+    """The same, once read: every page of the studio lists all of them."""
     return str(tomllib.loads(text(name))["title"])
 
 
