@@ -116,7 +116,7 @@ class Asked:
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
         #: no force depends on which point is the output
         self.is_of_forces = not QUESTIONS[question].is_of_errors
-        # A strained specimen takes up its clearances as its energy is least; in a determinate mechanism none is strained.
+        # A strained specimen takes up its clearances as its energy is least; of a determinate mechanism none is.
         is_rigid = not m.core.deformations
         self.is_monotone = is_rigid and self.is_of_forces
         if question == "worst":

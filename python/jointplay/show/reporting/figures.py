@@ -11,7 +11,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from jointplay.plot.style import USUAL_STYLE, as_far_as_it_goes, escape_texts
+from jointplay.plot.style import USUAL_STYLE, LayoutEngine, as_far_as_it_goes, escape_texts
 from jointplay.result import Result
 from jointplay.result.write import to_csv
 
@@ -19,6 +19,11 @@ from . import decimals
 
 #: rows of a file of numbers that is within the page
 MOST_NUMBERS = 20_000
+
+
+def blank(width: float, height: float) -> Figure:
+    """A figure of a page, inches."""
+    return Figure(figsize=(width, height), layout=LayoutEngine())
 
 
 def svg(figure: Figure) -> str:
