@@ -316,7 +316,7 @@ def _keeps_within(axes: Axes, width: float) -> bool:
 def _has_ticks_as_measured(axes: Axes) -> bool:
     """Whether axes that were moved have the ticks that they had before; what is turned in space never has."""
     for axis in (axes.xaxis, axes.yaxis):
-        words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())
+        words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
         if words != [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]:
             return False
     return not hasattr(axes, "zaxis")
