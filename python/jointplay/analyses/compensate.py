@@ -470,14 +470,21 @@ def _descended(
         gap = weight * (errors(here, row)[0][0] - wanted)
         return gap, weight[:, None] * slopes(errors, here, row, unit)[0] * unit
 
+    begin = max(float(np.linalg.norm(weight * (errors(drives[None], row)[0][0] - wanted))), 1e-300)
+
     def left(x: Floats) -> tuple[float, Floats]:
+        """As a part of what is left at the beginning: the search ends by differences of such numbers."""
         gap, slope = seen(x)
         size = float(np.linalg.norm(gap))
         # No mechanism there: as far away as to be left at once.
-        return (size, slope.T @ gap / max(size, 1e-300)) if np.isfinite(size) else (1e300, np.zeros(len(unit)))
+        if not np.isfinite(size):
+            return 1e300, np.zeros(len(unit))
+        return size / begin, slope.T @ gap / max(size, 1e-300) / begin
 
     ends = ranges.T / unit[:, None]
-    found = minimize(left, drives / unit, jac=True, method="L-BFGS-B", bounds=ends, options={"ftol": 0.0, "gtol": 0.0})
+    # What changes by less is rounding.
+    options = {"ftol": SAME, "gtol": 0.0}
+    found = minimize(left, drives / unit, jac=True, method="L-BFGS-B", bounds=ends, options=options)
     gap, slope = seen(found.x)
     gradient = slope.T @ gap / max(float(np.linalg.norm(gap)), 1e-300)
     free = np.where(gradient > 0.0, found.x > ends[:, 0], found.x < ends[:, 1])

@@ -16,6 +16,8 @@ from .streams import forget, let_go, open_all, tell
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 #: new objects after which the interpreter looks for garbage; a start makes 70,000, nearly all of which stay
 GARBAGE = 50_000
+#: threads of linear algebra in Python, whose matrices are small: more of them only wait, at the cost of the processor
+LINEAR_ALGEBRA = ("OPENBLAS_NUM_THREADS", "1")
 
 
 def main() -> None:
@@ -25,6 +27,8 @@ def main() -> None:
     if "_JOINTPLAY_COMPLETE" in os.environ:
         _complete()
     gc.set_threshold(GARBAGE)
+    # NumPy reads it while it is imported.
+    os.environ.setdefault(*LINEAR_ALGEBRA)
     try:
         listen()
         code = run(sys.argv[1:])

@@ -15,15 +15,18 @@ from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import is_color_like, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter, LogFormatter, ScalarFormatter
+from matplotlib.transforms import Bbox
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
 
@@ -344,12 +347,68 @@ def _thin_out(line: Line2D, wide: float) -> None:
     line.set_markevery(sorted({*range(0, count, every), *np.flatnonzero(known & ~(before & after)).tolist()}))
 
 
+class LayoutEngine(ConstrainedLayoutEngine):
+    """Constrained layout, which measures axes that stand alone once where it would measure them twice.
+
+    It measures once more after the axes have been moved, because they may have other ticks then. To measure is half of
+    what a figure costs, and seldom have they.
+    """
+
+    def execute(self, fig: Figure) -> None:
+        """Give the axes of a figure their places; as `matplotlib.layout_engine.LayoutEngine.execute`."""
+        axes = _alone(fig)
+        if axes is None:
+            super().execute(fig)
+            return
+        for _ in range(2):
+            measured = axes.get_tightbbox(for_layout_only=True)
+            own = axes.get_position(original=True)
+            around = own if measured is None else measured.transformed(fig.transFigure.inverted())
+            low, high = np.array([around.min, around.max])
+            pad = np.array([self.get()["w_pad"], self.get()["h_pad"]]) / fig.get_size_inches()
+            ends = np.maximum(own.min - low, 0.0) + pad, 1.0 - pad - np.maximum(high - own.max, 0.0)
+            if not (ends[0] < ends[1]).all():
+                # On a page that is too small all stays as it is, with a warning.
+                super().execute(fig)
+                return
+            narrower = min(own.width, ends[1][0] - ends[0][0]) * fig.bbox.width
+            axes.set_position(Bbox(ends))
+            axes.set_in_layout(True)
+            if _keeps_within(axes, narrower) and _has_ticks_as_measured(axes):
+                return
+
+
+def _alone(figure: Figure) -> Axes | None:
+    """The axes of a figure that has nothing else."""
+    others = (figure.get_suptitle(), figure.get_supxlabel(), figure.get_supylabel(), figure.legends, figure.subfigs)
+    if len(figure.axes) != 1 or any(others):
+        return None
+    axes = figure.axes[0]
+    spec = axes.get_subplotspec()
+    return axes if spec is not None and spec.get_gridspec().get_geometry() == (1, 1) and axes.get_in_layout() else None
+
+
+def _keeps_within(axes: Axes, width: float) -> bool:
+    """Whether nothing but ticks and labels sticks out of axes of a width: how far it does depends on the width."""
+    legend = axes.get_legend()
+    return not axes.texts and (legend is None or bool(legend.get_window_extent().width <= width))
+
+
+def _has_ticks_as_measured(axes: Axes) -> bool:
+    """Whether axes that were moved have the ticks that they had before; what is turned in space never has."""
+    for axis in (axes.xaxis, axes.yaxis):
+        words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
+        if words != [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]:
+            return False
+    return not hasattr(axes, "zaxis")
+
+
 class StyledFigure(Figure):
     """A figure that is written and shown as its style says, whatever matplotlib is set to."""
 
     def __init__(self, style: Style, size: tuple[float, float]) -> None:
         with mpl.rc_context(style.rc):
-            super().__init__(figsize=size, dpi=style.dpi)
+            super().__init__(figsize=size, dpi=style.dpi, layout=LayoutEngine())
         self.style = style
         #: what is drawn when everything else has its place
         self.late: list[Callable[[], None]] = []
@@ -496,7 +555,16 @@ def series(number: int) -> dict[str, Any]:
     return {"color": colours[number % len(colours)], "marker": MARKERS[k], "linestyle": DASHES[k]}
 
 
+def texts_of(part: Artist) -> Iterator[Text]:
+    """All texts of a figure, but for those of ticks, which are written anew whenever they are drawn."""
+    for child in part.get_children():
+        if isinstance(child, Text):
+            yield child
+        # To ask an axis for its ticks makes them, for a place that it has not got yet.
+        yield from (child.label, child.offsetText) if isinstance(child, Axis) else texts_of(child)
+
+
 def escape_texts(figure: Figure) -> None:
     """Escape in all texts what a reader of the file could obey; files of drawings are read by other programs, too."""
-    for text in figure.findobj(Text):
+    for text in texts_of(figure):
         text.set_text("\n".join(map(one_line, text.get_text().split("\n"))))

@@ -110,11 +110,12 @@ def allow(
 
     Notes
     -----
-    In the worst case of rigid bodies more play never makes the error smaller, so that the limits hold at every size up
-    to `allowed`. For the other questions, and where members are elastic, sizes are tried in equal steps, so that a
-    smaller size at which limits are missed is found unless it lies between two of them. Smaller sizes that are too
-    small to be assembled do not count: teeth that jam, parts of an over-constrained mechanism that do not fit together.
-    Nor do any that are smaller than the size as it is, where that holds: `smallest` tells them.
+    In the worst case more play never makes the error smaller where nothing is strained, be it that bodies are rigid or
+    that the mechanism is determinate, so that the limits hold at every size up to `allowed`. Elsewhere sizes are tried
+    in equal steps, so that a smaller size at which limits are missed is found unless it lies between two of them.
+    Smaller sizes that are too small to be assembled do not count: teeth that jam, parts of an over-constrained
+    mechanism that do not fit together. Nor do any that are smaller than the size as it is, where that holds: `smallest`
+    tells them.
 
     Examples
     --------

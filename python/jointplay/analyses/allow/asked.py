@@ -27,6 +27,7 @@ from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import FORCE_LIMITS, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
+from jointplay.model.mobility import examine
 from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Result, first_largest
 from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
@@ -113,10 +114,13 @@ class Asked:
         self.m, self.question, self.probability, self.asker = m, question, probability, asker
         self.options = {**QUESTIONS[question].asked_by[asker], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
-        # A strained specimen takes up its clearances as its energy is least.
         #: no force depends on which point is the output
         self.is_of_forces = not QUESTIONS[question].is_of_errors
-        self.is_monotone = (question == "worst" or self.is_of_forces) and not m.core.deformations
+        # A strained specimen takes up its clearances as its energy is least; of a determinate mechanism none is.
+        is_rigid = not m.core.deformations
+        self.is_monotone = is_rigid and self.is_of_forces
+        if question == "worst":
+            self.is_monotone = is_rigid or examine(m).is_determinate
         self.is_under_load = question == "loaded" or self.is_of_forces
         self.by_load = self.is_under_load or "loaded" in self.contacts
         parts = self.parts(m)

@@ -2,8 +2,8 @@
 
     lo holds, hi does not, hi - lo <= tolerance * hi          allowed = lo
 
-In the worst case of rigid bodies a larger size never uses less of the limits, because the sets of offsets are nested.
-Otherwise, and where members are strained into place, sizes below hi are scanned for one at which limits are missed
+In the worst case a larger size never uses less of the limits, because the sets of offsets are nested. Otherwise, and
+where members are strained into place, sizes below hi are scanned for one at which limits are missed
 already. The first points are the size that is there and zero; to first order the worst case is linear in between, so
 that few more are needed.
 

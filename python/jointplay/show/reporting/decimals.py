@@ -13,10 +13,10 @@ from contextvars import ContextVar
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
 from jointplay.errors import InputError, not_known
+from jointplay.plot.style import texts_of
 
 #: decimal signs, with the dialect of tables in text
 DIALECTS = {".": "comma", ",": "semicolon"}
@@ -93,7 +93,7 @@ def in_figure(figure: Figure) -> None:
         titles |= {axes.title, getattr(axes, "_left_title", None), getattr(axes, "_right_title", None)}
         for axis in (getattr(axes, name) for name in ("xaxis", "yaxis", "zaxis") if hasattr(axes, name)):
             axis.set_major_formatter(_OfTicks(axis.get_major_formatter()))
-    for text in figure.findobj(Text):
+    for text in texts_of(figure):
         if text not in titles:
             text.set_text(in_text(text.get_text()))
 

@@ -6,12 +6,14 @@ import base64
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from typing import Any
 
 import matplotlib as mpl
-from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.backends.backend_mixed import MixedModeRenderer
+from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
 
-from jointplay.plot.style import USUAL_STYLE, as_far_as_it_goes, escape_texts
+from jointplay.plot.style import USUAL_STYLE, LayoutEngine, as_far_as_it_goes, escape_texts
 from jointplay.result import Result
 from jointplay.result.write import to_csv
 
@@ -21,16 +23,42 @@ from . import decimals
 MOST_NUMBERS = 20_000
 
 
+def blank(width: float, height: float) -> Figure:
+    """A figure of a page, inches."""
+    return Figure(figsize=(width, height), layout=LayoutEngine())
+
+
 def svg(figure: Figure) -> str:
     """A figure as the source of a picture."""
-    content = io.BytesIO()
     decimals.in_figure(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
     with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
-        # To save a figure would draw it twice.
-        FigureCanvasSVG(figure).print_svg(content, metadata={"Date": None})  # type: ignore[no-untyped-call]
-    return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
+        content = _PageCanvas(figure).written()
+    return "data:image/svg+xml;base64," + base64.b64encode(content.encode()).decode()
+
+
+class _PageCanvas(FigureCanvasSVG):
+    """Draws a figure once, where saving it draws it twice, with one renderer, which measures every text once."""
+
+    def __init__(self, figure: Figure) -> None:
+        super().__init__(figure)
+        self._content = io.StringIO()
+        dpi, figure.dpi = figure.dpi, self.fixed_dpi
+        width, height = figure.get_size_inches()
+        size = width * self.fixed_dpi, height * self.fixed_dpi
+        vectors = RendererSVG(*size, self._content, image_dpi=dpi, metadata={"Date": None})  # type: ignore[no-untyped-call]
+        self._renderer: Any = MixedModeRenderer(figure, width, height, dpi, vectors)  # type: ignore[no-untyped-call]
+
+    def get_renderer(self) -> Any:
+        """What layouts measure with."""
+        return self._renderer
+
+    def written(self) -> str:
+        """The figure as SVG."""
+        self.figure.draw(self._renderer)
+        self._renderer.finalize()
+        return self._content.getvalue()
 
 
 def picture(figures: Figure | Sequence[Figure], words: str, numbers: Mapping[str, str] | None = None) -> str:

@@ -16,7 +16,7 @@ from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.table.html import folded, paragraphs, table
 
-from .figures import numbers, picture
+from .figures import blank, numbers, picture
 
 #: nodes of a map that a reader waits for, and the most where each of them is a search
 MOST_NODES, MOST_SEARCHED = 1500, 200
@@ -90,6 +90,6 @@ def _is_something(part: Result, name: str) -> bool:
 def _drawn(part: Result, name: str) -> Figure:
     if len(str(part.attrs["grid"]).split(", ")) > 2:
         return plot.map(part, name)
-    figure = Figure(figsize=SIZE)
+    figure = blank(*SIZE)
     plot.map(part, name, axes=figure.add_subplot())
     return figure

@@ -30,7 +30,7 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verd
 from . import former, maps, ordering
 from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
-from .figures import numbers, picture
+from .figures import blank, numbers, picture
 
 QUANTITIES = ("position", "rotation")
 #: in front of verdicts
@@ -146,7 +146,7 @@ def _mechanism(chapter: Chapter) -> str:
         "The shaded region is where the output point can be as far as clearances and tolerances let it, on the exact "
         f"closure, looked for in {directions(m)} directions; dots are random specimens."
     )
-    still = Figure(figsize=(7.4, 5.0))
+    still = blank(7.4, 5.0)
     plot.mechanism(m, _first(chapter), axes=still.add_subplot())
     files: dict[str, str] = {}
     if "region" in chapter.results:
@@ -160,7 +160,7 @@ def _mechanism(chapter: Chapter) -> str:
 
 def _drawn(draw: Callable[..., Figure], *args: Any, **options: Any) -> Figure:
     """A figure that has half the width of the page."""
-    figure = Figure(figsize=(5.2, 4.0))
+    figure = blank(5.2, 4.0)
     draw(*args, **options, axes=figure.add_subplot())
     return figure
 
@@ -226,7 +226,7 @@ def _reactions(chapter: Chapter) -> str:
     for heading, part in chapter.parts("loaded"):
         if "reaction" not in part.data:
             continue
-        figure = Figure(figsize=(7.4, 4.2))
+        figure = blank(7.4, 4.2)
         plot.reactions(part, axes=figure.add_subplot())
         said = ": ".join(filter(None, (heading, "Forces in the joints under the loads of the file, at nominal poses.")))
         found.append(picture(figure, said, {"reactions.csv": numbers(part, ("reaction",))}))
