@@ -8,6 +8,7 @@ use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::UNDECIDED;
+use crate::contact::balance_on_lanes::Balance;
 use crate::contact::elsewhere::{LEFT, SAME};
 use crate::contact::push_on_lanes::{change, push};
 use crate::math::lanes::block::{Block, LANES};
@@ -58,6 +59,7 @@ impl Steps<'_> {
         &self,
         ends: &Ends,
         sign: &Block,
+        balance: &Balance,
         step: &mut [Block],
         pushed: &mut [Block],
     ) -> [bool; LANES] {
@@ -85,6 +87,7 @@ impl Steps<'_> {
                 self.stay_near(&self.step, step, sign, &mut near);
                 let out = |k: usize| self.step.output(step, k);
                 push(m, Some(&all), |p| out(to.gradient + p), out(to.scale), step, pushed);
+                balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed);
                 let back = change(m, &rest[..n_u], pushed);
                 let least = if round == 0 { LEFT } else { SAME };
                 for i in 0..LANES {

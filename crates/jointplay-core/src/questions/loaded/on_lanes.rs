@@ -14,6 +14,8 @@ use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{StaticsOutputs, record_finish, record_statics};
+use crate::contact;
+use crate::contact::balance_on_lanes::{Balance, KNOWN, MOST};
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{push, unforced_of};
@@ -32,7 +34,7 @@ use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps, record_close,
 /// Steps to the support points that a block takes at most.
 const STEPS: usize = 25;
 /// Steps in which contacts find their sides, or the plain solver looks for them.
-const FIRST: usize = 10;
+const FIRST: usize = 15;
 /// A contact has changed sides where an offset changes by more than this part of its set.
 const OTHER_SIDE: f64 = 0.5;
 /// Steps in which the first offsets are approached at most.
@@ -63,6 +65,7 @@ pub(crate) struct Workspace {
     /// The share of every source in every component.
     shares: Vec<Block>,
     mixing: Mixing,
+    balance: Balance,
 }
 
 impl<'m> Contact<'m> {
@@ -91,7 +94,16 @@ impl<'m> Contact<'m> {
         let n_u = m.n_parameters();
         let [pushed, elsewhere, shares] = [n_u, n_u, m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
         let statics = self.statics.registers(&[]);
-        Workspace { statics, step, begin: Vec::new(), pushed, elsewhere, shares, mixing: Mixing::new(m) }
+        Workspace {
+            statics,
+            step,
+            begin: Vec::new(),
+            pushed,
+            elsewhere,
+            shares,
+            mixing: Mixing::new(m),
+            balance: Balance::new(m),
+        }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -108,8 +120,9 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.steps.mechanism;
         let n_u = m.n_parameters();
-        let Workspace { statics, step, begin, pushed, elsewhere, shares, mixing } = workspace;
+        let Workspace { statics, step, begin, pushed, elsewhere, shares, mixing, balance } = workspace;
         mixing.begin();
+        balance.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
         self.steps.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
@@ -185,12 +198,24 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
+            let mut quiet = Block::splat(0.0);
+            if round >= contact::FIRST {
+                if balance.see(step, pushed) {
+                    self.learn(balance, step);
+                }
+                let out = |k: usize| self.steps.step.output(step, k);
+                quiet = balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed);
+            }
+            let out = |k: usize| self.steps.step.output(step, k);
+            // Of what balances nothing changes where nothing pushes it any more.
+            undecided = undecided.sub(&quiet);
             let wanted = mixing.see(step, pushed);
             let changed = &wanted.changed;
             let mut all = true;
             for i in 0..cases.len() {
                 steps[i] += u64::from(!settled[i]);
-                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= m.still();
+                let still = if quiet.0[i] > 0.0 { KNOWN } else { m.still() };
+                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= still;
                 // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
                 // nothing pushes any more stays where it is, which may be outside its set.
                 let turned = changed.0[i] > OTHER_SIDE;
@@ -225,7 +250,7 @@ impl<'m> Contact<'m> {
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
-        let leads = self.steps.leads_elsewhere(&ends, sign, step, pushed);
+        let leads = self.steps.leads_elsewhere(&ends, sign, balance, step, pushed);
         for (i, case) in cases.iter().enumerate().filter(|(i, _)| !good[*i] || leads[*i]) {
             rows.put(first + i, &plainly(case));
         }
@@ -281,6 +306,22 @@ impl<'m> Contact<'m> {
             }
             part += 1.0;
         }
+    }
+
+    /// Finds how forces change along the lines that whole steps take from end to end; `step` are registers at a pose with its
+    /// forces, and stay so.
+    fn learn(&self, balance: &mut Balance, step: &mut [Block]) {
+        let to = StepOutputs::new(self.steps.mechanism, &self.steps.layout);
+        let at = step.to_vec();
+        let before = balance.forces(|p| self.steps.step.output(&at, to.gradient + p));
+        for number in 0..MOST {
+            step.copy_from_slice(&at);
+            balance.move_one(number, step);
+            (0..2).for_each(|_| self.steps.close.run(step));
+            self.steps.step.run(step);
+            balance.learn(number, &at, &before, |p| self.steps.step.output(step, to.gradient + p));
+        }
+        step.copy_from_slice(&at);
     }
 
     /// Whether the output of a lane has turned so far that its rotation is not known.
