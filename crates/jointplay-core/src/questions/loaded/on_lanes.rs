@@ -14,8 +14,8 @@ use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{StaticsOutputs, record_finish, record_statics};
-use crate::contact;
-use crate::contact::balance_on_lanes::{Balance, KNOWN, MOST};
+use crate::contact::balance_on_lanes::{Balance, KNOWN};
+use crate::contact::elsewhere::Leads;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{push, unforced_of};
@@ -116,7 +116,7 @@ impl<'m> Contact<'m> {
         cases: &[Case<'_>],
         rows: &mut LoadedRows<'_>,
         first: usize,
-        mut plainly: impl FnMut(&Case<'_>) -> Loaded,
+        mut plainly: impl FnMut(&Case<'_>, Option<Leads>) -> Loaded,
     ) {
         let m = self.steps.mechanism;
         let n_u = m.n_parameters();
@@ -198,14 +198,7 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
-            let mut quiet = Block::splat(0.0);
-            if round >= contact::FIRST {
-                if balance.see(step, pushed) {
-                    self.learn(balance, step);
-                }
-                let out = |k: usize| self.steps.step.output(step, k);
-                quiet = balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed);
-            }
+            let quiet = self.steps.balance(round, balance, step, pushed);
             let out = |k: usize| self.steps.step.output(step, k);
             // Of what balances nothing changes where nothing pushes it any more.
             undecided = undecided.sub(&quiet);
@@ -250,9 +243,15 @@ impl<'m> Contact<'m> {
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
-        let leads = self.steps.leads_elsewhere(&ends, sign, balance, step, pushed);
-        for (i, case) in cases.iter().enumerate().filter(|(i, _)| !good[*i] || leads[*i]) {
-            rows.put(first + i, &plainly(case));
+        let rest = step[..n_u].to_vec();
+        let leading = self.steps.leading(ends, sign, balance, step, pushed);
+        for (i, (case, ends)) in cases.iter().zip(leading).enumerate() {
+            if !good[i] {
+                rows.put(first + i, &plainly(case, None));
+            } else if !ends.is_empty() {
+                let offsets = rest.iter().map(|block| block.0[i]).collect();
+                rows.put(first + i, &plainly(case, Some(Leads { offsets, ends })));
+            }
         }
     }
 
@@ -306,22 +305,6 @@ impl<'m> Contact<'m> {
             }
             part += 1.0;
         }
-    }
-
-    /// Finds how forces change along the lines that whole steps take from end to end; `step` are registers at a pose with its
-    /// forces, and stay so.
-    fn learn(&self, balance: &mut Balance, step: &mut [Block]) {
-        let to = StepOutputs::new(self.steps.mechanism, &self.steps.layout);
-        let at = step.to_vec();
-        let before = balance.forces(|p| self.steps.step.output(&at, to.gradient + p));
-        for number in 0..MOST {
-            step.copy_from_slice(&at);
-            balance.move_one(number, step);
-            (0..2).for_each(|_| self.steps.close.run(step));
-            self.steps.step.run(step);
-            balance.learn(number, &at, &before, |p| self.steps.step.output(step, to.gradient + p));
-        }
-        step.copy_from_slice(&at);
     }
 
     /// Whether the output of a lane has turned so far that its rotation is not known.
