@@ -5,9 +5,9 @@
 //! starts from. Offsets that would turn a body too far for one step are approached in several. Drives that are to be elsewhere
 //! than at the nominal pose are there from the first step on; the first-order error of these is left to the plain solver. A round closes for the
 //! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
-//! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
-//! the load decides nothing, contacts flip, the load may hold the mechanism at another place or the closure is in doubt are
-//! left to the plain solver.
+//! before ([`crate::contact::mixing_on_lanes`]), or stops between the ends of a line ([`crate::contact::balance_on_lanes`]),
+//! until pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts flip, the load
+//! may hold the mechanism at another place or the closure is in doubt are left to the plain solver.
 
 use crate::clearance::{Set, Unforced};
 use crate::closure::newton::Solver;
@@ -171,7 +171,7 @@ impl<'m> Contact<'m> {
         let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
         let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
-        let mut undecided = Block::splat(0.0);
+        let (mut undecided, mut quiet) = (Block::splat(0.0), Block::splat(0.0));
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
             self.steps.close.run(step);
@@ -198,7 +198,7 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
-            let quiet = self.steps.balance(round, balance, step, pushed);
+            quiet = self.steps.balance(round, balance, step, pushed);
             let out = |k: usize| self.steps.step.output(step, k);
             // Of what balances nothing changes where nothing pushes it any more.
             undecided = undecided.sub(&quiet);
@@ -227,7 +227,9 @@ impl<'m> Contact<'m> {
         open.decided.fill([true; LANES]);
         open.add(m, |p| out(to.gradient + p), out(to.scale), &counted, map, &reaches);
         for i in 0..LANES {
-            good[i] &= settled[i] && !open.observable[i] && !self.turns_far(step, i);
+            // Several lines that nothing pushes may share their play in many ways, of which the middle is looked for.
+            let is_shared = quiet.0[i] > 1.0;
+            good[i] &= settled[i] && !is_shared && !open.observable[i] && !self.turns_far(step, i);
         }
         let ends = other_ends(m, |p| out(to.gradient + p), out(to.scale), elsewhere, step, &good);
         // Nothing is undetermined, as where nothing has been put, and the status is as it is there.
