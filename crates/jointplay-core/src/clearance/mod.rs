@@ -201,6 +201,16 @@ impl Set {
         }
     }
 
+    /// The ends of the line along which the first component moves, whatever the others are.
+    pub(crate) fn line(&self) -> Option<[f64; 2]> {
+        let ends = match self.shape() {
+            Shape::Interval { low, high } => [low, high],
+            Shape::Pin(pin) => pin.axial.map(|axial| [-axial, axial])?,
+            Shape::Round { .. } | Shape::Diamond { .. } | Shape::Tapered(_) => return None,
+        };
+        (ends[1] > ends[0]).then_some(ends)
+    }
+
     /// What `w . offset` reaches when one component goes as far as it can alone: at most the support
     /// function, and of its order.
     #[inline]

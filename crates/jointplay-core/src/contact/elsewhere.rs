@@ -6,7 +6,7 @@
 //! to another is that of the forces along the straight way, `W = integral of F(u) . du`, by Boole's rule; that of constant
 //! forces and springs does not depend on the way.
 
-use crate::clearance::offset::inner;
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::equations::Inputs;
@@ -27,6 +27,14 @@ pub(crate) const LEFT: f64 = 0.5;
 pub(crate) const SAME: f64 = 1e-4;
 /// Work that is less than this part of what the load does within the play is none.
 const MORE: f64 = 1e-9;
+
+/// What is known of the places to which the load may lead from the other ends of the play.
+pub(crate) struct Leads {
+    /// The place of rest.
+    pub offsets: Vec<f64>,
+    /// The numbers of clearances with those of their other ends from which it does not lead back there.
+    pub ends: Vec<(usize, [f64; MAX_SIZE])>,
+}
 
 /// Places where contact and reactions agree, the one with the most work first.
 pub(crate) struct Places {
@@ -65,26 +73,36 @@ impl Mechanism {
 impl Solver<'_> {
     /// The place with the most work among those that are found from a place of rest, or any where contact and reactions
     /// did not agree there; `elsewhere` are the forces at another place of the play, `unforced` what does not listen to
-    /// them, and only places count that are `accepted`.
+    /// them, `leads` what is known of the ends at a place, and only places count that are `accepted`.
     pub(crate) fn most_work(
         &self,
         from: Contact,
         elsewhere: &[f64],
         unforced: &[Unforced],
+        leads: Option<Leads>,
         accepted: impl Fn(&State) -> bool,
     ) -> Places {
         let m = self.mechanism;
         let mut seen = vec![from.state.inputs.clone()];
         let mut best = from;
         let mut is_elsewhere = false;
+        let is_there = |leads: &Leads| {
+            let there = Inputs { parameters: leads.offsets.clone(), ..best.state.inputs.clone() };
+            m.change(&there, &best.state.inputs) <= SAME
+        };
+        let mut leads = leads.filter(is_there);
         for _ in 0..ROUNDS {
             let mut more: Option<(f64, Contact)> = None;
             let least = if best.settled { MORE * m.work_of_play(&best) } else { f64::NEG_INFINITY };
-            let ends = m.turning(&best, elsewhere, unforced).flat_map(|source| {
-                let offset = m.offset(source, &best.state.inputs);
-                source.set.other_ends(&offset).into_iter().map(move |end| (source, end))
-            });
-            for (source, end) in ends.collect::<Vec<_>>() {
+            let all = || {
+                let ends = m.turning(&best, elsewhere, unforced).flat_map(|source| {
+                    let offset = m.offset(source, &best.state.inputs);
+                    source.set.other_ends(&offset).into_iter().map(move |end| (source, end))
+                });
+                ends.collect::<Vec<_>>()
+            };
+            let known = leads.take().map(|leads| leads.ends.into_iter().map(|(s, end)| (&m.sources[s], end)).collect());
+            for (source, end) in known.unwrap_or_else(all) {
                 interrupt::check();
                 let mut inputs = best.state.inputs.clone();
                 m.put(source, &end[..source.set.size()], &mut inputs);

@@ -6,6 +6,7 @@
 //! lead the way. The equations themselves do. Whole steps, each offset to its support point, nearly always
 //! settle; where they do not, [`semismooth`] takes over.
 
+pub(crate) mod balance_on_lanes;
 pub(crate) mod elsewhere;
 mod extent;
 pub(crate) mod flanks;
@@ -31,7 +32,7 @@ const WHOLE_STEPS: usize = 25;
 /// of the one before.
 const WALLS: i32 = 6;
 /// Steps in which contacts find their sides.
-const FIRST: usize = 5;
+pub(crate) const FIRST: usize = 5;
 /// Steps converge that shrink to this part of the one before.
 const SHRINKS: f64 = 0.3;
 /// Four steps that leave more than this part of the change will not settle soon.

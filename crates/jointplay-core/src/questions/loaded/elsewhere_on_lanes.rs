@@ -8,6 +8,7 @@ use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::UNDECIDED;
+use crate::contact::balance_on_lanes::Balance;
 use crate::contact::elsewhere::{LEFT, SAME};
 use crate::contact::push_on_lanes::{change, push};
 use crate::math::lanes::block::{Block, LANES};
@@ -15,7 +16,7 @@ use crate::mechanism::Mechanism;
 use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps};
 
 /// Steps in which the load has to press back.
-const STEPS: usize = 5;
+const STEPS: usize = 12;
 
 /// By lane, the numbers of clearances with one of their other ends.
 pub(super) type Ends = Vec<Vec<(usize, [f64; MAX_SIZE])>>;
@@ -52,25 +53,28 @@ pub(super) fn other_ends<'b>(
 }
 
 impl Steps<'_> {
-    /// In which lanes the load may hold the mechanism elsewhere; `step` are registers at the place of rest, which are lost.
+    /// The ends from which the load may lead elsewhere, of those that are given; `step` are registers at the place of rest,
+    /// which are lost.
     #[inline(always)]
-    pub(super) fn leads_elsewhere(
+    pub(super) fn leading(
         &self,
-        ends: &Ends,
+        ends: Ends,
         sign: &Block,
+        balance: &Balance,
         step: &mut [Block],
         pushed: &mut [Block],
-    ) -> [bool; LANES] {
+    ) -> Ends {
         let m = self.mechanism;
         let to = StepOutputs::new(m, &self.layout);
         let n_u = m.n_parameters();
         let rest = step[..n_u + self.layout.n_varying()].to_vec();
         let all = vec![[Unforced::default(); LANES]; m.sources().len()];
-        let mut leads = [false; LANES];
+        let mut leading: Ends = vec![Vec::new(); LANES];
         for number in 0..ends.iter().map(Vec::len).max().unwrap_or(0) {
             step[..rest.len()].copy_from_slice(&rest);
+            let mut balance = balance.clone();
             let mut away = [false; LANES];
-            for (i, ends) in ends.iter().enumerate().filter(|(i, ends)| !leads[*i] && number < ends.len()) {
+            for (i, ends) in ends.iter().enumerate().filter(|(_, ends)| number < ends.len()) {
                 let (source, end) = ends[number];
                 for (p, x) in m.sources()[source].range().zip(end) {
                     step[p].0[i] = m.centre[p] + x;
@@ -85,6 +89,7 @@ impl Steps<'_> {
                 self.stay_near(&self.step, step, sign, &mut near);
                 let out = |k: usize| self.step.output(step, k);
                 push(m, Some(&all), |p| out(to.gradient + p), out(to.scale), step, pushed);
+                self.balance(round, &mut balance, step, pushed);
                 let back = change(m, &rest[..n_u], pushed);
                 let least = if round == 0 { LEFT } else { SAME };
                 for i in 0..LANES {
@@ -95,8 +100,10 @@ impl Steps<'_> {
                 }
                 step[..n_u].copy_from_slice(&pushed[..n_u]);
             }
-            (0..LANES).for_each(|i| leads[i] |= away[i]);
+            for i in (0..LANES).filter(|&i| away[i]) {
+                leading[i].push(ends[i][number]);
+            }
         }
-        leads
+        leading
     }
 }

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use crate::clearance::undecided::Unforced;
 use crate::closure::newton::{Solver, State};
+use crate::contact::elsewhere::Leads;
 use crate::contact::indeterminacy::Left;
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
@@ -94,15 +95,15 @@ impl<'r> Kernel for Run<'r, '_> {
         match self.programs {
             Programs::None => {
                 for (row, case) in self.cases.iter().enumerate() {
-                    self.rows.put(row, &m.loaded_plainly(self.solver, case, self.exact));
+                    self.rows.put(row, &m.loaded_plainly(self.solver, case, self.exact, None));
                 }
                 fallbacks = self.cases.len() as u64;
             }
             Programs::Exact(contact) => {
                 let workspace = self.workspace.exact.get_or_insert_with(|| contact.workspace());
-                let mut plainly = |case: &Case<'_>| {
+                let mut plainly = |case: &Case<'_>, leads: Option<Leads>| {
                     fallbacks += 1;
-                    m.loaded_plainly(self.solver, case, true)
+                    m.loaded_plainly(self.solver, case, true, leads)
                 };
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
                     interrupt::check();
@@ -117,7 +118,7 @@ impl<'r> Kernel for Run<'r, '_> {
                     let good = program.solve(workspace, block, &mut self.rows, first);
                     for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
                         fallbacks += 1;
-                        self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+                        self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false, None));
                     }
                 }
             }
@@ -210,11 +211,11 @@ impl Mechanism {
         vec![0; n]
     }
 
-    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {
+    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool, leads: Option<Leads>) -> Loaded {
         let solver = solver.suiting(case.coordinates);
         self.restore(&solver, case.coordinates, case.drives).map_or_else(
             || self.no_load_result(Status::NotAssembled),
-            |nominal| self.loaded_at(&solver, case, &nominal, exact),
+            |nominal| self.loaded_at(&solver, case, &nominal, exact, leads),
         )
     }
 
@@ -223,7 +224,14 @@ impl Mechanism {
     }
 
     #[allow(clippy::too_many_lines)] // the way from the nominal pose to the displaced one, in order
-    fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
+    fn loaded_at(
+        &self,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        exact: bool,
+        leads: Option<Leads>,
+    ) -> Loaded {
         let size = self.size();
         let Some((at_nominal, flanks, gradient)) = self.at_flanks(solver, case, nominal) else {
             return self.no_load_result(Status::Singular);
@@ -275,7 +283,7 @@ impl Mechanism {
         let rest = rest.and_then(|(contact, elsewhere)| {
             let rest = solver.at_rest(contact, &held, &map, left)?;
             let on_branch = |state: &State| self.is_on_branch(solver, nominal, state);
-            let places = solver.most_work(rest.contact.clone(), &elsewhere, &rest.held, on_branch);
+            let places = solver.most_work(rest.contact.clone(), &elsewhere, &rest.held, leads, on_branch);
             let seen = places.seen;
             let best =
                 if places.is_elsewhere { solver.at_rest(places.best, &rest.held, &map, rest.left)? } else { rest };

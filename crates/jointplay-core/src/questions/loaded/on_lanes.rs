@@ -5,15 +5,17 @@
 //! starts from. Offsets that would turn a body too far for one step are approached in several. Drives that are to be elsewhere
 //! than at the nominal pose are there from the first step on; the first-order error of these is left to the plain solver. A round closes for the
 //! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
-//! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
-//! the load decides nothing, contacts flip, the load may hold the mechanism at another place or the closure is in doubt are
-//! left to the plain solver.
+//! before ([`crate::contact::mixing_on_lanes`]), or stops between the ends of a line ([`crate::contact::balance_on_lanes`]),
+//! until pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts flip, the load
+//! may hold the mechanism at another place or the closure is in doubt are left to the plain solver.
 
 use crate::clearance::{Set, Unforced};
 use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{StaticsOutputs, record_finish, record_statics};
+use crate::contact::balance_on_lanes::{Balance, KNOWN};
+use crate::contact::elsewhere::Leads;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{push, unforced_of};
@@ -32,7 +34,7 @@ use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps, record_close,
 /// Steps to the support points that a block takes at most.
 const STEPS: usize = 25;
 /// Steps in which contacts find their sides, or the plain solver looks for them.
-const FIRST: usize = 10;
+const FIRST: usize = 15;
 /// A contact has changed sides where an offset changes by more than this part of its set.
 const OTHER_SIDE: f64 = 0.5;
 /// Steps in which the first offsets are approached at most.
@@ -63,6 +65,7 @@ pub(crate) struct Workspace {
     /// The share of every source in every component.
     shares: Vec<Block>,
     mixing: Mixing,
+    balance: Balance,
 }
 
 impl<'m> Contact<'m> {
@@ -91,7 +94,16 @@ impl<'m> Contact<'m> {
         let n_u = m.n_parameters();
         let [pushed, elsewhere, shares] = [n_u, n_u, m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
         let statics = self.statics.registers(&[]);
-        Workspace { statics, step, begin: Vec::new(), pushed, elsewhere, shares, mixing: Mixing::new(m) }
+        Workspace {
+            statics,
+            step,
+            begin: Vec::new(),
+            pushed,
+            elsewhere,
+            shares,
+            mixing: Mixing::new(m),
+            balance: Balance::new(m),
+        }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -104,12 +116,13 @@ impl<'m> Contact<'m> {
         cases: &[Case<'_>],
         rows: &mut LoadedRows<'_>,
         first: usize,
-        mut plainly: impl FnMut(&Case<'_>) -> Loaded,
+        mut plainly: impl FnMut(&Case<'_>, Option<Leads>) -> Loaded,
     ) {
         let m = self.steps.mechanism;
         let n_u = m.n_parameters();
-        let Workspace { statics, step, begin, pushed, elsewhere, shares, mixing } = workspace;
+        let Workspace { statics, step, begin, pushed, elsewhere, shares, mixing, balance } = workspace;
         mixing.begin();
+        balance.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
         self.steps.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
@@ -158,7 +171,7 @@ impl<'m> Contact<'m> {
         let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
         let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
-        let mut undecided = Block::splat(0.0);
+        let (mut undecided, mut quiet) = (Block::splat(0.0), Block::splat(0.0));
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
             self.steps.close.run(step);
@@ -185,12 +198,17 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
+            quiet = self.steps.balance(round, balance, step, pushed);
+            let out = |k: usize| self.steps.step.output(step, k);
+            // Of what balances nothing changes where nothing pushes it any more.
+            undecided = undecided.sub(&quiet);
             let wanted = mixing.see(step, pushed);
             let changed = &wanted.changed;
             let mut all = true;
             for i in 0..cases.len() {
                 steps[i] += u64::from(!settled[i]);
-                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= m.still();
+                let still = if quiet.0[i] > 0.0 { KNOWN } else { m.still() };
+                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= still;
                 // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
                 // nothing pushes any more stays where it is, which may be outside its set.
                 let turned = changed.0[i] > OTHER_SIDE;
@@ -209,7 +227,9 @@ impl<'m> Contact<'m> {
         open.decided.fill([true; LANES]);
         open.add(m, |p| out(to.gradient + p), out(to.scale), &counted, map, &reaches);
         for i in 0..LANES {
-            good[i] &= settled[i] && !open.observable[i] && !self.turns_far(step, i);
+            // Several lines that nothing pushes may share their play in many ways, of which the middle is looked for.
+            let is_shared = quiet.0[i] > 1.0;
+            good[i] &= settled[i] && !is_shared && !open.observable[i] && !self.turns_far(step, i);
         }
         let ends = other_ends(m, |p| out(to.gradient + p), out(to.scale), elsewhere, step, &good);
         // Nothing is undetermined, as where nothing has been put, and the status is as it is there.
@@ -225,9 +245,15 @@ impl<'m> Contact<'m> {
         rows.offset.put_lanes(first, found, |p| &step[p].0);
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
-        let leads = self.steps.leads_elsewhere(&ends, sign, step, pushed);
-        for (i, case) in cases.iter().enumerate().filter(|(i, _)| !good[*i] || leads[*i]) {
-            rows.put(first + i, &plainly(case));
+        let rest = step[..n_u].to_vec();
+        let leading = self.steps.leading(ends, sign, balance, step, pushed);
+        for (i, (case, ends)) in cases.iter().zip(leading).enumerate() {
+            if !good[i] {
+                rows.put(first + i, &plainly(case, None));
+            } else if !ends.is_empty() {
+                let offsets = rest.iter().map(|block| block.0[i]).collect();
+                rows.put(first + i, &plainly(case, Some(Leads { offsets, ends })));
+            }
         }
     }
 

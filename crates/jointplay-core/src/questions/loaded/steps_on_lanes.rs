@@ -6,6 +6,8 @@ use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::load_statics;
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
+use crate::contact::FIRST;
+use crate::contact::balance_on_lanes::{Balance, MOST};
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::Recorder;
@@ -31,6 +33,37 @@ impl Steps<'_> {
         for i in 0..LANES {
             good[i] &= size.0[i] <= small * small && pivots.0[i] * sign.0[i] > 0.0;
         }
+    }
+
+    /// Replaces whole steps to `pushed` along lines that they take from end to end, once contacts have had the rounds in which
+    /// they find their sides; `step` are registers at a pose with its forces, and stay so. Gives the number of lines that
+    /// nothing pushes there.
+    #[inline(always)]
+    pub fn balance(&self, round: usize, balance: &mut Balance, step: &mut [Block], pushed: &mut [Block]) -> Block {
+        if round < FIRST {
+            return Block::splat(0.0);
+        }
+        if balance.see(step, pushed) {
+            self.learn(balance, step);
+        }
+        let to = StepOutputs::new(self.mechanism, &self.layout);
+        let out = |k: usize| self.step.output(step, k);
+        balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed)
+    }
+
+    /// Finds how forces change along these lines.
+    fn learn(&self, balance: &mut Balance, step: &mut [Block]) {
+        let to = StepOutputs::new(self.mechanism, &self.layout);
+        let at = step.to_vec();
+        let before = balance.forces(|p| self.step.output(&at, to.gradient + p));
+        for number in 0..MOST {
+            step.copy_from_slice(&at);
+            balance.move_one(number, step);
+            (0..2).for_each(|_| self.close.run(step));
+            self.step.run(step);
+            balance.learn(number, &at, &before, |p| self.step.output(step, to.gradient + p));
+        }
+        step.copy_from_slice(&at);
     }
 }
 
