@@ -273,7 +273,7 @@ def as_far_as_it_goes() -> Iterator[None]:
         yield
 
 
-class Scaled(Formatter):
+class InPowers(Formatter):
     """Numbers as multiples of a power of ten that stands in the label: beside the axis it would lie under a legend."""
 
     def __init__(self, power: int) -> None:
@@ -319,7 +319,7 @@ def _write_out(axis: Axis) -> None:
 
 def _scale(axis: Axis) -> None:
     """Write the numbers of an axis without offset, very large and small ones with their power of ten in the label."""
-    if type(axis.get_major_formatter()) not in (ScalarFormatter, Scaled):
+    if type(axis.get_major_formatter()) not in (ScalarFormatter, InPowers):
         return
     largest = max(map(abs, axis.get_view_interval()))
     is_plain = not largest or WRITTEN_OUT[0] <= largest < WRITTEN_OUT[1]
@@ -327,7 +327,7 @@ def _scale(axis: Axis) -> None:
     words = re.sub(r"\[10[⁻⁰¹²³⁴-⁹]+ ", "[", axis.get_label_text())
     name, mark, unit = words.rpartition(" [")
     factor = "10" + str(power).translate(RAISED)
-    axis.set_major_formatter(Scaled(power))
+    axis.set_major_formatter(InPowers(power))
     if not power:
         axis.set_label_text(words)
     elif mark:
@@ -338,11 +338,11 @@ def _scale(axis: Axis) -> None:
 
 def _thin_out(line: Line2D, wide: float) -> None:
     """Leave markers out that would lie on one another; the ends of a line and places alone keep theirs."""
-    count, size = len(line.get_xdata()), line.get_markersize()
-    every = math.ceil(1.5 * size * count / max(wide, 1.0))
+    known = np.isfinite(np.column_stack(line.get_data(orig=False)).astype(float)).all(axis=1)
+    count = len(known)
+    every = math.ceil(1.5 * line.get_markersize() * count / max(wide, 1.0))
     if line.get_marker() in ("None", "", " ", None) or line.get_markevery() is not None or every < 2:
         return
-    known = np.isfinite(np.column_stack(line.get_data(orig=False)).astype(float)).all(axis=1)
     before, after = np.append(False, known[:-1]), np.append(known[1:], False)
     line.set_markevery(sorted({*range(0, count, every), *np.flatnonzero(known & ~(before & after)).tolist()}))
 

@@ -27,7 +27,8 @@ def of_errors(result: Result) -> Conclusion:
     sizes = list(_sizes(result, found))
     if sizes and not found.named:
         sizes[0] = replace(sizes[0], is_answer=True)
-    limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
+    nothing = Sentence("The file has no limits of the error to judge it by.", is_common=True)
+    limits = [] if found.sentences else [nothing]
     # Without limits the largest error is the answer.
     first = 0 if judged else 1
     sentences = (

@@ -427,7 +427,9 @@ export class Board {
       if (!place) continue;
       const isLong = every.length > MOST_HANDLES;
       const ends = known.map(([steps, value, text]) => ({ drive: name, steps, words: `${name} ${text}`, value, at: place.at(value), read: place.read }));
-      const line = [...Array(33).keys()].map((n) => place.at(low + ((high - low) * n) / 32));
+      // What turns more than once goes over the same arc.
+      const far = Math.min(high - low, place.round ?? Infinity);
+      const line = [...Array(65).keys()].map((n) => place.at(low + (far * n) / 64));
       found.push({ ends: isLong ? [] : ends, lines: [line, ...(isLong ? known : []).map(([, value]) => [-TICK, TICK].map((off) => place.at(value, off)))], size: values ? 4 : 5 });
     }
     return found.filter(({ lines }) => lines.flat(2).every(Number.isFinite));
@@ -456,12 +458,13 @@ export class Board {
     if (!end) return null;
     const unit = this.board.units.angle === "rad" ? 1 : Math.PI / 180;
     const direction = Math.atan2(middle[1] - end[1], end[0] - middle[0]);
+    const round = (2 * Math.PI) / unit;
     const wide = Math.min(Math.max(APART / (Math.abs(apartBy) * unit || Infinity), ARC), WIDEST);
     return {
+      round,
       at: (value, off = 0) => [middle[0] + (wide + off) * Math.cos(direction + (value - now) * unit), middle[1] - (wide + off) * Math.sin(direction + (value - now) * unit)],
       read: ([x, y], near, free) => {
         const value = now + (Math.atan2(middle[1] - y, x - middle[0]) - direction) / unit;
-        const round = (2 * Math.PI) / unit;
         // Of all turns the one that is nearest to where the handle was.
         const own = value + Math.round((near - value) / round) * round;
         const step = free ? 0 : unit === 1 ? 0.01 : 1;
