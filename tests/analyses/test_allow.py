@@ -17,7 +17,7 @@ import jointplay as jp
 from helpers.strategies import mechanisms
 from jointplay.analyses.allow import compute
 from jointplay.analyses.allow import keeps as is_kept
-from jointplay.analyses.allow.asked import ASSEMBLY, Use
+from jointplay.analyses.allow.asked import ASSEMBLY, Asked, Use
 from jointplay.analyses.allow.order import _last
 from jointplay.analyses.loaded import compute as loaded
 from jointplay.analyses.nominal import Interrupted
@@ -421,6 +421,26 @@ def test_fits_are_looked_at_as_few_times_as_needed(is_monotone: bool) -> None:
         found = _last(looker, names, lambda name: {"fit": int(name)})
         assert found == (names[tight + held - 1] if held else "")
         assert len(asked) <= (len(names).bit_length() if is_monotone else tight + held + 1)
+
+
+def test_where_nothing_is_strained_members_that_give_way_cost_no_more_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an arm with the stiffness of its gearboxes sizes were tried in 16 steps each, which took ten seconds."""
+    looks = 0
+    own = Asked.use
+
+    def use(*args: Any) -> Use:
+        nonlocal looks
+        looks += 1
+        return own(*args)
+
+    monkeypatch.setattr(Asked, "use", use)
+    rigid = jp.loads(jp.examples.text("serial-2r")).with_({"limits": {"position": 1.0}, "loads": None})
+    expected, of_rigid = jp.allow(rigid), looks
+    result = jp.allow(rigid.with_({f"drives.{name}.stiffness": 1e5 for name in rigid.drives}))
+    # The search is for the same numbers up to rounding, and may end a step sooner or later.
+    assert looks - of_rigid <= of_rigid + len(result.source)
+    np.testing.assert_allclose(result.allowed, expected.allowed, rtol=2.0 * TOLERANCE)
+    np.testing.assert_allclose(result.allowed_factor, expected.allowed_factor, rtol=2.0 * TOLERANCE)
 
 
 def test_loaded_limits_hold_with_every_size_of_a_fit() -> None:

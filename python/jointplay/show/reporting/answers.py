@@ -153,7 +153,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "random": lambda: random.compute(m, samples, seed, few=pressed.FEWER),
         "compensate": lambda: compensate.compute(m),
         "region": lambda: region.compute(first, directions=directions(first), at=chapter.at),
-        "sizes": lambda: _sizes(first),
+        "sizes": lambda: _sizes(first, chapter.results.get("worst")),
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
         **({"life": lambda: life.compute(m)} if wears else {}),
@@ -178,12 +178,18 @@ def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: 
         chapter.cloud = specimens(chapter.m.first, chapter.at, seed)
 
 
-def _sizes(m: Mechanism) -> Result:
-    """The worst error with all sizes of the file times a factor."""
+def _sizes(m: Mechanism, known: Result | None) -> Result:
+    """The worst error with all sizes of the file times a factor; with the sizes as they are it may be known."""
     base, sources = sizings(m)
     if not times(sources, 0.5):
         raise InputError("the file has no clearance and no tolerance whose size could be changed")
-    found = [worst.compute(base.with_(times(sources, factor))) for factor in FACTORS]
+
+    def at(factor: float) -> Result:
+        if factor == 1.0 and known is not None:
+            return known
+        return worst.compute(base.with_(times(sources, factor)))
+
+    found = [*map(at, FACTORS)]
     along = Variable(("factor",), np.array(FACTORS), "", "factor of all clearances and tolerances")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
 
