@@ -650,3 +650,22 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
     tight = ["-s", "joints.*.clearance.radial=0"]
     assert run([*words, "--sigma", "length=0.001", *tight]) == 1
     assert "p = " in capsys.readouterr().out
+
+
+def test_sizes_are_found_where_nothing_else_is_unknown() -> None:
+    m = jp.loads("""
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        joints.J = { type = "revolute", on = { ground = [0, 0], arm = [0, 0] }, clearance.radial = 0.01 }
+        drives.q = { joint = "J", values = [0, 1] }
+        output = { body = "arm", at = [100, 0] }
+        load_cases.push = [{ force = [10, 0] }]
+        load_cases.pull = [{ force = [-10, 0] }]
+    """)
+    cos, sin = np.cos(np.radians([0.0, 0.0, 1.0, 1.0])), np.sin(np.radians([0.0, 0.0, 1.0, 1.0]))
+    sides = 0.02 * np.array([1.0, -1.0, 1.0, -1.0])
+    x, y = (100.0 * cos + sides).tolist(), (100.0 * sin).tolist()
+    table = {"configuration": [0, 0, 1, 1], "load_case": ["push", "pull"] * 2, "x [mm]": x, "y [mm]": y}
+    found = jp.calibrate(m, table, sigma={"length": 1e-4}, sizes=True, frame="known")
+    assert found.fitted.values == pytest.approx([0.02], abs=1e-3)
+    assert found.output_after.values == pytest.approx(0.0, abs=1e-12)

@@ -249,3 +249,50 @@ at = [200, 0]
         assert found.estimate.sel(unknown="q1").item() == pytest.approx(0.006, abs=2e-5)
         sizes = jp.calibrate(m, true, sigma={"length": 1e-4}, sizes=True)
         np.testing.assert_allclose(sizes.estimate.sel(unknown=["q1.backlash", "q2.backlash"]), [0.05, 0.06], rtol=1e-3)
+
+
+ARM = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.J]
+type = "revolute"
+on = { ground = [0, 0], arm = [0, 0] }
+clearance = { radial = 0.01 }
+[drives.q]
+joint = "J"
+values = [0, 1]
+[output]
+body = "arm"
+at = [100, 0]
+[[load_cases.push]]
+force = [10, 0]
+[[load_cases.pull]]
+force = [-10, 0]
+"""
+
+
+@pytest.mark.parametrize("size", [0.015, 0.004, -0.004, -0.01])
+def test_a_size_is_half_of_what_the_pin_moves_even_where_noise_makes_that_negative(size: float) -> None:
+    x = [100.0 + size, 100.0 - size]
+    table = {"configuration": [0, 0], "load_case": ["push", "pull"], "x [mm]": x, "y [mm]": [0, 0]}
+    found = jp.diagnose(jp.loads(ARM), table, sigma={"length": 0.02})
+    assert found.group_size.item() == pytest.approx(size, abs=1e-6)
+    assert found.group_standard_error.item() == pytest.approx(0.02 / np.sqrt(2.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("sum_", [0.11, 0.08, 0.041])
+def test_a_sum_is_found_though_the_smaller_size_of_it_ends_at_zero(sum_: float) -> None:
+    chain = jp.loads(ARM).with_(
+        {
+            "joints.J.clearance.radial": 0.001,
+            "joints.K": {"type": "revolute", "on": {"arm": [100, 0], "hand": [0, 0]}, "clearance": {"radial": 0.1}},
+            "drives.p": {"joint": "K", "values": [0, 0]},
+            "drives.q.values": [0, 0],
+            "output.body": "hand",
+        }
+    )
+    x = [200.0 + sum_, 200.0 - sum_]
+    table = {"configuration": [0, 0], "load_case": ["push", "pull"], "x [mm]": x, "y [mm]": [0, 0]}
+    found = jp.diagnose(chain, table, sigma={"length": 0.001})
+    assert found.group_size.item() == pytest.approx(sum_, abs=1e-6)
+    assert found.residual_after.values == pytest.approx(0.0, abs=1e-6)

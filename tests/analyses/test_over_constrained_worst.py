@@ -103,3 +103,45 @@ def test_a_sarrus_linkage_in_space() -> None:
     assert found["position"][0] == pytest.approx(found["position_first_order"][0], rel=0.01)
     assert found["position_first_order"][0] <= found["position_bound"][0] <= 1.05 * found["position_first_order"][0]
     assert found["rotation_first_order"][0] <= found["rotation_bound"][0] <= 1.05 * found["rotation_first_order"][0]
+
+
+PIN = 'type = "revolute", clearance.radial = 0.02'
+
+
+def cranks(count: int) -> jp.Mechanism:
+    """Parallel cranks of 100 mm at a right angle, whose coupler is moved up by the square of the drive's error only."""
+    text = """
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        drives.q = { joint = "A0", values = [90], error = 5 }
+        output = { body = "p", at = [60, 0] }
+    """
+    for k in range(count):
+        text += f"""
+            start.c{k}.angle = 90
+            joints.A{k} = {{ {PIN}, on = {{ ground = [{60 * k}, 0], c{k} = [0, 0] }} }}
+            joints.B{k} = {{ {PIN}, on = {{ c{k} = [100, 0], p = [{60 * k}, 0] }} }}
+        """
+    return jp.loads(text)
+
+
+def test_what_moves_the_output_by_the_square_only_counts() -> None:
+    fall = 100.0 * (1.0 - math.cos(math.radians(5.0)))
+    two, three = (jp.worst(cranks(count)).worst_component.sel(component="y").values[0] for count in (2, 3))
+    # All pins of a crank let the coupler down together.
+    assert three[0] <= -(fall + 0.04) * (1.0 - 1e-9)
+    assert three[0] >= two[0] - 1e-9
+
+
+@pytest.mark.parametrize("elastic", ["joints.A.stiffness", "drives.q.stiffness"])
+def test_what_is_elastic_and_determinate_reaches_as_far_as_what_is_rigid(elastic: str) -> None:
+    arm = jp.loads("""
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        joints.A = { type = "revolute", on = { ground = [0, 0], arm = [0, 0] }, clearance = { radial = 0.01 } }
+        drives.q = { joint = "A", values = [0], error = 5 }
+        output = { body = "arm", at = [100, 0] }
+    """)
+    soft = arm.with_({elastic: {"radial": 1e4} if "joints" in elastic else 1e6})
+    lowest = jp.worst(soft).worst_component.sel(component="x").values[0, 0]
+    assert lowest == pytest.approx(-100.0 * (1.0 - math.cos(math.radians(5.0))) - 0.01, abs=1e-9)

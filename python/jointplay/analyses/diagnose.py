@@ -160,13 +160,20 @@ class _Diagnosis:
     free: int
     rank: int
 
-    def of_each(self, count: int) -> Floats:
-        """A change of every single clearance that gives the sums, the smallest one, SI."""
-        found = np.zeros(count)
+    def of_each(self, sizes: Floats) -> Floats:
+        """The smallest change of every single clearance that gives the sums and takes no size below zero, SI."""
+        found = np.zeros(len(sizes))
         for parts, determined, change in zip(self.groups, self.determined, self.change, strict=True):
-            square = sum(coefficient**2 for _, coefficient in parts)
-            for k, coefficient in parts:
-                found[k] = determined * change * coefficient / square
+            free = list(parts) if determined else []
+            while free:
+                square = sum(coefficient**2 for _, coefficient in free)
+                rest = change - sum(coefficient * found[k] for k, coefficient in parts if (k, coefficient) not in free)
+                for k, coefficient in free:
+                    found[k] = max(rest * coefficient / square, -sizes[k])
+                above = [(k, coefficient) for k, coefficient in free if found[k] > -sizes[k]]
+                if len(above) == len(free):
+                    break
+                free = above
         return found
 
 
@@ -218,17 +225,17 @@ class _Fit:
     def residual_of(self, found: _Diagnosis) -> Floats:
         """What is missed with the sizes that were found, on the exact closure."""
         self.step()
-        change = found.of_each(len(self.sources)) / self.sizes[:, 0]
         changes: dict[str, object] = {}
-        for one, part in zip(self.sources, change.tolist(), strict=True):
+        sizes = self.sizes[:, 0]
+        for one, part in zip(self.sources, (found.of_each(sizes) / sizes).tolist(), strict=True):
             changes |= one.resized(max(one.size * (1.0 + part), 0.0))
         m = self.m.with_(changes)
         model = ReadingModel(m, self.table)
         return model.compare(self.table.values, model.read(m.centre, derivatives=False))
 
     def _linear(self, found: _Diagnosis) -> Floats:
-        """What the sizes that were found change to first order."""
-        return np.asarray(self.slopes @ found.of_each(len(self.sources)))
+        """What they change there to first order."""
+        return np.asarray(self.slopes @ found.of_each(self.sizes[:, 0]))
 
     def _common(self, cells: Weights) -> Floats:
         """Which cells have their place and column in common, shape (cell, place and column)."""

@@ -13,25 +13,29 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::clearance::undecided::UNDECIDED;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 
 /// Lines of one configuration, at most.
 pub(crate) const MOST: usize = 3;
 /// A whole step that goes on by more than this part of the line leads to the other end.
-const OTHER_END: f64 = 0.25;
+const OTHER_END: f64 = 0.6;
 /// The part of a line by which it moves to tell how forces change.
 const MOVED: f64 = 1e-2;
 /// Where a force vanishes an offset is known no better than to this part of its set.
 pub(crate) const KNOWN: f64 = 1e-8;
+/// A force that changes over the whole line by less than this many times what counts as nothing tells no place on it.
+const TOLD: f64 = 100.0;
 /// A place is within a line up to this part of it.
 const WITHIN: f64 = 1e-12;
 
 /// An offset on a line.
 #[derive(Clone, Debug)]
-struct Line {
+struct Rail {
+    source: usize,
     parameter: usize,
+    middle: f64,
     /// The ends as values of the parameter.
     ends: [f64; 2],
     lever: f64,
@@ -49,21 +53,23 @@ struct Balanced {
 /// The lines of a mechanism, and what is known of them by lane.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance {
-    lines: Vec<Line>,
+    lines: Vec<Rail>,
     by_lane: [Balanced; LANES],
 }
 
 impl Balance {
     pub fn new(m: &Mechanism) -> Self {
-        let clearances = m.sources().iter().filter(|source| source.is_clearance);
-        let lines = clearances.filter_map(|source| {
-            let ends = source.set.line()?.map(|end| m.centre[source.first] + end);
-            Some(Line { parameter: source.first, ends, lever: source.lever })
+        let clearances = m.sources().iter().enumerate().filter(|(_, source)| source.is_clearance);
+        let lines = clearances.filter_map(|(number, source)| {
+            let (parameter, lever) = (source.first, source.lever);
+            let middle = m.centre[parameter];
+            let ends = source.set.line()?.map(|end| middle + end);
+            Some(Rail { source: number, parameter, middle, ends, lever })
         });
         Self::of(lines.collect())
     }
 
-    fn of(lines: Vec<Line>) -> Self {
+    fn of(lines: Vec<Rail>) -> Self {
         Self { lines, by_lane: std::array::from_fn(|_| Balanced::default()) }
     }
 
@@ -87,6 +93,32 @@ impl Balance {
             }
         }
         is_more
+    }
+
+    /// Whether whole steps take no line of a lane from end to end.
+    pub fn is_idle(&self, lane: usize) -> bool {
+        self.by_lane[lane].lines.is_empty()
+    }
+
+    /// Whether forces tell where the lines of a lane rest between their ends: they press back from either side, and by
+    /// enough.
+    pub fn is_told(&self, lane: usize, scale: &Block, u: &[Block]) -> bool {
+        let Balanced { lines, stiffness } = &self.by_lane[lane];
+        lines.iter().enumerate().all(|(row, &k)| {
+            let (line, at) = (&self.lines[k], u[self.lines[k].parameter].0[lane]);
+            let is_at_end = line.ends.iter().any(|end| (at - end).abs() <= WITHIN * line.length());
+            is_at_end || -stiffness[(row, row)] * line.length() > TOLD * line.nothing(scale.0[lane])
+        })
+    }
+
+    /// Puts the other lines that nothing pushes at the nominal pose back into their middle: only what went from end to end
+    /// may have pushed them.
+    pub fn put_back(&self, lane: usize, unforced: &[[Unforced; LANES]], pushed: &mut [Block]) {
+        for (k, line) in self.lines.iter().enumerate() {
+            if unforced[line.source][lane].has(0) && !self.by_lane[lane].lines.contains(&k) {
+                pushed[line.parameter].0[lane] = line.middle;
+            }
+        }
     }
 
     /// Moves one of the lines of every lane that has so many, into the play.
@@ -127,12 +159,12 @@ impl Balance {
     ) -> Block {
         let mut quiet = Block::splat(0.0);
         for (i, lane) in self.by_lane.iter().enumerate() {
-            let lines: Vec<&Line> = lane.lines.iter().map(|&k| &self.lines[k]).collect();
+            let lines: Vec<&Rail> = lane.lines.iter().map(|&k| &self.lines[k]).collect();
             if lines.is_empty() {
                 continue;
             }
-            let force = |line: &Line| gradient(line.parameter).0[i];
-            let is_quiet = |line: &&&Line| force(line).abs() <= scale.0[i] * UNDECIDED * line.lever;
+            let force = |line: &Rail| gradient(line.parameter).0[i];
+            let is_quiet = |line: &&&Rail| force(line).abs() <= line.nothing(scale.0[i]);
             quiet.0[i] = lines.iter().filter(is_quiet).count() as f64;
             let mut forces = Vector3::zeros();
             let mut steps = [[0.0; 2]; MOST];
@@ -150,9 +182,14 @@ impl Balance {
     }
 }
 
-impl Line {
+impl Rail {
     fn length(&self) -> f64 {
         self.ends[1] - self.ends[0]
+    }
+
+    /// The largest force along the line that counts as nothing.
+    fn nothing(&self, scale: f64) -> f64 {
+        scale * UNDECIDED * self.lever
     }
 
     /// A small step into the line.
@@ -217,7 +254,13 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut rested = 0.0;
         for n in 1..=MOST {
-            let lines = (0..n).map(|parameter| Line { parameter, ends: [-1.0, 3.0], lever: 1.0 });
+            let lines = (0..n).map(|parameter| Rail {
+                source: parameter,
+                parameter,
+                middle: 1.0,
+                ends: [-1.0, 3.0],
+                lever: 1.0,
+            });
             let mut balance = Balance::of(lines.collect());
             let own: [Vec<f64>; LANES] =
                 std::array::from_fn(|_| (0..n).map(|_| rng.random_range(-1e-3..1e-3)).collect());

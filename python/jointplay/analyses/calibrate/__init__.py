@@ -541,7 +541,8 @@ def _without_frame(slopes: Floats, frames: Floats, covariance: Floats) -> float:
     frames : ndarray
         How the positions move with their frame, shape (configuration, axis, displacement).
     """
-    flat, moved = slopes.reshape(-1, slopes.shape[2]), frames.reshape(-1, frames.shape[2])
+    # Where nothing is unknown there is no size that would follow from the others.
+    flat, moved = (each.reshape(each.shape[0] * each.shape[1], each.shape[2]) for each in (slopes, frames))
     moved = moved / np.maximum(np.linalg.norm(moved, axis=0), 1e-300)
     left = flat - moved @ np.linalg.lstsq(moved, flat, rcond=None)[0]
     return float(np.sqrt(max(np.einsum("ap,pq,aq->", left, covariance, left), 0.0) / max(len(slopes), 1)))

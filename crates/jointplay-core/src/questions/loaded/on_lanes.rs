@@ -198,7 +198,11 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
+            let was_idle: [bool; LANES] = std::array::from_fn(|i| balance.is_idle(i));
             quiet = self.steps.balance(round, balance, step, pushed);
+            for i in (0..LANES).filter(|&i| was_idle[i] && !balance.is_idle(i)) {
+                balance.put_back(i, &unforced, pushed);
+            }
             let out = |k: usize| self.steps.step.output(step, k);
             // Of what balances nothing changes where nothing pushes it any more.
             undecided = undecided.sub(&quiet);
@@ -228,8 +232,8 @@ impl<'m> Contact<'m> {
         open.add(m, |p| out(to.gradient + p), out(to.scale), &counted, map, &reaches);
         for i in 0..LANES {
             // Several lines that nothing pushes may share their play in many ways, of which the middle is looked for.
-            let is_shared = quiet.0[i] > 1.0;
-            good[i] &= settled[i] && !is_shared && !open.observable[i] && !self.turns_far(step, i);
+            let is_one = quiet.0[i] <= 1.0 && balance.is_told(i, out(to.scale), step);
+            good[i] &= settled[i] && is_one && !open.observable[i] && !self.turns_far(step, i);
         }
         let ends = other_ends(m, |p| out(to.gradient + p), out(to.scale), elsewhere, step, &good);
         // Nothing is undetermined, as where nothing has been put, and the status is as it is there.

@@ -98,7 +98,7 @@ impl Mechanism {
         Answer::of_rows(found.iter(), &wanted)
     }
 
-    /// The extremes of some measures for every case.
+    /// The extremes of some measures for every case. No load acts: of what is determinate nothing is strained.
     fn summits(
         &self,
         cases: &[Case<'_>],
@@ -106,7 +106,7 @@ impl Mechanism {
         starts: usize,
         lanes: bool,
     ) -> Vec<Result<Summits, Status>> {
-        match self.form(true) {
+        match self.form(false) {
             Form::Determinate => self.summits_determinate(cases, measures, starts, lanes),
             Form::OverConstrained => self.summits_over_constrained(cases, measures, starts),
         }

@@ -132,7 +132,8 @@ impl Mechanism {
         let site = Site { system: &system, compatibility, right, known, case, nominal };
         let Some(extremes) = site.extremes(measures, climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
-        let extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
+        let mut extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
+        start_from_each_other(&mut extremes, climbs);
         let (summits, reached) = if climbs == 0 {
             (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
         } else {
@@ -148,6 +149,23 @@ impl Mechanism {
             height: height.unwrap_or_else(|| self.no_height()),
         });
         Ok(Some((reported.collect(), reached)))
+    }
+}
+
+/// Lets the ends of components start from those of some others as well: what moves one of them by the square only, as a
+/// crank at a right angle does, is in its middle where that one is largest to first order, and would stay there.
+fn start_from_each_other(extremes: &mut [Extreme], most: usize) {
+    let is_end = |extreme: &Extreme| matches!(extreme.measure, Measure::Component { .. } | Measure::Along(_));
+    let places: Vec<(usize, Vec<f64>)> = extremes
+        .iter()
+        .enumerate()
+        .filter(|(_, extreme)| is_end(extreme))
+        .map(|(k, extreme)| (k, extreme.linear.displacements.clone()))
+        .collect();
+    for (number, (k, _)) in places.iter().enumerate() {
+        let (before, after) = places.split_at(number);
+        let others = after[1..].iter().chain(before).take(most);
+        extremes[*k].starts.extend(others.map(|(_, place)| place.clone()));
     }
 }
 
