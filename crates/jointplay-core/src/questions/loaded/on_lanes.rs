@@ -35,6 +35,8 @@ use crate::questions::loaded::steps_on_lanes::{StepOutputs, Steps, record_close,
 const STEPS: usize = 25;
 /// Steps in which contacts find their sides, or the plain solver looks for them.
 const FIRST: usize = 15;
+/// Steps in which lines find their balance.
+const BALANCED: usize = 4;
 /// A contact has changed sides where an offset changes by more than this part of its set.
 const OTHER_SIDE: f64 = 0.5;
 /// Steps in which the first offsets are approached at most.
@@ -171,6 +173,7 @@ impl<'m> Contact<'m> {
         let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
         let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
+        let mut balanced = [0_usize; LANES];
         let (mut undecided, mut quiet) = (Block::splat(0.0), Block::splat(0.0));
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
@@ -198,10 +201,12 @@ impl<'m> Contact<'m> {
                 }
             }
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
-            let was_idle: [bool; LANES] = std::array::from_fn(|i| balance.is_idle(i));
             quiet = self.steps.balance(round, balance, step, pushed);
-            for i in (0..LANES).filter(|&i| was_idle[i] && !balance.is_idle(i)) {
-                balance.put_back(i, &unforced, pushed);
+            for i in 0..LANES {
+                if balanced[i] < BALANCED && !balance.is_idle(i) {
+                    balance.put_back(i, &unforced, pushed);
+                    balanced[i] += 1;
+                }
             }
             let out = |k: usize| self.steps.step.output(step, k);
             // Of what balances nothing changes where nothing pushes it any more.
