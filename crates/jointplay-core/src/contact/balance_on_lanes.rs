@@ -52,12 +52,12 @@ struct Balanced {
 
 /// The lines of a mechanism, and what is known of them by lane.
 #[derive(Clone, Debug)]
-pub(crate) struct Balance {
+pub(crate) struct Balancing {
     lines: Vec<Rail>,
     by_lane: [Balanced; LANES],
 }
 
-impl Balance {
+impl Balancing {
     pub fn new(m: &Mechanism) -> Self {
         let clearances = m.sources().iter().enumerate().filter(|(_, source)| source.is_clearance);
         let lines = clearances.filter_map(|(number, source)| {
@@ -261,7 +261,7 @@ mod tests {
                 ends: [-1.0, 3.0],
                 lever: 1.0,
             });
-            let mut balance = Balance::of(lines.collect());
+            let mut balance = Balancing::of(lines.collect());
             let own: [Vec<f64>; LANES] =
                 std::array::from_fn(|_| (0..n).map(|_| rng.random_range(-1e-3..1e-3)).collect());
             let middle: [f64; LANES] = std::array::from_fn(|_| rng.random_range(-4.0..8.0));

@@ -8,7 +8,7 @@ use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::turning_on_lanes::may_turn;
 use crate::clearance::undecided::UNDECIDED;
-use crate::contact::balance_on_lanes::Balance;
+use crate::contact::balance_on_lanes::Balancing;
 use crate::contact::elsewhere::{LEFT, SAME};
 use crate::contact::push_on_lanes::{change, push};
 use crate::math::lanes::block::{Block, LANES};
@@ -60,7 +60,7 @@ impl Steps<'_> {
         &self,
         ends: Ends,
         sign: &Block,
-        balance: &Balance,
+        balance: &Balancing,
         step: &mut [Block],
         pushed: &mut [Block],
     ) -> Ends {

@@ -14,7 +14,7 @@ use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{StaticsOutputs, record_finish, record_statics};
-use crate::contact::balance_on_lanes::{Balance, KNOWN};
+use crate::contact::balance_on_lanes::{Balancing, KNOWN};
 use crate::contact::elsewhere::Leads;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
@@ -67,7 +67,7 @@ pub(crate) struct Workspace {
     /// The share of every source in every component.
     shares: Vec<Block>,
     mixing: Mixing,
-    balance: Balance,
+    balance: Balancing,
 }
 
 impl<'m> Contact<'m> {
@@ -104,7 +104,7 @@ impl<'m> Contact<'m> {
             elsewhere,
             shares,
             mixing: Mixing::new(m),
-            balance: Balance::new(m),
+            balance: Balancing::new(m),
         }
     }
 
@@ -203,10 +203,15 @@ impl<'m> Contact<'m> {
             undecided = push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed);
             quiet = self.steps.balance(round, balance, step, pushed);
             for i in 0..LANES {
-                if balanced[i] < BALANCED && !balance.is_idle(i) {
-                    balance.put_back(i, &unforced, pushed);
-                    balanced[i] += 1;
+                if balanced[i] > BALANCED || balance.is_idle(i) {
+                    continue;
                 }
+                if balanced[i] < BALANCED {
+                    balance.put_back(i, &unforced, pushed);
+                }
+                // What leaves its middle then does so by whole steps.
+                mixing.mixed[i] = false;
+                balanced[i] += 1;
             }
             let out = |k: usize| self.steps.step.output(step, k);
             // Of what balances nothing changes where nothing pushes it any more.
@@ -217,7 +222,8 @@ impl<'m> Contact<'m> {
             for i in 0..cases.len() {
                 steps[i] += u64::from(!settled[i]);
                 let still = if quiet.0[i] > 0.0 { KNOWN } else { m.still() };
-                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= still;
+                let is_held = (1..=BALANCED).contains(&balanced[i]);
+                settled[i] |= !is_held && out(to.size).0[i] <= rounding * rounding && changed.0[i] <= still;
                 // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
                 // nothing pushes any more stays where it is, which may be outside its set.
                 let turned = changed.0[i] > OTHER_SIDE;

@@ -7,7 +7,7 @@ use crate::closure::recorded::statics::load_statics;
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::FIRST;
-use crate::contact::balance_on_lanes::{Balance, MOST};
+use crate::contact::balance_on_lanes::{Balancing, MOST};
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::Recorder;
@@ -39,7 +39,7 @@ impl Steps<'_> {
     /// they find their sides; `step` are registers at a pose with its forces, and stay so. Gives the number of lines that
     /// nothing pushes there.
     #[inline(always)]
-    pub fn balance(&self, round: usize, balance: &mut Balance, step: &mut [Block], pushed: &mut [Block]) -> Block {
+    pub fn balance(&self, round: usize, balance: &mut Balancing, step: &mut [Block], pushed: &mut [Block]) -> Block {
         if round < FIRST {
             return Block::splat(0.0);
         }
@@ -52,7 +52,7 @@ impl Steps<'_> {
     }
 
     /// Finds how forces change along these lines.
-    fn learn(&self, balance: &mut Balance, step: &mut [Block]) {
+    fn learn(&self, balance: &mut Balancing, step: &mut [Block]) {
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let at = step.to_vec();
         let before = balance.forces(|p| self.step.output(&at, to.gradient + p));
