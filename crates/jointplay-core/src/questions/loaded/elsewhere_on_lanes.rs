@@ -58,7 +58,7 @@ impl Steps<'_> {
     #[inline(always)]
     pub(super) fn leading(
         &self,
-        ends: Ends,
+        ends: &Ends,
         sign: &Block,
         balance: &Balancing,
         step: &mut [Block],
