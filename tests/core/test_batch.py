@@ -119,9 +119,12 @@ def test_loaded_with_drives_beside_the_nominal_ones_equals_the_plain_solver(name
     result = _on_every_width(lambda: core.loaded(drives, poses, offset=False, details=False))
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
     size = _scale(mechanism, result["error"].shape[1])
+    # A pin that hangs between its shoulders is held there by forces of second order, which rounding is part of.
+    hangs = np.array([not part["decided"].all() for part in parts])
+    most = np.where(hangs, 1e-10, 1e-12)
     for key in ("error", "undetermined"):
         plain = np.concatenate([part[key] for part in parts])
-        assert (np.abs(plain - result[key]) / size).max() < 1e-12, key
+        assert ((np.abs(plain - result[key]) / size).max(axis=1) < most).all(), key
     assert np.array_equal(np.concatenate([part["status"] for part in parts]), result["status"])
     if core.isostatic and name not in FLOATING:
         assert result["fallbacks"] < 0.1 * len(drives)
