@@ -66,7 +66,10 @@ def test_the_table_has_a_row_and_a_column_for_each_value(swept):
 
 def test_the_figure_has_the_largest_errors_with_lines_of_equal_error_and_the_limit(swept):
     (axes, *_) = jp.plot.sweep(swept).axes
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial [mm]", f"{DIM} [mm]")
+    # The keys as the file has them: "radial" alone would not say of which joint.
+    assert (axes.get_xlabel(), axes.get_ylabel()) == tuple(
+        f"joints.{joint}.clearance.radial [mm]" for joint in ("J1", "J3")
+    )
     (mesh,) = (part for part in axes.collections if isinstance(part, QuadMesh))
     np.testing.assert_allclose(mesh.get_array(), tops(swept))
     # The limit of 4 mm, apart from the lines of equal error.
