@@ -18,7 +18,7 @@ use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 
 /// Lines of one configuration, at most.
-pub(crate) const MOST: usize = 3;
+const MOST: usize = 3;
 /// A whole step that goes on by more than this part of the line leads to the other end.
 const OTHER_END: f64 = 0.6;
 /// The part of a line by which it moves to tell how forces change.
@@ -46,6 +46,8 @@ struct Rail {
 struct Balanced {
     /// Their numbers.
     lines: Vec<usize>,
+    /// Whether some have come last.
+    is_new: bool,
     /// How the force on one line changes by the way of another.
     stiffness: Matrix3<f64>,
 }
@@ -78,21 +80,21 @@ impl Balancing {
         self.by_lane.iter_mut().for_each(|lane| lane.lines.clear());
     }
 
-    /// Takes notice of a whole step from `u` to `pushed`; tells whether lines have come to those that it takes from end to
-    /// end.
-    pub fn see(&mut self, u: &[Block], pushed: &[Block]) -> bool {
-        let mut is_more = false;
+    /// Takes notice of a whole step from `u` to `pushed`. Gives the most lines of a lane in which some have come to those
+    /// that it takes from end to end: what is known of the others does not depend on their neighbours.
+    pub fn see(&mut self, u: &[Block], pushed: &[Block]) -> usize {
+        self.by_lane.iter_mut().for_each(|lane| lane.is_new = false);
         for (k, line) in self.lines.iter().enumerate() {
             let least = OTHER_END * line.length();
             for (i, lane) in self.by_lane.iter_mut().enumerate() {
                 let goes = (pushed[line.parameter].0[i] - u[line.parameter].0[i]).abs() > least;
                 if goes && lane.lines.len() < MOST && !lane.lines.contains(&k) {
                     lane.lines.push(k);
-                    is_more = true;
+                    lane.is_new = true;
                 }
             }
         }
-        is_more
+        self.by_lane.iter().filter(|lane| lane.is_new).map(|lane| lane.lines.len()).max().unwrap_or(0)
     }
 
     /// Whether whole steps take no line of a lane from end to end.
@@ -103,7 +105,7 @@ impl Balancing {
     /// Whether forces tell where the lines of a lane rest between their ends: they press back from either side, and by
     /// enough.
     pub fn is_told(&self, lane: usize, scale: &Block, u: &[Block]) -> bool {
-        let Balanced { lines, stiffness } = &self.by_lane[lane];
+        let Balanced { lines, stiffness, .. } = &self.by_lane[lane];
         lines.iter().enumerate().all(|(row, &k)| {
             let (line, at) = (&self.lines[k], u[self.lines[k].parameter].0[lane]);
             let is_at_end = line.ends.iter().any(|end| (at - end).abs() <= WITHIN * line.length());
@@ -133,7 +135,7 @@ impl Balancing {
 
     /// Takes notice of how forces have changed since the offsets were `u`, where one line has moved.
     pub fn learn<'b>(&mut self, number: usize, u: &[Block], before: &[Block], gradient: impl Fn(usize) -> &'b Block) {
-        for (i, lane) in self.by_lane.iter_mut().enumerate() {
+        for (i, lane) in self.by_lane.iter_mut().enumerate().filter(|(_, lane)| lane.is_new) {
             let Some(moved) = lane.lines.get(number).map(|&k| &self.lines[k]) else { continue };
             let step = moved.step(u[moved.parameter].0[i]);
             for (row, &k) in lane.lines.iter().enumerate() {
@@ -278,14 +280,12 @@ mod tests {
                 let at = forces(&u);
                 let whole = |f: &Block| Block::new(f.0.map(|f| if f > 0.0 { 3.0 } else { -1.0 }));
                 let mut pushed: Vec<Block> = at.iter().map(whole).collect();
-                if balance.see(&u, &pushed) {
-                    let before = balance.forces(|p| &at[p]);
-                    for number in 0..MOST {
-                        let mut moved = u.clone();
-                        balance.move_one(number, &mut moved);
-                        let then = forces(&moved);
-                        balance.learn(number, &u, &before, |p| &then[p]);
-                    }
+                let before = balance.forces(|p| &at[p]);
+                for number in 0..balance.see(&u, &pushed) {
+                    let mut moved = u.clone();
+                    balance.move_one(number, &mut moved);
+                    let then = forces(&moved);
+                    balance.learn(number, &u, &before, |p| &then[p]);
                 }
                 rested = balance.press(|p| &at[p], &scale, &u, &mut pushed).0.iter().sum();
                 u = pushed;

@@ -7,7 +7,7 @@ use crate::closure::recorded::statics::load_statics;
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::FIRST;
-use crate::contact::balance_on_lanes::{Balancing, MOST};
+use crate::contact::balance_on_lanes::Balancing;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::Recorder;
@@ -43,20 +43,21 @@ impl Steps<'_> {
         if round < FIRST {
             return Block::splat(0.0);
         }
-        if balance.see(step, pushed) {
-            self.learn(balance, step);
+        let most = balance.see(step, pushed);
+        if most > 0 {
+            self.learn(most, balance, step);
         }
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let out = |k: usize| self.step.output(step, k);
         balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed)
     }
 
-    /// Finds how forces change along these lines.
-    fn learn(&self, balance: &mut Balancing, step: &mut [Block]) {
+    /// Finds how forces change along these lines, as many as a lane has at most.
+    fn learn(&self, most: usize, balance: &mut Balancing, step: &mut [Block]) {
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let at = step.to_vec();
         let before = balance.forces(|p| self.step.output(&at, to.gradient + p));
-        for number in 0..MOST {
+        for number in 0..most {
             step.copy_from_slice(&at);
             balance.move_one(number, step);
             (0..2).for_each(|_| self.close.run(step));
