@@ -169,13 +169,13 @@ def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
         killed = threading.Event()
 
         def kill() -> None:
-            """It stands still, so that it is asked for a task sooner or later, and never ends one."""
-            for _ in range(600):
+            """It stands still, so that it is soon asked for a task, or for an answer that it has, and gives none."""
+            for _ in range(60):
                 if client.processing().get(worker):
-                    os.kill(pid, signal.SIGKILL)
-                    killed.set()
-                    return
+                    break
                 time.sleep(0.05)
+            os.kill(pid, signal.SIGKILL)
+            killed.set()
 
         killer = threading.Thread(target=kill)
 

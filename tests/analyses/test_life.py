@@ -258,6 +258,12 @@ force = [0, -100, 0]
     assert around.growth.item() == pytest.approx(result.growth.item() / math.pi, rel=1e-4)
     along = grows(jp.loads(text).with_({"joints.J.wear": own, "loads.0.axes": "body"}))
     assert along.growth.item() == pytest.approx(result.growth.item(), rel=1e-4)
+    # Each load case wears another end most; the other one has F (30/40 - 1/2) then.
+    above, below = ([{"at": [0, 0, z], "force": [0, -100, 0]}] for z in (30, -30))
+    each = grows(jp.loads(text).with_({"loads": None, "load_cases": {"above": above, "below": below}}))
+    mean = 0.5 * (most + 100 * (30 / 40 - 0.5))
+    assert each.growth.item() == pytest.approx(result.growth.item() * mean / most, rel=1e-9)
+    assert each.pressure.item() == pytest.approx(result.pressure.item(), rel=1e-9)
 
 
 def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
@@ -808,6 +814,17 @@ def test_load_cases_act_in_as_many_cycles_each() -> None:
     assert both.pressure.item() == pytest.approx(300 / 600, rel=1e-12)
     assert both.attrs["load_cases"] == "light, heavy"
     assert jp.life(m.only(load_case="heavy")).growth.item() == pytest.approx(3 * one, rel=1e-12)
+
+
+@pytest.mark.parametrize(("angle", "share"), [(0, 1.0), (90, math.sqrt(0.5)), (180, 0.5)])
+def test_load_cases_wear_a_pin_where_each_of_them_presses(angle: float, share: float) -> None:
+    """Two shifts of half the size, of which the sum is largest between them."""
+    wear = {"rate_hole": 0.0, "rate_pin": 1e-4, "length": 20}
+    turned = [-100 * math.cos(math.radians(angle)), -100 * math.sin(math.radians(angle))]
+    forces = {"one": [-100, 0], "other": turned}
+    cases = {name: [{"at": [0, 0], "force": force}] for name, force in forces.items()}
+    both = grows(jp.loads(BUSH).with_({"joints.J.wear": wear, "loads": None, "load_cases": cases}))
+    assert both.growth.item() == pytest.approx(share * math.pi * 1e-4 * 1e-3 * 100 / 20, rel=1e-9)
 
 
 def test_a_clearance_of_nothing_wears_as_well() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from jointplay.cli import run
 from jointplay.plot import Drawn, Style, style
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
-from jointplay.plot.style import THEMES, size_of
+from jointplay.plot.style import THEMES, size_of, using
 from jointplay.result import Result, from_dataset
 
 THEME = sorted(THEMES)
@@ -175,6 +176,28 @@ class TestStyle:
 
         before = dict(mpl.rcParams)
         jp.plot.error(jp.worst(example("four-bar")), style="dark")
+        assert dict(mpl.rcParams) == before
+
+    def test_threads_leave_the_settings_of_matplotlib_to_each_other(self) -> None:
+        """A thread that had begun within a drawing of another left that one's settings behind."""
+        import matplotlib as mpl
+
+        before = dict(mpl.rcParams)
+        begun, done = threading.Event(), threading.Event()
+
+        def draw() -> None:
+            begun.set()
+            with using("dark") as style:
+                done.wait(1.0)
+                assert mpl.rcParams["axes.facecolor"] == style.rc["axes.facecolor"]
+
+        thread = threading.Thread(target=draw)
+        with using("print"):
+            thread.start()
+            begun.wait()
+            done.wait(0.2)
+        done.set()
+        thread.join()
         assert dict(mpl.rcParams) == before
 
     def test_a_notebook_shows_a_figure_by_itself(self) -> None:

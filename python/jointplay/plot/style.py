@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
+from threading import RLock
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -403,11 +404,22 @@ def _has_ticks_as_measured(axes: Axes) -> bool:
     return not hasattr(axes, "zaxis")
 
 
+#: matplotlib has one set of settings for all threads
+_SETTINGS = RLock()
+
+
+@contextmanager
+def settings(rc: Mapping[str, Any]) -> Iterator[None]:
+    """Draw with settings of matplotlib; one thread at a time, which finds and leaves the others as they were."""
+    with _SETTINGS, mpl.rc_context(dict(rc)):
+        yield
+
+
 class StyledFigure(Figure):
     """A figure that is written and shown as its style says, whatever matplotlib is set to."""
 
     def __init__(self, style: Style, size: tuple[float, float]) -> None:
-        with mpl.rc_context(style.rc):
+        with settings(style.rc):
             super().__init__(figsize=size, dpi=style.dpi, layout=LayoutEngine())
         self.style = style
         #: what is drawn when everything else has its place
@@ -434,7 +446,7 @@ class StyledFigure(Figure):
 
     def savefig(self, *args: Any, **kwargs: Any) -> None:
         """Write the figure; as `matplotlib.figure.Figure.savefig`."""
-        with mpl.rc_context(self.style.rc), as_far_as_it_goes():
+        with settings(self.style.rc), as_far_as_it_goes():
             super().savefig(*args, **kwargs)
 
     def _repr_png_(self) -> bytes:
@@ -469,7 +481,7 @@ def using(style: Style | str | None) -> Iterator[Style]:
     chosen = current() if style is None else as_style(style)
     token = _CURRENT.set(chosen)
     try:
-        with mpl.rc_context(chosen.rc):
+        with settings(chosen.rc):
             yield chosen
     finally:
         _CURRENT.reset(token)

@@ -25,7 +25,7 @@ from jointplay.result import STATUSES
 from jointplay.result.verdict import READABLE
 
 from .cycle import Cycle, cycle_of
-from .sliding import Order, faces_of, slide_of
+from .sliding import Faces, Order, faces_of, joined, slide_of
 
 
 @dataclass(frozen=True)
@@ -99,45 +99,57 @@ class Duty:
             return Rates(measured, measured, nothing, nothing)
         assert self.cycle is not None
         each = zip(self.worn_at(grown), self.loads, strict=True)
-        found = [self._case(copy, at, loads, self.cycle) for (copy, at), loads in each]
-        mean = {name: np.mean([getattr(one, name) for one in found], axis=0) for name in ("growth", "coarse")}
-        sliding = np.mean([one.sliding for one in found], axis=0)
-        return Rates(mean["growth"], mean["coarse"], sliding, np.max([one.pressure for one in found], axis=0))
+        passed = [_Passed(copy, at.poses, self._reaction(copy, at, loads)) for (copy, at), loads in each]
+        return Rates(*np.array([self._one(passed, own, self.cycle) for own in self.worn]).T)
 
     def worn_at(self, grown: Floats) -> list[tuple[Mechanism, Nominal]]:
         """The mechanism in each load case, with clearances that have grown, and its configurations."""
         worn = [part.worn(changes(part, self.m, self.worn, grown)) for part in self.cases]
         return list(zip(worn, self.at, strict=True))
 
-    def _case(self, copy: Mechanism, at: Nominal, loads: Floats | None, cycle: Cycle) -> Rates:
+    def _reaction(self, copy: Mechanism, at: Nominal, loads: Floats | None) -> Floats:
+        """Force and moment of every joint in one load case, ground axes; nan where they cannot be read."""
         found = copy.core.loaded(at.drives, at.poses, True, False, True, partly=True, loads=loads)
         if len(found["status"]) < len(at):
             raise KeyboardInterrupt
-        reaction = found["reaction"].copy()
+        reaction: Floats = found["reaction"].copy()
         if failed := _unreadable(found["status"]):
             reaction[list(failed)] = np.nan
             self.without = self.without or failed
-        rows = [self._one(copy, at.poses, own, reaction, cycle) for own in self.worn]
-        return Rates(*np.array(rows).T)
+        return reaction
 
-    def _one(
-        self, m: Mechanism, at: Floats, own: Wearing, reaction: Floats, cycle: Cycle
-    ) -> tuple[float, float, float, float]:
+    def _one(self, passed: Sequence[_Passed], own: Wearing, cycle: Cycle) -> tuple[float, float, float, float]:
         """Growth, the same with every second configuration, sliding distance and pressure of one clearance."""
         if own.is_measured:
             return own.growth, own.growth, np.nan, np.nan
+        often = cycle.times / len(passed)
         every = []
         for source, joint in zip(own.sources, own.joints, strict=True):
-            index, at_joint = m.sources.index(self.m.sources[source]), m.joints.index(self.m.joints[joint])
             found = []
             for order in (cycle.order, _every_second(cycle.order)):
-                faces = faces_of(m, own, index, slide_of(m, at_joint, at, order), reaction[:, at_joint], order)
-                found.append((cycle.times * faces.worn(own, order), cycle.times * faces.slid, faces.pressure.max()))
+                each = [case.faces(own, self.m.sources[source], self.m.joints[joint], order) for case in passed]
+                faces = joined(each)
+                found.append((often * faces.worn(own), often * faces.slid, faces.pressure.max()))
             (growth, slid, pressure), (coarse, *_) = found
             every.append((growth, coarse, slid, pressure))
         growth, coarse, slid, pressure = np.max(every, axis=0)
-        known = np.isfinite(own.diameter) or np.isfinite(own.width) or not _is_pin(m, own)
+        known = np.isfinite(own.diameter) or np.isfinite(own.width) or not _is_pin(self.m, own)
         return growth, coarse, slid if known else np.nan, pressure if known else np.nan
+
+
+@dataclass(frozen=True)
+class _Passed:
+    """One load case: its part of the mechanism, poses of all bodies, and reactions."""
+
+    m: Mechanism
+    at: Floats
+    reaction: Floats
+
+    def faces(self, own: Wearing, source: str, joint: str, order: Order) -> Faces:
+        """What presses and slides in a joint along the path."""
+        at_joint = self.m.joints.index(joint)
+        slide = slide_of(self.m, at_joint, self.at, order)
+        return faces_of(self.m, own, self.m.sources.index(source), slide, self.reaction[order, at_joint])
 
 
 def _unreadable(status: Codes) -> dict[int, str]:

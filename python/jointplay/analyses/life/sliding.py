@@ -23,6 +23,7 @@ Forces and motions are those in the axes of the first body.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,14 +45,14 @@ Order = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True)
 class Slide:
-    """How the second body of a joint moves against the first between neighbouring configurations, SI.
+    """How the second body of a joint moves against the first between the configurations that it passes, SI.
 
     Parameters
     ----------
     turns, shifts : ndarray
         Rotation vectors, and displacements of the second body's point; in axes of the first body, shape (step, 3).
     axes : ndarray
-        Axes of the first body in every configuration, as rotation matrices.
+        Axes of the first body, as rotation matrices, one more than steps.
     along, side, normal : ndarray
         Directions of the joint on the first body.
     """
@@ -78,12 +79,12 @@ def slide_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Slide:
     """
     seen = m.relative(joint, at)
     turns = poses.rotation_vector(poses.product(seen.turned[order[1:]], poses.inverse(seen.turned[order[:-1]])))
-    return Slide(turns, np.diff(seen.apart[order], axis=0), seen.axes, *seen.directions)
+    return Slide(turns, np.diff(seen.apart[order], axis=0), seen.axes[order], *seen.directions)
 
 
 @dataclass(frozen=True)
 class Faces:
-    """The faces of a joint that slide.
+    """The faces of a joint that slide through configurations, as they are passed.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ class Faces:
         Of a pin: the angle at which it touches its hole, about the axis, as the first body sees it, shape
         (configuration, face).
     turned : ndarray, optional
-        How far the second body has turned about the axis since the first configuration, one number more than steps.
+        How far the second body has turned about the axis since the first configuration.
     """
 
     pressure: Floats
@@ -105,10 +106,10 @@ class Faces:
     towards: Floats | None = None
     turned: Floats | None = None
 
-    def worn(self, own: Wearing, order: Order) -> float:
+    def worn(self, own: Wearing) -> float:
         """Growth of the clearance on the way, m: rate times pressure times sliding distance, by the trapezoid."""
-        first = 0.5 * self.pressure[order[:-1]] * self.start
-        last = 0.5 * self.pressure[order[1:]] * self.end
+        first = 0.5 * self.pressure[:-1] * self.start
+        last = 0.5 * self.pressure[1:] * self.end
         if own.rate is not None:
             return float(own.rate * (first + last).sum(axis=0).max())
         assert own.of_both is not None
@@ -118,12 +119,32 @@ class Faces:
         at = np.concatenate([first, nothing]) + np.concatenate([nothing, last])
         if not np.isfinite(at).all():
             return float("nan")
-        return max(_deepest(at[:, k], self.towards[order, k], self.turned, own.of_both) for k in range(at.shape[1]))
+        return max(_deepest(at[:, k], self.towards[:, k], self.turned, own.of_both) for k in range(at.shape[1]))
 
     @property
     def slid(self) -> float:
         """Sliding distance on the way, m; of several faces the largest."""
         return float(0.5 * (self.start + self.end).sum(axis=0).max())
+
+
+def joined(ways: Sequence[Faces]) -> Faces:
+    """Faces that go one way after the other, as in several load cases; nothing slides between two of them."""
+    nothing = np.zeros((1, ways[0].start.shape[1]))
+
+    def whole(parts: list[Floats | None]) -> Floats | None:
+        known = [part for part in parts if part is not None]
+        return np.concatenate(known) if known else None
+
+    def steps(parts: list[Floats]) -> Floats:
+        return np.concatenate([rows for part in parts for rows in (part, nothing)][:-1])
+
+    return Faces(
+        np.concatenate([way.pressure for way in ways]),
+        steps([way.start for way in ways]),
+        steps([way.end for way in ways]),
+        whole([way.towards for way in ways]),
+        whole([way.turned for way in ways]),
+    )
 
 
 def _deepest(at: Floats, towards: Floats, turned: Floats, rates: tuple[float, float]) -> float:
@@ -152,7 +173,6 @@ def faces_of(
     source: int,
     slide: Slide,
     reaction: Floats,
-    order: Order,
 ) -> Faces:
     """What presses and slides in a joint along the path.
 
@@ -165,9 +185,8 @@ def faces_of(
         The source of its clearance.
     slide : Slide
     reaction : ndarray
-        Force and moment on the second body, ground axes, SI, shape (configuration, wrench).
-    order : ndarray
-        The configurations in the order in which they are passed.
+        Force and moment on the second body as it passes the configurations, ground axes, SI, shape
+        (configuration, wrench).
     """
     shape, size = clearance_of(m, source)
     force, moment = _wrench(reaction, slide.axes)
@@ -183,7 +202,7 @@ def faces_of(
             sum_ = np.maximum(np.abs(force @ slide.normal), np.abs(moment[:, 2]) / half)
             return _plain(sum_ / (own.length * own.width), travel)
         case "ball":
-            return _ball(force, slide, 0.5 * own.diameter, order)
+            return _ball(force, slide, 0.5 * own.diameter)
         case "guide":
             return _guide(force, moment, slide, size, travel)
         case "plate":
@@ -219,7 +238,7 @@ def _pin(force: Floats, moment: Floats, slide: Slide, half: float, diameter: flo
     return Faces(pressure, each, each, angle, turned)
 
 
-def _ball(force: Floats, slide: Slide, radius: float, order: Order) -> Faces:
+def _ball(force: Floats, slide: Slide, radius: float) -> Faces:
     size = np.linalg.norm(force, axis=1)
     towards = np.divide(force, size[:, None], out=np.zeros_like(force), where=size[:, None] > 0.0)
 
@@ -229,7 +248,7 @@ def _ball(force: Floats, slide: Slide, radius: float, order: Order) -> Faces:
         return found[:, None]
 
     pressure = size / (np.pi * radius**2)
-    return Faces(pressure[:, None], slid(towards[order[:-1]]), slid(towards[order[1:]]))
+    return Faces(pressure[:, None], slid(towards[:-1]), slid(towards[1:]))
 
 
 def _guide(force: Floats, moment: Floats, slide: Slide, size: dict[str, float], travel: Floats) -> Faces:

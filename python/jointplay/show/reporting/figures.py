@@ -8,12 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
 
-from jointplay.plot.style import USUAL_STYLE, LayoutEngine, as_far_as_it_goes, escape_texts
+from jointplay.plot.style import USUAL_STYLE, LayoutEngine, as_far_as_it_goes, escape_texts, settings
 from jointplay.result import Result
 from jointplay.result.write import to_csv
 
@@ -33,7 +32,7 @@ def svg(figure: Figure) -> str:
     decimals.in_figure(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
-    with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
+    with settings({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
         content = _PageCanvas(figure).written()
     return "data:image/svg+xml;base64," + base64.b64encode(content.encode()).decode()
 

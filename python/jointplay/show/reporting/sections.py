@@ -9,7 +9,6 @@ from pathlib import Path
 from platform import python_version
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -19,7 +18,7 @@ from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot.sheet import sheet
-from jointplay.plot.style import USUAL_STYLE
+from jointplay.plot.style import USUAL_STYLE, settings
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, figure, in_words, today
 from jointplay.result.conclusions import Sentence, conclude, decide
@@ -53,27 +52,30 @@ class Section:
 
 def of_chapter(chapter: Chapter) -> Iterator[Section]:
     """The sections on one output."""
-    with mpl.rc_context(USUAL_STYLE.rc):
-        yield Section("Verdict", _verdict(chapter))
-        yield Section("The mechanism", _mechanism(chapter))
-        yield Section("Errors along the path", _errors(chapter))
-        yield Section("Which source is to blame", _blame(chapter))
-        makers = {
-            "sizes": ("Error against clearances and tolerances", _sizes),
-            "random": ("Scatter from specimen to specimen", _scatter),
-            "loaded": ("Reactions in the joints", _reactions),
-            "allow": ("How large clearances and tolerances may be", _allowed),
-            "forces": ("Forces with play", _forces),
-            "structural": ("Structural error", _structural),
-            "life": ("Wear and life", _life),
-            "compensate": ("Compensation", _compensation),
-            "singularities": ("Distance from singularities", _singularities),
-        }
-        for question, (title, make) in makers.items():
-            if question in chapter.results:
-                yield Section(title, make(chapter))
-        if chapter.reasons:
-            yield Section("What was not asked", _not_asked(chapter))
+    always = {
+        "Verdict": _verdict,
+        "The mechanism": _mechanism,
+        "Errors along the path": _errors,
+        "Which source is to blame": _blame,
+    }
+    makers = {
+        "sizes": ("Error against clearances and tolerances", _sizes),
+        "random": ("Scatter from specimen to specimen", _scatter),
+        "loaded": ("Reactions in the joints", _reactions),
+        "allow": ("How large clearances and tolerances may be", _allowed),
+        "forces": ("Forces with play", _forces),
+        "structural": ("Structural error", _structural),
+        "life": ("Wear and life", _life),
+        "compensate": ("Compensation", _compensation),
+        "singularities": ("Distance from singularities", _singularities),
+    }
+    asked = dict(title_and_maker for question, title_and_maker in makers.items() if question in chapter.results)
+    for title, make in (always | asked).items():
+        with settings(USUAL_STYLE.rc):
+            content = make(chapter)
+        yield Section(title, content)
+    if chapter.reasons:
+        yield Section("What was not asked", _not_asked(chapter))
 
 
 def worst_place(chapter: Chapter) -> int:
@@ -309,7 +311,7 @@ def assembly(answers: Answers) -> Section | None:
     """The steps of the assembly, where the file has an order."""
     if answers.assembly is None:
         return None
-    with mpl.rc_context(USUAL_STYLE.rc):
+    with settings(USUAL_STYLE.rc):
         figure = sheet(answers.m.first, {"assemble": answers.assembly})
         blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
     said = "Error and forces after every step of the assembly."
@@ -321,7 +323,7 @@ def map_(answers: Answers) -> Section | None:
     """The error over the grid of the file."""
     if answers.map is None:
         return None
-    with mpl.rc_context(USUAL_STYLE.rc):
+    with settings(USUAL_STYLE.rc):
         return Section("Map", maps.content(answers.m, answers.map))
 
 
