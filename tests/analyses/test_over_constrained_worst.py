@@ -133,6 +133,31 @@ def test_what_moves_the_output_by_the_square_only_counts() -> None:
     assert three[0] >= two[0] - 1e-9
 
 
+@pytest.mark.parametrize("angle", [0, 180])
+@pytest.mark.parametrize("guides", [1, 2])
+def test_a_slider_at_its_dead_centre_goes_by_the_square_however_many_guides_it_has(guides: int, angle: float) -> None:
+    """The drive moves no component to first order, and nothing else moves the slider at all."""
+    text = f"""
+        format = 1
+        units = {{ length = "mm", angle = "deg" }}
+        drives.q = {{ joint = "A", values = [{angle}], error = 5 }}
+        output = {{ body = "slider", at = [0, 0] }}
+        start = {{ slider = {{ x = {100 + 50 * math.cos(math.radians(angle))} }} }}
+        joints.A = {{ type = "revolute", on = {{ ground = [0, 0], crank = [0, 0] }} }}
+        joints.B = {{ type = "revolute", on = {{ crank = [50, 0], rod = [0, 0] }} }}
+        joints.C = {{ type = "revolute", on = {{ rod = [100, 0], slider = [0, 0] }} }}
+    """
+    for k in range(guides):
+        sides = ", ".join(f"{body} = {{ at = [0, {30 * k}], axis = [1, 0] }}" for body in ("ground", "slider"))
+        text += f'joints.G{k} = {{ type = "prismatic", on = {{ {sides} }} }}\n'
+    found = jp.worst(jp.loads(text))
+    q = math.radians(angle + 5.0)
+    moved = 50.0 * math.cos(q) + math.sqrt(100.0**2 - (50.0 * math.sin(q)) ** 2) - 100.0 - 50.0 * round(math.cos(q))
+    ends = found.worst_component.sel(component="x").values[0]
+    assert sorted(ends) == pytest.approx(sorted([0.0, moved]), abs=1e-9)
+    assert found.worst_position.item() == pytest.approx(abs(moved), rel=1e-9)
+
+
 @pytest.mark.parametrize("elastic", ["joints.A.stiffness", "drives.q.stiffness"])
 def test_what_is_elastic_and_determinate_reaches_as_far_as_what_is_rigid(elastic: str) -> None:
     arm = jp.loads("""

@@ -7,7 +7,10 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::clearance::Set;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::scheduler::{CHUNK, Rounds};
@@ -22,10 +25,15 @@ use crate::questions::worst::worker::Height;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::system::System;
+use crate::redundancy::system::{Element, System};
 
 /// Directions of the plane: the bound is within a thousandth of the largest reach.
 const FAN: usize = 72;
+/// A source whose part in an extreme is less than this one of the largest does not act to first order.
+const NOTHING: f64 = 1e-6;
+/// How often what does not act is put at ends, and by which part of the forces that act.
+const UNDECIDED: usize = 3;
+const SLIGHT: f64 = 1e-3;
 /// Alternations between direction and support point.
 const ALTERNATIONS: usize = 40;
 /// A climb is over when it gains less than this part: programs that are solved together are good to that.
@@ -178,8 +186,51 @@ impl Site<'_> {
     fn end(&self, measure: Measure) -> Option<Extreme> {
         let m = self.system.mechanism;
         let linear = self.along(&m.weights(measure, &vec![0.0; m.size()]))?;
-        let starts = vec![linear.displacements.clone(), self.known.clone()];
+        let starts = vec![linear.displacements.clone()];
         Some(Extreme { measure, bound: linear.value, linear, starts })
+    }
+
+    /// Near a first-order optimum, with what has no effect there at an end of its own: what moves the
+    /// output by its square only stays in the middle of the optimum, where it has no slope, and no sequence would begin.
+    fn undecided(&self, measure: Measure, linear: &Farthest) -> Option<Vec<Vec<f64>>> {
+        let largest = linear.contribution.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+        let acts = |number: usize| linear.contribution[number].abs() > NOTHING * largest;
+        if self.system.elements.iter().filter_map(|element| element.source).all(acts) {
+            return Some(Vec::new());
+        }
+        let direction = Ask::Along(self.system.mechanism.weights(measure, &linear.error));
+        let forces = direction.forces(&self.compatibility, &self.compatibility.output.parameters);
+        let size = self.each_column().map(|(column, width)| forces[column].abs() * width).fold(0.0, f64::max);
+        let part = if size > 0.0 { SLIGHT * size } else { 1.0 };
+        self.at_corners(UNDECIDED, &forces, part)
+    }
+
+    /// Corners of all sets together, in directions without a pattern, the same every time.
+    pub fn corners(&self, count: usize) -> Option<Vec<Vec<f64>>> {
+        self.at_corners(count, &DVector::zeros(self.known.len()), 1.0)
+    }
+
+    /// The farthest displacements under forces to which others are added, so strong that each moves its set by `part`.
+    fn at_corners(&self, count: usize, forces: &DVector<f64>, part: f64) -> Option<Vec<Vec<f64>>> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+        let corner = |_| {
+            let mut forces = forces.clone();
+            self.each_column().for_each(|(column, width)| forces[column] += part * rng.random_range(-1.0..1.0) / width);
+            let balance = self.system.pushed_alone(&self.compatibility, &self.right, &forces)?;
+            let own = self.system.displacements(&balance);
+            Some(self.known.iter().zip(own).map(|(known, own)| known + own).collect())
+        };
+        (0..count).map(corner).collect()
+    }
+
+    /// Where a basis keeps every component of a source that is not fixed, and how far it goes.
+    fn each_column(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let sets = self.system.elements.iter().filter_map(|element| Some((element, element.kind.set()?)));
+        let of = |(element, set): (&'_ Element, &'_ Set)| {
+            let of = move |(k, &column): (usize, &usize)| (column, set.half_width(k));
+            element.columns.iter().enumerate().map(of).collect::<Vec<_>>()
+        };
+        sets.flat_map(of).filter(|(_, width)| *width > 0.0)
     }
 
     /// All extremes, in the order of the measures.
@@ -191,11 +242,16 @@ impl Site<'_> {
 
     fn extreme(&self, measure: Measure, starts: usize, flanks: Option<&[f64]>) -> Option<Extreme> {
         let (size, translations) = (self.system.mechanism.size(), self.system.mechanism.n_translations());
-        match measure {
+        let mut extreme = match measure {
             Measure::Position => self.largest(measure, 0..translations, starts, flanks),
             Measure::Rotation => self.largest(measure, translations..size, starts, flanks),
             Measure::Component { .. } | Measure::Along(_) => self.end(measure),
+        }?;
+        if starts > 0 {
+            let undecided = self.undecided(measure, &extreme.linear)?;
+            extreme.starts.extend(undecided);
         }
+        Some(extreme)
     }
 
     /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself.

@@ -134,6 +134,10 @@ impl Mechanism {
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
         let mut extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
         start_from_each_other(&mut extremes, climbs);
+        if climbs > 0 {
+            let corners = site.corners(climbs.div_ceil(2)).ok_or(Status::NotAssemblable)?;
+            extremes.iter_mut().for_each(|extreme| extreme.starts.extend_from_slice(&corners));
+        }
         let (summits, reached) = if climbs == 0 {
             (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
         } else {
@@ -152,8 +156,7 @@ impl Mechanism {
     }
 }
 
-/// Lets the ends of components start from those of some others as well: what moves one of them by the square only, as a
-/// crank at a right angle does, is in its middle where that one is largest to first order, and would stay there.
+/// Lets the ends of components start from those of some others as well: corners that random forces seldom find.
 fn start_from_each_other(extremes: &mut [Extreme], most: usize) {
     let is_end = |extreme: &Extreme| matches!(extreme.measure, Measure::Component { .. } | Measure::Along(_));
     let places: Vec<(usize, Vec<f64>)> = extremes
