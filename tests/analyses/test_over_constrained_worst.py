@@ -12,6 +12,7 @@ from helpers.answers import example
 from helpers.oracles.cones import Linearised
 from helpers.platforms import mechanism as platform_mechanism
 from helpers.platforms import platform, primal
+from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.trusses import RADIAL, mechanism, random_square
 from jointplay.analyses.nominal import nominal
 
@@ -137,22 +138,8 @@ def test_what_moves_the_output_by_the_square_only_counts() -> None:
 @pytest.mark.parametrize("guides", [1, 2])
 def test_a_slider_at_its_dead_centre_goes_by_the_square_however_many_guides_it_has(guides: int, angle: float) -> None:
     """The drive moves no component to first order, and nothing else moves the slider at all."""
-    text = f"""
-        format = 1
-        units = {{ length = "mm", angle = "deg" }}
-        drives.q = {{ joint = "A", values = [{angle}], error = 5 }}
-        output = {{ body = "slider", at = [0, 0] }}
-        start = {{ slider = {{ x = {100 + 50 * math.cos(math.radians(angle))} }} }}
-        joints.A = {{ type = "revolute", on = {{ ground = [0, 0], crank = [0, 0] }} }}
-        joints.B = {{ type = "revolute", on = {{ crank = [50, 0], rod = [0, 0] }} }}
-        joints.C = {{ type = "revolute", on = {{ rod = [100, 0], slider = [0, 0] }} }}
-    """
-    for k in range(guides):
-        sides = ", ".join(f"{body} = {{ at = [0, {30 * k}], axis = [1, 0] }}" for body in ("ground", "slider"))
-        text += f'joints.G{k} = {{ type = "prismatic", on = {{ {sides} }} }}\n'
-    found = jp.worst(jp.loads(text))
-    q = math.radians(angle + 5.0)
-    moved = 50.0 * math.cos(q) + math.sqrt(100.0**2 - (50.0 * math.sin(q)) ** 2) - 100.0 - 50.0 * round(math.cos(q))
+    found = jp.worst(at_dead_centre(guides, angle))
+    moved = float(moved_from_dead_centre(angle, 5.0))
     ends = found.worst_component.sel(component="x").values[0]
     assert sorted(ends) == pytest.approx(sorted([0.0, moved]), abs=1e-9)
     assert found.worst_position.item() == pytest.approx(abs(moved), rel=1e-9)

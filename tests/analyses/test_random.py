@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.oracles import statistics
 from helpers.oracles.fourbar import FourBar
 from helpers.oracles.reading import read
@@ -277,3 +278,24 @@ def test_memory_does_not_grow_with_the_samples() -> None:
     )
     _, small, large = json.loads(run.stdout)
     assert large - small < 8_000  # kB
+
+
+@pytest.mark.parametrize("guides", [1, 2])
+def test_quantiles_are_where_first_order_sees_nothing(guides: int) -> None:
+    """Histograms covered what first order reaches, and all that is beyond was in their last bin."""
+    found = jp.random(at_dead_centre(guides, 0.0), samples=1 << 15)
+    moved = moved_from_dead_centre(0.0, np.linspace(-5.0, 5.0, 100_001))
+    for quantity, values in (("x", moved), ("position", -moved)):
+        told = found.sel(quantity=quantity)
+        wanted = np.quantile(values, found.probability.values)
+        assert told.error_quantile.values[0] == pytest.approx(wanted, abs=2e-3)
+        assert 0.0 < told.quantile_resolution.item() < 1e-3
+
+
+def test_a_few_specimens_that_go_far_leave_the_others_their_bins() -> None:
+    """A rod hardly longer than the crank: far from its dead centre the slider goes much farther than most specimens do."""
+    law = {"drives.q.law": "normal", "drives.q.error": 60}
+    found = jp.random(at_dead_centre(1, 0.0).with_(law), samples=1 << 14, keep=1 << 14)
+    x = found.specimen_error.sel(component="x").values.ravel()
+    wanted = np.nanquantile(x, found.probability.values)
+    assert found.error_quantile.sel(quantity="x").values[0] == pytest.approx(wanted, abs=5e-3 * np.nanstd(x))

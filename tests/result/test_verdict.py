@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.dead_centre import at_dead_centre
 from helpers.several import together
 from helpers.strategies import mechanisms
 from jointplay.cli import run
-from jointplay.result import from_dataset
+from jointplay.result import blame, from_dataset
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, outcome, percent, verdict
@@ -317,3 +318,18 @@ def test_what_a_load_leaves_open_is_not_called_nothing() -> None:
     assert not result.get("error")[:, -1].any()
     assert result.get("undetermined")[:, -1].any()
     assert "No rotation" not in " ".join(sentence.text for sentence in conclude(result).sentences)
+
+
+def test_no_source_is_blamed_for_what_first_order_does_not_tell(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """At its dead centre a slider goes by the square of the drive's error, and by its pin's clearance beside it."""
+    m = at_dead_centre(1, 0.0, "joints.B.clearance.radial = 0.01\nlimits.x = 0.1")
+    found = from_dataset(jp.worst(m))
+    causes, share = blame(found).largest("position", 0) or ([], 0.0)
+    assert causes == ["higher order"]
+    assert share == pytest.approx(1.0 - 0.01 / 0.2953, abs=1e-3)
+    file = tmp_path / "m.toml"
+    file.write_text(m.text, encoding="utf-8")
+    run(["error", str(file), "-q", "worst"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "first order explains only 3 % of it" in said
+    assert "B 100 %" not in said

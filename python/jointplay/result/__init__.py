@@ -2,7 +2,21 @@
 
 from jointplay.basics.arrays import Array
 
-from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
+from .blame import (
+    HIGHER,
+    LOAD,
+    ROUNDING,
+    SIZES,
+    Blame,
+    blame,
+    in_words,
+    largest,
+    parts_by_cause,
+    rounding,
+    share_of,
+    shares,
+    untold_part,
+)
 from .build import BELONGS, FORCES_APART, FORCES_JUDGED, SIDES, STATUSES, Labels, ResultBuilder, axes_of, version
 from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
@@ -30,9 +44,12 @@ __all__ = [
     "BELONGS",
     "FORCES_APART",
     "FORCES_JUDGED",
+    "HIGHER",
     "LOAD",
+    "ROUNDING",
     "SEVERAL",
     "SIDES",
+    "SIZES",
     "STATUSES",
     "TYPICAL",
     "UNREACHABLE",
@@ -67,7 +84,9 @@ __all__ = [
     "parts",
     "parts_by_cause",
     "quantity",
+    "rounding",
     "rows",
+    "share_of",
     "shares",
     "size",
     "split",
@@ -77,5 +96,6 @@ __all__ = [
     "typical",
     "unit_at",
     "unit_of",
+    "untold_part",
     "version",
 ]

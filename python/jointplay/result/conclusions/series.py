@@ -9,6 +9,8 @@ import numpy as np
 from jointplay.basics.arrays import Array, Flags
 from jointplay.result import (
     FORCES_JUDGED,
+    HIGHER,
+    SIZES,
     Result,
     figure,
     figures,
@@ -19,6 +21,7 @@ from jointplay.result import (
     parts_by_cause,
     quantity,
     split,
+    untold_part,
 )
 from jointplay.result.verdict import (
     HELD,
@@ -375,13 +378,18 @@ def _blamed_over_nodes(result: Result, good: Flags, name: str) -> str:
 def shares_over_nodes(result: Result, good: Flags) -> tuple[tuple[str, ...], dict[str, Array]]:
     """The causes, and what each adds to the first-order error, summed over the nodes: (cause)."""
     if "extreme" in result.data["contribution"].dims:
-        extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}
-        return tuple(result.labels("source")), {which: parts.sum(axis=0) for which, parts in extremes.items()}
-    causes, values = parts_by_cause(result)
-    values = values[good]
-    # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
-    along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
-    components = result.labels("component")
-    moves = np.isin(components, split(components)[0])
-    sums = along.sum(axis=0)
-    return causes, {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}
+        causes = tuple(result.labels("source"))
+        found = {which: result.get("contribution", extreme=which)[good].sum(axis=0) for which in SIZES}
+    else:
+        causes, values = parts_by_cause(result)
+        values = values[good]
+        # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
+        along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
+        components = result.labels("component")
+        moves = np.isin(components, split(components)[0])
+        sums = along.sum(axis=0)
+        found = {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}
+    untold = {which: untold_part(result, which)[1][good].sum() for which in SIZES}
+    if not any(untold.values()):
+        return causes, found
+    return (*causes, HIGHER), {which: np.append(parts, untold[which]) for which, parts in found.items()}

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import FORCES_JUDGED, Result, parts
+from jointplay.result import FORCES_JUDGED, ROUNDING, SIZES, Result, parts, rounding
 
 from .judging import (
     PLAY_ALONE,
@@ -34,8 +34,6 @@ from .outcome import HELD, LOOSE, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, wo
 from .shares import COUNTED, of_shares
 from .structural import of_tolerance
 from .words import (
-    ROUNDING,
-    SIZES,
     cause,
     caused,
     configurations,
@@ -43,7 +41,6 @@ from .words import (
     limits_in_words,
     percent,
     place,
-    rounding,
     there,
 )
 

@@ -11,9 +11,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import SIDES, Result, ResultBuilder, Variable
-
-from .words import ROUNDING, SIZES
+from jointplay.result import ROUNDING, SIDES, SIZES, Result, ResultBuilder, Variable
 
 #: attribute of results in whose limits the target of the file does not count
 PLAY_ALONE = "play_alone"

@@ -8,11 +8,11 @@ import numpy as np
 
 from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result, first_largest
+from jointplay.result import SIZES, Result, first_largest, rounding
 
 from .judging import PLAYS, TOGETHER, ends, ends_of_plays, has_strays, judged, room
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict
-from .words import SIZES, caused, configurations, rounded, rounding, shown, there
+from .words import caused, configurations, rounded, shown, there
 
 #: which sizes were taken, in words
 TAKEN = {"middle": "with clearances of middle size"} | {play: f"with the {play} play" for play in PLAYS}

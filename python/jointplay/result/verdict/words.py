@@ -8,28 +8,30 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.result import LOAD, Result, blame, commanded, in_words, largest, parts_by_cause, shares
+from jointplay.result import (
+    HIGHER,
+    LOAD,
+    SIZES,
+    Result,
+    blame,
+    commanded,
+    in_words,
+    largest,
+    parts_by_cause,
+    rounding,
+    share_of,
+    shares,
+)
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
-#: quantities that are the sizes of others
-SIZES = ("position", "rotation")
-#: shares of the mechanism's length, and radians, that are rounding: an error of that size misses no limit
-ROUNDING = 1e-10
 #: significant digits of what a sentence names
 DIGITS = 4
 #: drives whose values are named beside the number of a configuration
 FEW = 2
 #: as many configurations are named one by one
 MOST = 8
-
-
-def rounding(result: Result | xr.Dataset, unit: str) -> float:
-    """What of a length or an angle is rounding, in its unit."""
-    if unit == "rad":
-        return ROUNDING
-    return ROUNDING * (57.3 if unit == "deg" else float(result.attrs.get("length", 0.0)))
 
 
 def shown(result: Result, value: float, unit: str) -> str:
@@ -88,7 +90,7 @@ def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str],
     else:
         causes, every = parts_by_cause(result)
         values = every[at, :, result.labels("component").index(quantity)]
-    return largest(causes, shares(values[None])[0])
+    return share_of(result, causes, values, quantity, side, at)
 
 
 def caused(result: Result, quantity: str, side: str, at: int, head: str) -> str:
@@ -99,6 +101,9 @@ def caused(result: Result, quantity: str, side: str, at: int, head: str) -> str:
     sources, share = found
     if sources == [LOAD]:
         return f"{head[0]} most of it is the deformation under the load, {100 * share:.0f} %"
+    if sources == [HIGHER]:
+        told = 100.0 * (1.0 - share)
+        return f"{head[0]} first order explains {f'only {told:.0f} %' if told >= 0.5 else 'nothing'} of it"
     # Correlations take back what they add: the parts of all sources are the whole.
     back = (
         ", which correlated sources take back in part" if share > 1.0 and result.attrs["question"] == "random" else ""

@@ -144,18 +144,15 @@ impl Mechanism {
         let ranges = self.ranges(&map, &mean_first_order, request);
         let shift = mean_first_order.clone();
         let control = Control::of(self, &map.parameters, &drive_shift, &covariance, request);
-        let job = crate::questions::random::chunk::Job {
-            solver,
-            bound: newton.map(|newton| newton.bind(self, nominal, case.drives)),
-            built: &built,
-            nominal,
-            request,
-            ranges: &ranges,
-            control: &control,
-            shift: &shift,
+        let bound = newton.map(|newton| newton.bind(self, nominal, case.drives));
+        let draw = |ranges: &Ranges| {
+            let (bound, built, control, shift) = (bound.clone(), &built, &control, &shift[..]);
+            let job = chunk::Job { solver, bound, built, nominal, request, ranges, control, shift };
+            let mut replicates = vec![Tally::new(n, self.sources.len(), ranges); request.replicates()];
+            each_part(request, |part| job.draw(part), |replicate, drawn| replicates[replicate].merge(drawn));
+            replicates
         };
-        let mut replicates = vec![Tally::new(n, self.sources.len(), &ranges); request.replicates()];
-        each_part(request, |part| job.draw(part), |replicate, drawn| replicates[replicate].merge(drawn));
+        let (ranges, replicates) = ranges.until_found(request, self.length, draw, |tally| tally);
         let found = Replicates::new(replicates, &ranges, &control);
         let tally = &found.total;
         if tally.statuses.iter().all(|n| *n == 0) {

@@ -1,14 +1,26 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
+use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::mechanism::dim::BINS;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Sample;
+use crate::questions::random::request::Request;
 
 /// Fine bins per handed-out bin; quantiles are read from the fine ones.
 const FINE: usize = 8;
+/// All fine bins of a quantity.
+const ALL: usize = BINS * FINE;
 /// Room beyond the first-order range, for what the exact closure adds.
 const ROOM: f64 = 1.25;
+/// The share of the samples that may be beyond a range, of the smallest tail that is asked for.
+const BEYOND: f64 = 0.05;
+/// What is in fewer of the fine bins than one in so many is not resolved, where the range is not that of first order.
+const CROWDED: usize = 8;
+/// How often ranges are chosen.
+const MOST_RANGES: usize = 8;
+/// Errors below this part of a mechanism's size are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// The range of every quantity's histogram.
 pub struct Ranges {
@@ -16,6 +28,10 @@ pub struct Ranges {
     width: Vec<f64>,
     /// Fine bins per unit of each quantity.
     density: Vec<f64>,
+    /// Which are no longer those of first order.
+    found: Vec<bool>,
+    /// Which miss samples all the same: what is beyond them is not known.
+    missed: Vec<bool>,
 }
 
 impl Ranges {
@@ -30,8 +46,76 @@ impl Ranges {
             |range: std::ops::Range<usize>| range.map(|i| (mean[i].abs() + reach[i]).powi(2)).sum::<f64>().sqrt();
         low.extend([0.0, 0.0]);
         width.extend([size(0..translations), size(translations..mean.len())]);
-        let density = width.iter().map(|w| (BINS * FINE) as f64 / w).collect();
-        Self { low, width, density }
+        let density = width.iter().map(|w| ALL as f64 / w).collect();
+        let (found, missed) = (vec![false; low.len()], vec![false; low.len()]);
+        Self { low, width, density, found, missed }
+    }
+
+    /// Draws samples, again and again until all but a few of them are within the ranges: those of first order miss what
+    /// moves the output by its square, and a few that go far would leave all others in one bin. `size` is that of the mechanism.
+    pub fn until_found<T>(
+        mut self,
+        request: &Request,
+        size: f64,
+        draw: impl Fn(&Self) -> Vec<T>,
+        tally: impl Fn(&T) -> &Tally,
+    ) -> (Self, Vec<T>) {
+        let tails = request.probabilities.iter().map(|p| p.min(1.0 - p));
+        let few = BEYOND * tails.fold(0.5, f64::min);
+        for tried in 1.. {
+            let drawn = draw(&self);
+            let better = self.better(&drawn.iter().map(&tally).collect::<Vec<_>>(), few, size);
+            if better.is_empty() {
+                return (self, drawn);
+            }
+            if tried == MOST_RANGES || interrupt::is_asked() {
+                better.iter().for_each(|(q, _)| self.missed[*q] = true);
+                return (self, drawn);
+            }
+            for (q, [low, high]) in better {
+                (self.low[q], self.width[q], self.found[q]) = (low, high - low, true);
+                self.density[q] = ALL as f64 / self.width[q];
+            }
+        }
+        unreachable!("the last try returns")
+    }
+
+    /// Better ranges of quantities for which these will not do, with a share of the samples that may be beyond.
+    fn better(&self, drawn: &[&Tally], few: f64, size: f64) -> Vec<(usize, [f64; 2])> {
+        let few = few * drawn.iter().map(|tally| tally.count).sum::<u64>() as f64;
+        let of = |q: usize| {
+            let (low, high) = (self.low[q], self.low[q] + self.width[q]);
+            let far = drawn.iter().fold(0.0, |far: f64, tally| far.max(tally.largest[q]));
+            let bin = |b: usize| drawn.iter().map(|tally| tally.bins(q)[b]).sum::<u64>() as f64;
+            // A size has no other end.
+            let is_size = q + 2 >= self.len();
+            let farthest = [if is_size { 0.0 } else { low.min(-far) }, high.max(far)];
+            if far <= ROUNDING * size {
+                return None;
+            }
+            if (bin(ALL - 1) > few || !is_size && bin(0) > few)
+                && farthest[1] - farthest[0] > (1.0 + ROUNDING) * self.width[q]
+            {
+                return Some((q, farthest));
+            }
+            if !self.found[q] {
+                return None;
+            }
+            // How many bins from an end have but a few samples.
+            let empty = |nth: &dyn Fn(usize) -> usize| {
+                let mut sum = 0.0;
+                (0..ALL).position(|k| {
+                    sum += bin(nth(k));
+                    sum > few
+                })
+            };
+            let (first, last) = (empty(&|k| k)?, ALL - 1 - empty(&|k| ALL - 1 - k)?);
+            let room = (last - first) / 4 + 1;
+            let [first, last] = [first.saturating_sub(room), (last + 1 + room).min(ALL)];
+            let at = |b: usize| low + self.width[q] * b as f64 / ALL as f64;
+            (last - first < ALL / CROWDED).then(|| (q, [at(first), at(last)]))
+        };
+        (0..self.len()).filter_map(of).collect()
     }
 
     fn len(&self) -> usize {
@@ -40,7 +124,7 @@ impl Ranges {
 
     /// Width of the fine bins.
     pub fn resolution(&self) -> Vec<f64> {
-        self.width.iter().map(|w| w / (BINS * FINE) as f64).collect()
+        self.width.iter().map(|w| w / ALL as f64).collect()
     }
 
     /// Edges of the handed-out bins.
@@ -150,7 +234,7 @@ impl Tally {
             count: 0,
             mean: vec![0.0; components],
             products: vec![0.0; components * components],
-            bins: vec![0; ranges.len() * BINS * FINE],
+            bins: vec![0; ranges.len() * ALL],
             largest: vec![0.0; ranges.len()],
             outside: vec![0; ranges.len() + 1],
             interference: vec![0; sources],
@@ -179,7 +263,6 @@ impl Tally {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &Mask) {
-        const ALL: usize = BINS * FINE;
         const { assert!(ALL.is_power_of_two()) };
         for (q, values) in quantities.iter().enumerate() {
             let (low, density) = (ranges.low[q], ranges.density[q]);
@@ -324,7 +407,7 @@ impl Tally {
 
     /// The fourth moment of a component about its mean, by the middles of its fine bins.
     pub fn fourth_moment(&self, ranges: &Ranges, i: usize) -> f64 {
-        let width = ranges.width[i] / (BINS * FINE) as f64;
+        let width = ranges.width[i] / ALL as f64;
         let of = |(b, &count): (usize, &u64)| {
             let middle = (b as f64 + 0.5).mul_add(width, ranges.low[i]);
             count as f64 * (middle - self.mean[i]).powi(4)
@@ -333,18 +416,22 @@ impl Tally {
     }
 
     fn bins(&self, q: usize) -> &[u64] {
-        &self.bins[q * BINS * FINE..(q + 1) * BINS * FINE]
+        &self.bins[q * ALL..(q + 1) * ALL]
     }
 
-    /// A quantile of a quantity, interpolated within its fine bin; no further out than any sample.
+    /// A quantile of a quantity, interpolated within its fine bin; no further out than any sample. NaN beyond a range that
+    /// misses samples.
     pub fn quantile(&self, ranges: &Ranges, q: usize, probability: f64) -> f64 {
         let rank = probability * self.count as f64;
         let mut below = 0.0;
         for (b, &count) in self.bins(q).iter().enumerate() {
             let here = count as f64;
             if here > 0.0 && below + here >= rank {
+                if ranges.missed[q] && (b == 0 || b == ALL - 1) {
+                    break;
+                }
                 let place = b as f64 + ((rank - below) / here).clamp(0.0, 1.0);
-                let value = ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
+                let value = ranges.low[q] + ranges.width[q] * place / ALL as f64;
                 return value.clamp(-self.largest[q], self.largest[q]);
             }
             below += here;
@@ -354,7 +441,7 @@ impl Tally {
 
     /// The share of the samples below a value of a quantity, interpolated within its fine bin.
     pub fn below(&self, ranges: &Ranges, q: usize, value: f64) -> f64 {
-        let place = ((value - ranges.low[q]) * ranges.density[q]).clamp(0.0, (BINS * FINE) as f64);
+        let place = ((value - ranges.low[q]) * ranges.density[q]).clamp(0.0, ALL as f64);
         let bins = self.bins(q);
         let whole = bins[..place as usize].iter().sum::<u64>() as f64;
         let part = bins.get(place as usize).map_or(0.0, |&count| count as f64 * place.fract());

@@ -35,6 +35,7 @@ use crate::questions::random::over_constrained::ranges::Reach;
 use crate::questions::random::over_constrained::specimen::Job;
 use crate::questions::random::parts::{Part, each_part};
 use crate::questions::random::request::Request;
+use crate::questions::random::tally::Ranges;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::System;
@@ -103,9 +104,13 @@ impl Mechanism {
         let linear = if request.loaded { linear.pressed(middle.parameters) } else { linear };
 
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
-        let mut replicates = vec![Count::new(self, &ranges); request.replicates()];
-        let draw = |part: &Part| chunk::draw(&job, &together(), &linear, &ranges, &shift, part);
-        each_part(request, draw, |replicate, drawn| replicates[replicate].merge(drawn));
+        let draw = |ranges: &Ranges| {
+            let mut replicates = vec![Count::new(self, ranges); request.replicates()];
+            let draw = |part: &Part| chunk::draw(&job, &together(), &linear, ranges, &shift, part);
+            each_part(request, draw, |replicate, drawn| replicates[replicate].merge(drawn));
+            replicates
+        };
+        let (ranges, replicates) = ranges.until_found(request, self.length, draw, |count| &count.tally);
         let mut count = replicates[0].clone();
         replicates[1..].iter().for_each(|more| count.merge(more));
         let tallies = replicates.into_iter().map(|count| count.tally).collect();
