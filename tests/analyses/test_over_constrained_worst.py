@@ -145,6 +145,36 @@ def test_a_slider_at_its_dead_centre_goes_by_the_square_however_many_guides_it_h
     assert found.worst_position.item() == pytest.approx(abs(moved), rel=1e-9)
 
 
+@pytest.mark.parametrize("guides", [1, 2])
+def test_a_position_is_at_least_as_far_off_as_each_of_its_components(guides: int) -> None:
+    """To first order the clearance of the pin decides; the drive goes farther, by its square."""
+    play = {f"joints.G{k}.clearance": {"gap": 0.02, "length": 50} for k in range(guides)}
+    changes = {"joints.B.clearance": {"radial": 0.02}, "drives.q.error": 1, "output.at": [0, 40]}
+    found = jp.worst(at_dead_centre(guides, 0.0).with_(changes | play))
+    ends = np.abs(found.worst_component.sel(component=["x", "y"]).values).max()
+    assert ends > 1.1 * found.worst_position_first_order.item()
+    assert found.worst_position.item() >= ends * (1.0 - 1e-9)
+
+
+def test_a_turn_about_two_pins_has_their_tilt_as_well() -> None:
+    """A turn and a tilt about an axis across it: the cosine of half of the whole is the product of both."""
+    pin = 'type = "revolute", on = {{ ground = {{ at = {0}, axis = [0, 0, 1] }}, arm = {{ at = {0}, axis = [0, 0, 1] }} }}'
+    found = jp.worst(
+        jp.loads(f"""
+        format = 1
+        space = "spatial"
+        units = {{ length = "mm", angle = "deg" }}
+        joints.P0 = {{ {pin.format([0, 0, 0])}, clearance = {{ radial = 0.05, axial = 0.05, length = 20 }} }}
+        joints.P1 = {{ {pin.format([0, 0, 40])}, clearance = {{ radial = 0.05, axial = 0, length = 20 }} }}
+        drives.q = {{ joint = "P0", values = [0], error = 1 }}
+        output = {{ body = "arm", at = [50, 0, 20] }}
+        """)
+    )
+    tilt = math.atan(0.05 / 30)
+    whole = 2.0 * math.acos(math.cos(math.radians(0.5)) * math.cos(0.5 * tilt))
+    assert found.worst_rotation.item() >= math.degrees(whole) * (1.0 - 1e-6)
+
+
 @pytest.mark.parametrize("elastic", ["joints.A.stiffness", "drives.q.stiffness"])
 def test_what_is_elastic_and_determinate_reaches_as_far_as_what_is_rigid(elastic: str) -> None:
     arm = jp.loads("""

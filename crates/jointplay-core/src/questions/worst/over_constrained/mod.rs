@@ -24,6 +24,7 @@ use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
+use crate::questions::worst::over_constrained::summit::{higher, value};
 use crate::questions::worst::worker::Height;
 use crate::questions::worst::{Reported, Summits};
 use crate::redundancy::compatibility::Compatibility;
@@ -32,6 +33,9 @@ use crate::redundancy::system::{Element, System};
 /// Of this many starts of `worst` one is made: a sequence of programs sees all offsets at once, where an ascent
 /// looks along one slope.
 const STARTS_PER_CLIMB: usize = 6;
+/// How often extremes start from each other at the most, and by which part one of them has to be higher for it to go on.
+const EXCHANGES: usize = 3;
+const GAIN: f64 = 1e-9;
 
 impl Mechanism {
     /// The extremes of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
@@ -133,16 +137,29 @@ impl Mechanism {
         let Some(extremes) = site.extremes(measures, climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
         let mut extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
-        start_from_each_other(&mut extremes, climbs);
         if climbs > 0 {
-            let corners = site.corners(climbs.div_ceil(2)).ok_or(Status::NotAssemblable)?;
+            let corners = site.corners(2 * climbs).ok_or(Status::NotAssemblable)?;
             extremes.iter_mut().for_each(|extreme| extreme.starts.extend_from_slice(&corners));
         }
         let (summits, reached) = if climbs == 0 {
             (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
         } else {
             let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
-            site.summits(solver, &solver.follow(nominal, &built)?, &extremes)
+            let built = solver.follow(nominal, &built)?;
+            let (mut summits, mut reached) = site.summits(solver, &built, &extremes);
+            for _ in 0..EXCHANGES {
+                let before: Vec<f64> = summits.iter().map(|summit| value(summit.as_ref())).collect();
+                site.start_from_each_other(&mut extremes, &summits);
+                let (found, all) = site.summits(solver, &built, &extremes);
+                summits = summits.into_iter().zip(found).map(|(a, b)| higher(a, b)).collect();
+                reached &= all;
+                let gains =
+                    summits.iter().zip(&before).any(|(now, before)| value(now.as_ref()) > before * (1.0 + GAIN));
+                if !gains {
+                    break;
+                }
+            }
+            (summits, reached)
         };
         let reported = extremes.into_iter().zip(summits).map(|(extreme, height)| Reported {
             measure: extreme.measure,
@@ -153,22 +170,6 @@ impl Mechanism {
             height: height.unwrap_or_else(|| self.no_height()),
         });
         Ok(Some((reported.collect(), reached)))
-    }
-}
-
-/// Lets the ends of components start from those of some others as well: corners that random forces seldom find.
-fn start_from_each_other(extremes: &mut [Extreme], most: usize) {
-    let is_end = |extreme: &Extreme| matches!(extreme.measure, Measure::Component { .. } | Measure::Along(_));
-    let places: Vec<(usize, Vec<f64>)> = extremes
-        .iter()
-        .enumerate()
-        .filter(|(_, extreme)| is_end(extreme))
-        .map(|(k, extreme)| (k, extreme.linear.displacements.clone()))
-        .collect();
-    for (number, (k, _)) in places.iter().enumerate() {
-        let (before, after) = places.split_at(number);
-        let others = after[1..].iter().chain(before).take(most);
-        extremes[*k].starts.extend(others.map(|(_, place)| place.clone()));
     }
 }
 

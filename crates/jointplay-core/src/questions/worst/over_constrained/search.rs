@@ -7,7 +7,7 @@ use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::model::{Model, Strained, Tried};
 
 /// Corners from which an extreme is climbed.
-const CLIMBS: usize = 4;
+const CLIMBS: usize = 8;
 /// Steps of a climb.
 const MOST_STEPS: usize = 20;
 /// Differences that tell the slope, as parts of the half widths.

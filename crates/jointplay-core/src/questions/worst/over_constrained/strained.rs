@@ -31,7 +31,7 @@ const GAIN: f64 = 1e-7;
 const SAME: f64 = 1e-9;
 /// Climbs whose first-order figure falls short of the best one by more than this part are not the highest on the exact
 /// closure, either.
-const NEAR: f64 = 0.05;
+const NEAR: f64 = 0.3;
 /// Rounds in which deviations are sought that strain most.
 const STRAINS: usize = 3;
 
@@ -130,8 +130,8 @@ impl Elastic<'_> {
         model.climb(&mut all);
         let mut all = all.into_iter();
         for climbs in &mut found {
+            // Where a climb began may be higher on the exact closure than where it ended.
             let n = climbs.len();
-            climbs.clear();
             climbs.extend(all.by_ref().take(n));
             climbs.sort_by(|a, b| b.value.total_cmp(&a.value));
         }
@@ -146,7 +146,7 @@ impl Elastic<'_> {
             }
             // Those that can be assembled without force are sought all at once, by programs of their own.
             let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.specimen));
-            let heights = strained.take(climbs).filter_map(|climb| self.summit(climb, strain));
+            let heights = strained.take(3 * climbs).filter_map(|climb| self.summit(climb, strain));
             let mut height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
             let (measure, bound) = (first.measure, self.bound(&model, first));
             let strained = model.pose_alone(&first.specimen, &model.weights(measure, &first.strained.error), TINY)?;

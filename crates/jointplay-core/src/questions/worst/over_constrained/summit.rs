@@ -18,6 +18,8 @@ use crate::redundancy::compatibility::{Compatibility, FITS};
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::step;
 
+/// Ends of other extremes at the most from which one starts.
+const OTHERS: usize = 4;
 /// Programs in a row.
 const MOST_STEPS: usize = 24;
 /// A sequence is at its end when the next program promises less than this part: programs that are solved together
@@ -144,6 +146,19 @@ impl Site<'_> {
         (best, all_reached)
     }
 
+    /// Lets every extreme start where some of the others have ended, those first that are farthest its way, so that a size
+    /// is at least as large as each of its components.
+    pub fn start_from_each_other(&self, extremes: &mut [Extreme], summits: &[Option<Height>]) {
+        let m = self.system.mechanism;
+        for (k, extreme) in extremes.iter_mut().enumerate() {
+            let own = |at: &Height| extreme.measure.value(&at.error, m.n_translations());
+            let others = summits.iter().enumerate().filter(|(other, _)| *other != k);
+            let mut others: Vec<&Height> = others.filter_map(|(_, summit)| summit.as_ref()).collect();
+            others.sort_by(|a, b| own(b).total_cmp(&own(a)));
+            extreme.starts = others.iter().take(OTHERS).map(|at| m.displacements(&at.parameters)).collect();
+        }
+    }
+
     /// The highest one that the sequence from a start meets, and whether that could be assembled.
     async fn summit(
         &self,
@@ -178,8 +193,13 @@ impl Place {
     }
 }
 
+/// How high a pose is; below all others where there is none.
+pub(super) fn value(at: Option<&Height>) -> f64 {
+    at.map_or(f64::NEG_INFINITY, |at| at.value)
+}
+
 /// The higher one of two poses.
-fn higher(a: Option<Height>, b: Option<Height>) -> Option<Height> {
+pub(super) fn higher(a: Option<Height>, b: Option<Height>) -> Option<Height> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.value > a.value { b } else { a }),
         (a, b) => a.or(b),
