@@ -249,3 +249,14 @@ def test_results_are_light(plan: Result) -> None:
     before = plan.copy(deep=True)
     jp.plot.map(plan, style=Style(log=True))
     assert plan.identical(before)
+
+
+def test_numbers_of_legends_and_axes_are_no_computer_notation() -> None:
+    """All of a boundary was 1e+02 %, and the end of the axis of singular values 1e-05."""
+    region = jp.workspace(example("serial-2r"), count=11)
+    region["share"].values[:] = 1.0
+    (axes,) = jp.plot.workspace(region).axes
+    assert all(text.get_text().endswith(" 100 %") for text in axes.get_legend().get_texts())
+    figure = jp.plot.nearness(jp.singularities(example("slider-crank")))
+    FigureCanvasAgg(figure).draw()
+    assert {"10⁻⁵", "0.0001", "0.1"} <= {*marks(figure.axes[0])}

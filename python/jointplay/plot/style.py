@@ -416,7 +416,8 @@ _SETTINGS = RLock()
 @contextmanager
 def settings(rc: Mapping[str, Any]) -> Iterator[None]:
     """Draw with settings of matplotlib; one thread at a time, which finds and leaves the others as they were."""
-    with _SETTINGS, mpl.rc_context(dict(rc)):
+    own: Any = dict(rc)
+    with _SETTINGS, mpl.rc_context(own):
         yield
 
 
