@@ -699,8 +699,9 @@ def retyped(drawer: Person, old: str, new: str) -> str:
     text = drawer.text.replace(old, new)
     assert new in text
     area = "document.getElementById('text')"
-    drawer.page.run(f"document.getElementById('file').open = true, {area}.value = {json.dumps(text)}, 0")
-    drawer.page.run(f"{area}.dispatchEvent(new Event('change')), 0")
+    # At once: what is shown when the text opens would take the place of what nobody types.
+    told = f"{area}.value = {json.dumps(text)}, {area}.dispatchEvent(new Event('change'))"
+    drawer.page.run(f"document.getElementById('file').open = true, {told}, 0")
     drawer.done()
     return text
 
