@@ -35,17 +35,38 @@ def overlapping(figure: Figure) -> list[tuple[str, str]]:
 
 
 def outside(figure: Figure) -> list[str]:
-    """Titles, labels of axes, legends and names that the edge of the figure cuts."""
+    """Titles, labels of axes, legends and names that the edge of the figure or of their axes cuts."""
     FigureCanvasAgg(figure).draw()
     room = figure.dpi / 72.0
     parts: list[Any] = []
+    cut: list[str] = []
     for axes in figure.axes:
+        frame = axes.get_window_extent()
+        for text in axes.texts:
+            box = text.get_window_extent()
+            if text.get_clip_on() and frame.overlaps(box) and not _is_within(box, frame, room):
+                cut.append(f"{text.get_text()} {box}")
         parts += [axes.title, axes._left_title, axes.get_legend(), *axes.texts]
         parts += [axes.xaxis.label, axes.yaxis.label] if axes.axison else []
     boxes = [part.get_window_extent() for part in parts if part is not None and getattr(part, "get_text", bool)() != ""]
-    within = figure.bbox
+    return cut + [str(box) for box in boxes if not _is_within(box, figure.bbox, room)]
+
+
+def too_wide(figure: Figure) -> list[str]:
+    """Legends above axes that are wider than these: in a layout they would take their room from what is drawn."""
+    FigureCanvasAgg(figure).draw()
     return [
-        str(box)
-        for box in boxes
-        if box.x0 < -room or box.y0 < -room or box.x1 > within.width + room or box.y1 > within.height + room
+        f"{legend.get_texts()[0].get_text()} {box.width:.0f} > {axes.get_window_extent().width:.0f}"
+        for axes in figure.axes
+        if (legend := axes.get_legend()) is not None
+        and (box := legend.get_window_extent()).x1 > axes.get_window_extent().x1 + figure.dpi / 72.0
     ]
+
+
+def _is_within(box: Any, frame: Any, room: float) -> bool:
+    return bool(
+        box.x0 >= frame.x0 - room
+        and box.y0 >= frame.y0 - room
+        and box.x1 <= frame.x1 + room
+        and box.y1 <= frame.y1 + room
+    )

@@ -34,6 +34,7 @@ class TestMotion:
         np.testing.assert_allclose(motion.at.poses[::2], own.poses, atol=1e-12)
         between = m.with_({"drives.theta1.values": np.degrees(motion.at.drives[:, 0]).tolist()})
         np.testing.assert_allclose(motion.at.poses, nominal(between).poses, atol=1e-12)
+        assert len(animation.motion_of(m, None, None).at) == 48
 
     def test_every_point_is_moved_by_its_error_so_many_times(self) -> None:
         m = example("four-bar")

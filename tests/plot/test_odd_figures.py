@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.figures import outside, overlapping
+from helpers.figures import outside, overlapping, too_wide
 from jointplay import examples
 from jointplay.plot import Drawn, Style
 from jointplay.plot.figures import error
@@ -150,15 +150,56 @@ def plan() -> Any:
     return jp.map(example("3-rrr"), "loaded", grid)
 
 
-@pytest.mark.parametrize("log", [False, True])
+@pytest.mark.parametrize("look", [{}, {"log": True}, {"levels": 6}, {"levels": 14}, {"levels": 6, "log": True}])
 @pytest.mark.parametrize("width", [COLUMN, 170.0])
-def test_a_map_of_a_plan_is_whole(plan: Any, width: float, log: bool) -> None:
-    figure = jp.plot.map(plan, style=Style("print", width=width, log=log))
+def test_a_map_of_a_plan_is_whole(plan: Any, width: float, look: dict[str, Any]) -> None:
+    """In a column of a page its legend left a quarter of the width to it, and lines had their numbers on the edge."""
+    figure = jp.plot.map(plan, style=Style("print", width=width, **look))
     assert outside(figure) == []
+    assert too_wide(figure) == []
     assert not any("$" in text for text in texts(figure))
     plane, bar = (axes.get_window_extent() for axes in figure.axes)
     # The colours stand beside the plan.
     assert 0.0 < bar.x0 - plane.x1 < 0.2 * figure.bbox.width
+    assert plane.width > 0.45 * figure.bbox.width
+    numbers = [text for text in figure.axes[0].texts if text.get_rotation() is not None]
+    assert bool(numbers) == ("levels" in look)
+    # Numbers are as far from each other as they are high, at least.
+    middles = figure.axes[0].transData.transform([text.get_position() for text in numbers] or [(0.0, 0.0)])
+    apart = np.linalg.norm(middles[:, None] - middles, axis=-1)[np.triu_indices(len(middles), 1)]
+    assert (apart > 5.0 * figure.dpi / 72.0).all()
+    # Ends of the colours would be numbers of many digits.
+    assert max(map(len, marks(figure.axes[1]))) <= len("0.025")
+
+
+def test_titles_of_slices_keep_clear_of_the_colours() -> None:
+    grid = {"x": [-80.0, 0.0, 80.0], "y": [-60.0, 0.0, 60.0], "angle": [-10.0, 0.0, 10.0, 20.0]}
+    figure = jp.plot.map(jp.map(example("3-rrr"), "loaded", grid), style=Style("print", width=COLUMN, levels=6))
+    assert outside(figure) == []
+    *slices, bar = figure.axes
+    titles = [axes._left_title.get_window_extent() for axes in slices]
+    assert all(box.width > 0.0 and not box.overlaps(bar.get_tightbbox()) for box in titles)
+    assert not any(one.overlaps(other) for one, other in combinations(titles, 2))
+    # Labels and legend have not all of the height.
+    assert sum(axes.get_window_extent().height for axes in slices[::2]) > 0.35 * figure.bbox.height
+
+
+def test_a_power_of_ten_stands_once_in_a_label_without_a_unit() -> None:
+    figure = Style().figure(4.0, 3.0)
+    axes = figure.add_subplot()
+    axes.plot([0.0, 3e-7])
+    axes.set_ylabel("part")
+    for _ in range(3):
+        FigureCanvasAgg(figure).draw()
+    assert axes.get_ylabel() == "part [10⁻⁹]"
+
+
+def test_a_limit_of_specimens_is_in_the_legend_where_it_is_seen() -> None:
+    for limit, is_seen in ((4.0, True), (40.0, False)):
+        found = jp.random(example("four-bar").with_({"limits.position": limit}), samples=64, keep=50)
+        (axes,) = jp.plot.cloud(found, style=Style("print", width=COLUMN)).axes
+        assert ("limit" in [text.get_text() for text in axes.get_legend().get_texts()]) == is_seen
+        assert (axes.get_xlim()[1] > limit) == is_seen
 
 
 def test_a_logarithm_of_nothing_has_the_colour_below_its_scale() -> None:
@@ -208,3 +249,14 @@ def test_results_are_light(plan: Result) -> None:
     before = plan.copy(deep=True)
     jp.plot.map(plan, style=Style(log=True))
     assert plan.identical(before)
+
+
+def test_numbers_of_legends_and_axes_are_no_computer_notation() -> None:
+    """All of a boundary was 1e+02 %, and the end of the axis of singular values 1e-05."""
+    region = jp.workspace(example("serial-2r"), count=11)
+    region["share"].values[:] = 1.0
+    (axes,) = jp.plot.workspace(region).axes
+    assert all(text.get_text().endswith(" 100 %") for text in axes.get_legend().get_texts())
+    figure = jp.plot.nearness(jp.singularities(example("slider-crank")))
+    FigureCanvasAgg(figure).draw()
+    assert {"10⁻⁵", "0.0001", "0.1"} <= {*marks(figure.axes[0])}

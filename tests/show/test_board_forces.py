@@ -98,14 +98,19 @@ def test_limits_of_forces_are_typed_changed_and_deleted(person: Person) -> None:
         ("reactions.J1", "much", "reaction at J1: 'much' is not a number"),
         ("drive_torques.theta1", "1; 2; 3", "moment of theta1: '1; 2; 3' is not a lowest and a highest value"),
         ("reactions.J1", "1; 2", "reaction at J1: '1; 2' is not a number"),
+        ("reactions.J1", 9999 * "x", f"reaction at J1: '{60 * 'x'}…' is not a number"),
+        ("drive_torques.theta1", "<b>", "moment of theta1: '<b>' is not a number"),
     ]:
         person.fill(f"limits.{key}", typed)
         assert page.run(NOTE).startswith(words)
+        assert len(page.run(NOTE)) < 250
         assert person.text == limits
         person.fill(f"limits.{key}", str({"reactions.J1": 1.5}.get(key, "-60000; 80000")))
     for key, typed, words in [
         ("reactions.J1", "-1", "limits.reactions.J1"),
         ("drive_torques.theta1", "8; -5", "a range is [lowest, highest]"),
+        # A value of the pair has the field of both.
+        ("drive_torques.theta1", "-8; 1e308", "limits.drive_torques.theta1.1: must be at most"),
     ]:
         person.fill(f"limits.{key}", typed)
         assert words in page.run(NOTE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,11 @@ import jointplay as jp
 from helpers.browser import Browser, needs_browser
 from helpers.studio import EXACT, NEWEST, Person, choose, number, put, served
 from jointplay import examples
+from jointplay.errors import one_line
 from jointplay.file import toml
 from jointplay.show.serving import drafts
+from jointplay.show.serving.folder import Folder
+from jointplay.show.serving.server import Studio
 
 pytestmark = needs_browser
 
@@ -599,6 +603,22 @@ def test_a_drawing_of_another_program_is_opened(drawer: Person) -> None:
     assert [*toml.parse(drawer.text)["joints"]] == [*m.raw["joints"]]
 
 
+@pytest.mark.parametrize(
+    ("name", "title"), [("My press (2).linkage2", "My press (2)"), ("a/../..\0<b>.LINKAGE2", "linkage")]
+)
+def test_a_linkage_of_another_program_keeps_its_name(name: str, title: str, tmp_path: Path) -> None:
+    """Its title and what was said of it were those of a file that the studio had made."""
+    studio = Studio(Folder(tmp_path))
+    pin = '<connector id="{}" x="{}" y="0" anchor="{}"/>'
+    text = f"""<linkage2><program units="Millimeters"/>{pin.format(1, 0, "true")}{pin.format(2, 9, "false")}
+        <Link id="1"><connector id="1"/><connector id="2"/></Link></linkage2>"""
+    assert toml.parse(studio.open({"text": text, "name": name})["text"])["title"] == title
+    with pytest.raises(jp.InputError) as said:
+        studio.open({"text": text[:-9], "name": name})
+    assert str(said.value).startswith(one_line(name))
+    assert str(tempfile.gettempdir()) not in str(said.value)
+
+
 def test_nothing_is_said_of_the_mechanism_before(person: Person) -> None:
     """The verdict of the former mechanism stood beside another one until its own was there."""
     page = person.page
@@ -679,8 +699,9 @@ def retyped(drawer: Person, old: str, new: str) -> str:
     text = drawer.text.replace(old, new)
     assert new in text
     area = "document.getElementById('text')"
-    drawer.page.run(f"document.getElementById('file').open = true, {area}.value = {json.dumps(text)}, 0")
-    drawer.page.run(f"{area}.dispatchEvent(new Event('change')), 0")
+    # At once: what is shown when the text opens would take the place of what nobody types.
+    told = f"{area}.value = {json.dumps(text)}, {area}.dispatchEvent(new Event('change'))"
+    drawer.page.run(f"document.getElementById('file').open = true, {told}, 0")
     drawer.done()
     return text
 
@@ -722,6 +743,25 @@ def test_the_range_of_a_drive_has_handles(drawer: Person) -> None:
     for _ in range(3):
         drawer.press("z", 2)
     assert drawer.text == text
+
+
+def test_handles_of_a_whole_turn_stand_beside_each_other(drawer: Person) -> None:
+    """The one of the last value hid that of the first one."""
+    welded_lever(drawer)
+    drawer.press("v")
+    whole = retyped(drawer, "from = -20\nto = 20\ncount = 9", "from = 0\nto = 360\ncount = 9")
+    for end, other, angle in (("from", "to", -40), ("to", "from", 300)):
+        (x, y), second = (handle(drawer, f"drive1 {one}") for one in (end, other))
+        a, b = (np.array(drawer.pixel(*place)) for place in ((x, y), second))
+        # Ten units of the drawing, of which 800 are as wide as it is on the screen.
+        assert np.linalg.norm(a - b) > 8.0
+        far = np.hypot(x, y)
+        drawer.drag((x, y), (far * np.cos(np.radians(angle)), far * np.sin(np.radians(angle))))
+        own = toml.parse(drawer.text)["drives"]["drive1"]
+        assert own[end] == pytest.approx(angle, abs=1)
+        assert own[other] == {"from": 0, "to": 360}[other]
+        drawer.press("z", 2)
+        assert drawer.text == whole
 
 
 def test_a_list_of_values_has_a_handle_for_each(drawer: Person) -> None:

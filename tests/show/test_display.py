@@ -5,13 +5,17 @@ from __future__ import annotations
 import base64
 import io
 import re
+import threading
 
 import pytest
 
 import jointplay as jp
-from helpers.answers import EXAMPLES
+from helpers.answers import EXAMPLES, example
 from jointplay import examples
+from jointplay.analyses.nominal import nominal
+from jointplay.plot.style import settings
 from jointplay.show import display
+from jointplay.show.viewer.scene import scene
 
 
 def pictures(shown: str) -> list[bytes]:
@@ -65,3 +69,24 @@ def test_without_matplotlib_there_are_the_tables(monkeypatch: pytest.MonkeyPatch
     assert pictures(shown) == []
     assert "pip install" in shown
     assert ">J1</td>" in shown
+
+
+def test_a_page_does_not_wait_for_a_figure() -> None:
+    """While a report was drawn, no slider moved anything: colours of bodies were asked of a style in use."""
+    m = example("four-bar")
+    at, drawing, ends = nominal(m), threading.Event(), threading.Event()
+
+    def draw() -> None:
+        with settings({}):
+            drawing.set()
+            ends.wait()
+
+    figure, page = threading.Thread(target=draw), threading.Thread(target=lambda: scene(m, at), daemon=True)
+    figure.start()
+    drawing.wait()
+    page.start()
+    page.join(20.0)
+    is_waiting = page.is_alive()
+    ends.set()
+    figure.join()
+    assert not is_waiting

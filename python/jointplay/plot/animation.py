@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -167,6 +168,22 @@ class Motion:
             return None
         return self.moved.poses[k], self.moved.points[k]
 
+    @cached_property
+    def reach(self) -> Floats:
+        """All that is drawn in any frame, as points in file units."""
+        ground = poses.ground(self.m.pose_size)
+        every: list[Floats] = []
+        for k in np.flatnonzero(np.isfinite(self.at.poses).all(axis=(1, 2))).tolist():
+            at = np.vstack([self.at.poses[k], ground])
+            own = places(self.m, at)
+            every.append(drawn_points(self.m, at))
+            every += [own[point] + radius * CORNERS for point, radius in wheels(self.m)]
+            moved = self.moved_at(k)
+            if moved is not None:
+                there = places(self.m, np.vstack([moved[0], ground]), moved[1])
+                every.append(own + self.times * (there - own))
+        return np.vstack(every)
+
 
 def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None, progress: Progress | None = None) -> Motion:
     """The frames' configurations, the poses under the load, and the factor on the errors.
@@ -284,19 +301,7 @@ def _region(motion: Motion, k: int, scene: Scene, view: Sight) -> None:
 
 def _limits(motion: Motion, view: Sight) -> tuple[Floats, Floats]:
     """The lower left and the upper right corner of all frames."""
-    m = motion.m
-    ground = poses.ground(m.pose_size)
-    every: list[Floats] = []
-    for k in np.flatnonzero(np.isfinite(motion.at.poses).all(axis=(1, 2))).tolist():
-        at = np.vstack([motion.at.poses[k], ground])
-        own = places(m, at)
-        every.append(view.flat(drawn_points(m, at)))
-        every += [view.flat(own[point] + corner) for point, radius in wheels(m) for corner in radius * CORNERS]
-        moved = motion.moved_at(k)
-        if moved is not None:
-            there = places(m, np.vstack([moved[0], ground]), moved[1])
-            every.append(view.flat(own + motion.times * (there - own)))
-    flat = np.vstack(every)
+    flat = view.flat(motion.reach)
     # The region reaches as far around the output as the largest error is drawn.
     room = (MARGIN + VISIBLE * (motion.times > 0.0)) * float(np.ptp(flat, axis=0).max())
     return flat.min(axis=0) - room, flat.max(axis=0) + room

@@ -14,7 +14,7 @@ from jointplay.basics import poses
 from jointplay.basics.arrays import Floats
 from jointplay.file.schema import PlanarBody
 
-from .style import mixed, scaled, theme
+from .style import Theme, mixed, scaled, theme
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
@@ -26,14 +26,14 @@ PALER = 0.6
 FAINT, LIGHT = 0.12, 0.6
 
 
-def body_colour(m: Mechanism, body: int) -> str:
-    """The colour of a body, by its index; that of a piece of an elastic body is its body's."""
+def body_colour(m: Mechanism, body: int, look: Theme | None = None) -> str:
+    """The colour of a body, by its index, in a theme or the one in use; of a piece of an elastic body its body's."""
+    look = look or theme()
     if body == -1:
-        return theme().grey
+        return look.grey
     # Further bodies have the same colours, nearer to the paper each time: no two entries of a legend look alike.
-    colours = theme().colours
-    turn, colour = divmod(m.bodies.index(m.owners[body]), len(colours))
-    return mixed(colours[colour], theme().paper, PALER**turn)
+    turn, colour = divmod(m.bodies.index(m.owners[body]), len(look.colours))
+    return mixed(look.colours[colour], look.paper, PALER**turn)
 
 
 def on_ground(m: Mechanism, at: Floats, error: Floats) -> Floats:

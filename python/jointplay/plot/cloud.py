@@ -112,21 +112,22 @@ def _is_outside(part: Result, configuration: int) -> np.ndarray[tuple[int], np.d
 
 
 def _limits(axes: Axes, part: Result, components: tuple[str, str]) -> None:
-    """Those of both components and of the position, in view or not."""
-    view = axes.dataLim.frozen()
+    """Those of both components and of the position that are near; far ones would leave nothing of the specimens."""
+    ends = axes.dataLim.frozen().get_points().T
     named = False
-    for name, line in zip(components, (axes.axvline, axes.axhline), strict=True):
+    for name, line, (low, high) in zip(components, (axes.axvline, axes.axhline), ends, strict=True):
         for value in limits_of([part], name):
-            line(value, **limit_line(), label=None if named else "limit")
-            named = True
+            if 2.0 * low - high < value < 2.0 * high - low:
+                line(value, **limit_line(), label=None if named else "limit")
+                named = True
     if [*components] == split(part.labels("component"))[0]:
         for bound in limits_of([part], "position"):
-            look = limit_line()
-            edge = {"edgecolor": look["color"], "linestyle": look["linestyle"], "linewidth": look["linewidth"]}
-            axes.add_patch(Circle((0.0, 0.0), bound, fill=False, **edge))
-            axes.plot([], [], **look, label=None if named else "limit")
-            named = True
-    axes.dataLim.set(view)
+            if bound < 2.0 * float(np.hypot(*np.abs(ends).max(axis=1))):
+                look = limit_line()
+                edge = {"edgecolor": look["color"], "linestyle": look["linestyle"], "linewidth": look["linewidth"]}
+                axes.add_patch(Circle((0.0, 0.0), bound, fill=False, **edge))
+                axes.plot([], [], **look, label=None if named else "limit")
+                named = True
     axes.autoscale_view()
 
 

@@ -28,9 +28,21 @@ from .layers import Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
-from .shades import Shades, colour_range, level_lines, shades
-from .style import Style, StyledFigure, as_style, current, limit_line, series, singular_line, theme, using
-from .words import beside, headline, is_plan, labelled, legend, title
+from .shades import Shades, colour_range, level_lines, put_bar, shades
+from .style import (
+    INCH,
+    USUAL,
+    Style,
+    StyledFigure,
+    as_style,
+    current,
+    limit_line,
+    series,
+    singular_line,
+    theme,
+    using,
+)
+from .words import beside, headline, is_plan, labelled, legend, room, title, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +61,8 @@ CROSSING = "singular_crossing"
 SLICES = 4
 #: height and largest width of a plan, width of a slice, height of a line of letters, inches
 PLAN, MOST_WIDE, SLICE, LINE = 3.7, 8.0, 3.2, 0.25
+#: what labels and colours take of the width, labels and title of the height, colours alone, and labels on the left
+AROUND, ABOVE, BAR, LEFT = 2.0, 0.9, 1.2, 0.7
 
 
 @typed
@@ -87,7 +101,8 @@ def map(
         raise InputError("slices need a figure of their own; leave axes out", key="axes")
     with using(style) as chosen:
         columns = min(SLICES, max(2, columns_of(chosen, SLICE)))
-        size = {1: (6.4, 3.6), 3: (SLICE * columns, 0.4 + 3.2 * -(-SLICES // columns))}.get(dims) or _fitting(shown)
+        scale = _scale(shown) if dims == 2 and is_plan(shown.value) else None
+        size = (6.4, 3.6) if dims == 1 else _of_slices(shown, columns) if dims == 3 else _fitting(shown, scale)
         figure = chosen.figure(*size) if axes is None else axes.get_figure()
         assert isinstance(figure, Figure)
         if dims == 3:
@@ -95,9 +110,17 @@ def map(
         elif dims == 1:
             _line(shown, axes or figure.add_subplot())
         else:
-            axes = axes or figure.add_subplot()
-            handles = _heat(shown, axes, bar=True)
-            legend(axes, (handles, [str(handle.get_label()) for handle in handles]))
+            own = axes or figure.add_subplot()
+            handles = _heat(shown, own, bar=True)
+            wide = room(own) - 72.0 * BAR * chosen.font_size_used / USUAL
+            if axes is None and scale is not None:
+                wide = min(wide, 72.0 * scale * _sides(shown)[0])
+            lines = legend(own, (handles, [str(handle.get_label()) for handle in handles]), wide)
+            if axes is None and scale is not None and chosen.height is None:
+                # Lines of a legend make the figure higher, not the plan smaller.
+                figure.set_figheight(size[1] + lines / 72.0)
+        if axes is None and isinstance(figure, StyledFigure):
+            figure.finish()
     return figure
 
 
@@ -145,15 +168,42 @@ def _coordinate(result: Result | xr.Dataset, dim: str) -> tuple[str, Any, dict[s
     return (dim, result[dim].values, {"units": str(result[dim].attrs.get("units", "")), "long_name": dim})
 
 
-def _fitting(shown: Layers) -> tuple[float, float]:
-    """Size of a figure without empty margins, inches: of a plan as wide as it has to be."""
-    if not is_plan(shown.value):
+def _fitting(shown: Layers, scale: float | None) -> tuple[float, float]:
+    """Size of a figure without empty margins, inches: of a plan as wide as it has to be, or as high."""
+    if scale is None:
         return 6.4, 4.6
-    wide, high = (float(np.ptp(cell_edges(shown.value[dim].values))) for dim in shown.value.dims)
-    scale = min(PLAN / high, MOST_WIDE / wide)
-    height = scale * high + 0.9
-    more_lines = beside(height, _words(shown.value)).count("\n")
-    return scale * wide + 2.0 + LINE * more_lines, height
+    (wide, high), given = _sides(shown), current().width
+    whole = scale * wide + _beside_plan(shown) if given is None else given / INCH
+    return whole, scale * high + ABOVE * current().font_size_used / USUAL
+
+
+def _scale(shown: Layers) -> float:
+    """Of a plan: inches for a unit of its axes."""
+    (wide, high), given = _sides(shown), current().width
+    most = MOST_WIDE if given is None else max(given / INCH - _beside_plan(shown), 0.5)
+    return min(PLAN / high, most / wide)
+
+
+def _sides(shown: Layers) -> tuple[float, float]:
+    """How far the first two axes go."""
+    wide, high = (float(np.ptp(cell_edges(shown.value[dim].values))) for dim in shown.value.dims[:2])
+    return wide, high
+
+
+def _beside_plan(shown: Layers) -> float:
+    """What labels and colours take of the width of a plan, inches."""
+    more_lines = beside(PLAN, _words(shown.value)).count("\n")
+    return (AROUND + LINE * more_lines) * current().font_size_used / USUAL
+
+
+def _of_slices(shown: Layers, columns: int) -> tuple[float, float]:
+    """Size of a figure of slices, inches."""
+    letters, given = current().font_size_used / USUAL, current().width
+    whole = SLICE * columns if given is None else given / INCH
+    wide, high = _sides(shown)
+    each = max((whole - BAR * letters) / columns - LEFT * letters, 0.5)
+    share = high / wide if is_plan(shown.value) else 0.8
+    return whole, -(-SLICES // columns) * (share * each + ABOVE * letters) + ABOVE * letters
 
 
 def _words(value: xr.DataArray) -> str:
@@ -200,7 +250,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
     handles += _limits(shown, axes)
     if is_plan(value):
         axes.set_aspect("equal")
-        if bar and isinstance(figure := axes.get_figure(), StyledFigure):
+        if isinstance(figure := axes.get_figure(), StyledFigure):
             # The colours stand beside the plan, and not beside the room that it might have.
             figure.set_layout_engine("compressed")
     if bar:
@@ -211,7 +261,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
 def _bar(figure: Any, mesh: Any, axes: Any, value: xr.DataArray, colours: Shades) -> None:
     """What the colours mean, beside axes."""
     assert isinstance(figure, Figure)
-    figure.colorbar(mesh, ax=axes, label=beside(figure.get_figheight(), _words(value)), extend=colours.extend)
+    put_bar(figure, mesh, axes, beside(figure.get_figheight(), _words(value)), colours)
 
 
 def _limits(shown: Layers, axes: Axes) -> list[Line2D]:
@@ -293,7 +343,10 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
         cut = Layers(value[:, :, k], shown.status[:, :, k], *between, "", shown.bounds)
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, colours=colours)}
         unit = str(value[third].attrs["units"])
-        axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
+        said, size = f"{third} = {float(value[third][k]):g} {unit}".rstrip(), current().font_size_used
+        # A title takes no room in a layout.
+        wide = 72.0 * (figure.get_figwidth() - BAR * size / USUAL) / columns - size
+        axes.set_title(wrapped(said, wide, size), fontsize=size)
     _bar(figure, every[-1].collections[0], every, value, colours)
     if handles and current().legend != "none":
         figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=columns)

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result
 
-from .style import Style, canvas, limit_line, series
+from .style import Logarithmic, Style, canvas, limit_line, series
 from .words import along, labelled, legend, single, whole_numbers
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ def nearness(result: Result | xr.Dataset, *, axes: Axes | None = None, style: St
             axes.plot(x, np.maximum(part.get(f"{kind}_singular_value"), least), label=kind, **series(k))
         axes.axhline(limit, **limit_line(), label="singular below this")
         axes.set_ylim(bottom=0.8 * least)
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_major_formatter(Logarithmic())
         axes.set(xlabel=words, ylabel="singular value")
         whole_numbers(axes.xaxis, words, len(x))
         legend(axes)

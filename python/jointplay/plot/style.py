@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -318,14 +318,19 @@ def _write_out(axis: Axis) -> None:
             put(Logarithmic(labelOnlyBase=formatter.labelOnlyBase, minor_thresholds=thresholds))
 
 
+def power_of(values: Iterable[float]) -> int:
+    """The power of ten with which numbers of an axis are written; 0 where they are neither very large nor small."""
+    largest = max(map(abs, values))
+    return 0 if not largest or WRITTEN_OUT[0] <= largest < WRITTEN_OUT[1] else 3 * math.floor(math.log10(largest) / 3.0)
+
+
 def _scale(axis: Axis) -> None:
     """Write the numbers of an axis without offset, very large and small ones with their power of ten in the label."""
     if type(axis.get_major_formatter()) not in (ScalarFormatter, InPowers):
         return
-    largest = max(map(abs, axis.get_view_interval()))
-    is_plain = not largest or WRITTEN_OUT[0] <= largest < WRITTEN_OUT[1]
-    power = 0 if is_plain else 3 * math.floor(math.log10(largest) / 3.0)
-    words = re.sub(r"\[10[⁻⁰¹²³⁴-⁹]+ ", "[", axis.get_label_text())
+    power = power_of(axis.get_view_interval())
+    # That of the last time that it was drawn.
+    words = re.sub(r"\[10[⁻⁰¹²³⁴-⁹]+ ", "[", re.sub(r" \[10[⁻⁰¹²³⁴-⁹]+\]$", "", axis.get_label_text()))
     name, mark, unit = words.rpartition(" [")
     factor = "10" + str(power).translate(RAISED)
     axis.set_major_formatter(InPowers(power))
@@ -411,7 +416,8 @@ _SETTINGS = RLock()
 @contextmanager
 def settings(rc: Mapping[str, Any]) -> Iterator[None]:
     """Draw with settings of matplotlib; one thread at a time, which finds and leaves the others as they were."""
-    with _SETTINGS, mpl.rc_context(dict(rc)):
+    own: Any = dict(rc)
+    with _SETTINGS, mpl.rc_context(own):
         yield
 
 

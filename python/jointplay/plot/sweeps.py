@@ -16,7 +16,7 @@ from jointplay.result import Result, figures, typical
 from jointplay.result.conclusions import extreme, tops
 
 from .figures import SIZES, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
-from .shades import level_lines, shades
+from .shades import level_lines, put_bar, shades
 from .style import Style, canvas, current, limit_line, series, theme
 from .words import along, brief, labelled, legend, single, title, whole_numbers
 
@@ -162,7 +162,7 @@ def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: A
             handle = Line2D([], [], **{**limit_line(), "color": theme().alarm})
             legend(axes, ([handle], ["limit"]))
     axes.grid(visible=False)
-    bar = figure.colorbar(mesh, ax=axes, label=words, extend=colours.extend)
+    bar = put_bar(figure, mesh, axes, words, colours)
     if current().levels is None and not current().log:
         bar.locator = mpl.ticker.MaxNLocator(LEVELS)
         bar.update_ticks()

@@ -33,7 +33,7 @@ VALUE, FIRM = re.compile(r" = ([-+.e\d]+) (?=\S)"), "\u00a0"
 #: height of a line, as a share of the size of letters
 HIGH = 1.35
 #: what a legend needs beside the words of an entry, as a share of the size of letters
-KEY = 3.6
+KEY = 3.9
 #: what the labels of the vertical axis take of the width, and gaps, points
 BESIDE = 46.0
 #: share of the height of a figure that its axes have at least
@@ -116,18 +116,21 @@ def beside(high: float, text: str) -> str:
     return wrapped(text, HEIGHT * 72.0 * high, float(mpl.rcParams["axes.labelsize"]))
 
 
-def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None) -> None:
-    """A legend, each label once: where the style says, else above the axes, in as many columns as there is room for."""
+def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None, wide: float | None = None) -> float:
+    """A legend, each label once: where the style says, else above the axes, in as many columns as there is room for.
+
+    Axes that have something beside them say how wide they are, in points. Returns the height above the axes, points.
+    """
     handles, labels = axes.get_legend_handles_labels() if entries is None else entries
     unique = dict(zip(labels, handles, strict=True))
-    size, wide = float(mpl.rcParams["legend.fontsize"]), room(axes)
+    size, wide = float(mpl.rcParams["legend.fontsize"]), wide or room(axes)
     texts = [fitted(label, wide - size * KEY, size) for label in unique]
     place: Any = current().legend
     if not unique or place == "none":
-        return
+        return 0.0
     if place != "above":
         axes.legend(unique.values(), texts, loc=place, handlelength=2.2, labelspacing=0.25)
-        return
+        return 0.0
     columns = _columns([size * KEY + width_of(text, size) for text in texts], wide)
     rows = math.ceil(len(unique) / columns)
     axes.legend(
@@ -137,6 +140,7 @@ def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = Non
     text = axes.get_title("left")
     if text:
         axes.set_title(text, pad=rows * HIGH * size + 6.0)
+    return rows * HIGH * size
 
 
 def _columns(widths: Sequence[float], wide: float) -> int:

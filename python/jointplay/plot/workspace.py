@@ -84,7 +84,7 @@ def _section(result: Result, plane: str, axes: Axes) -> None:
         if rings:
             axes.add_patch(PathPatch(Path.make_compound_path(*rings), facecolor=grey, edgecolor="none", zorder=1))
     _inscribed(result, shown, axes)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     middle = result.get("disc_centre")
     across = [f" at {name} = {middle[k]:.4g} {unit}" for k, name in enumerate(names) if k not in shown]
@@ -94,7 +94,7 @@ def _section(result: Result, plane: str, axes: Axes) -> None:
     ]
     shares = result.get("share")
     words = [
-        f"{word.replace('_', ' ').removeprefix('drives.').removeprefix('joints.')} {100.0 * share:.2g} %"
+        f"{word.replace('_', ' ').removeprefix('drives.').removeprefix('joints.')} {float(f'{100.0 * share:.2g}'):g} %"
         for word, share in zip(bounds, shares.tolist(), strict=True)
     ]
     legend(axes, (handles, words))

@@ -62,8 +62,10 @@ class Sample:
         All rows, in SI.
     poses : ndarray
         Where the bodies are.
+    gaps : ndarray
+        Residuals of all rows of the joints, in characteristic lengths and radians.
     residual : float
-        The largest one of the joints, in characteristic lengths and radians.
+        The largest one; infinite where something is not defined.
     relative : Relative
         The joints in relative coordinates.
     tolerance : float
@@ -74,6 +76,7 @@ class Sample:
     coordinates: Floats
     unscaled: Floats
     poses: Floats
+    gaps: Floats
     residual: float
     relative: Relative
     tolerance: float = 0.0
@@ -202,32 +205,27 @@ class Probe:
             for _ in range(steps):
                 if sample.residual <= CLOSED * 1e-3 or sample.residual == np.inf:
                     break
-                twists = sample.relative.step(self._residuals(sample.poses), share)
+                twists = sample.relative.step(sample.gaps, share)
                 far = float(np.abs(twists).max(initial=0.0))
                 if far <= CLOSED * 1e-4:
                     break
                 sample = self.at(self._moved(sample.poses, twists * min(1.0, STEP / far)))
             yield sample
 
-    def _residuals(self, placed: Floats) -> Floats:
-        """Of all rows of the joints, in characteristic lengths and radians."""
-        split = len(self.rows) - len(self.drivable)
-        return np.asarray(self.free.gaps(np.zeros(0), placed) / self.units[:split])
-
     def at(self, placed: Floats, tolerance: float = 0.0) -> Sample:
         """The Jacobian where the bodies are; nothing in the place of what is not defined there, and not assembled."""
+        split = len(self.rows) - len(self.drivable)
         jacobian = self.core.jacobian(placed)
-        gaps = self._residuals(placed)
+        gaps = np.asarray(self.free.gaps(np.zeros(0), placed) / self.units[:split])
         is_defined = np.isfinite(jacobian).all() and np.isfinite(gaps).all()
         jacobian = np.where(np.isfinite(jacobian), jacobian, 0.0)
         scaled = jacobian / self.units[:, None] * np.tile(self.unit, len(placed))
-        split = len(self.rows) - len(self.drivable)
         joints = np.array([joint for joint, _ in self.rows[:split]], dtype=np.intp)
         relative = Relative(scaled[:split], joints, self.ends, len(self.unit))
         residual = float(np.abs(gaps).max(initial=0.0)) if is_defined else np.inf
         if residual > NEARLY:
             tolerance = tolerance or RANK
-        return Sample(scaled[:split], scaled[split:], jacobian, placed, residual, relative, tolerance)
+        return Sample(scaled[:split], scaled[split:], jacobian, placed, gaps, residual, relative, tolerance)
 
 
 def motors(m: Mechanism, rows: Floats, length: float) -> tuple[Floats, Floats]:

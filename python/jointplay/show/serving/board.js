@@ -426,11 +426,17 @@ export class Board {
       const place = joint.axis ? this.slide(joint) : joint.kind === "revolute" ? this.swing(joint, this.now[k], (high - low) / (known.length - 1 || 1)) : null;
       if (!place) continue;
       const isLong = every.length > MOST_HANDLES;
-      const ends = known.map(([steps, value, text]) => ({ drive: name, steps, words: `${name} ${text}`, value, at: place.at(value), read: place.read }));
+      const [size, ends] = [values ? 4 : 5, []];
+      for (const [steps, value, text] of isLong ? [] : known) {
+        // After a whole turn a handle would hide the one before: it stands outside of that.
+        let off = 0;
+        while (ends.some(({ at }) => apart(at, place.at(value, off)) < size)) off += APART;
+        ends.push({ drive: name, steps, words: `${name} ${text}`, value, at: place.at(value, off), read: place.read });
+      }
       // What turns more than once goes over the same arc.
       const far = Math.min(high - low, place.round ?? Infinity);
       const line = [...Array(65).keys()].map((n) => place.at(low + (far * n) / 64));
-      found.push({ ends: isLong ? [] : ends, lines: [line, ...(isLong ? known : []).map(([, value]) => [-TICK, TICK].map((off) => place.at(value, off)))], size: values ? 4 : 5 });
+      found.push({ ends, lines: [line, ...(isLong ? known : []).map(([, value]) => [-TICK, TICK].map((off) => place.at(value, off)))], size });
     }
     return found.filter(({ lines }) => lines.flat(2).every(Number.isFinite));
   }

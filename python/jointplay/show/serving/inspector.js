@@ -1,7 +1,7 @@
 // The properties of what is chosen, in the words of the file. It shows what the server said of the file and sends edits: places of
 // values and what stands there then; `told({ edits })`.
 
-import { digits, parsed } from "./numbers.js";
+import { digits, parsed, quoted } from "./numbers.js";
 import { choice, element, field, marked, texts } from "./sliders.js";
 import { whole } from "./whole.js";
 
@@ -145,7 +145,7 @@ export class Inspector {
       const rows = text.split(";").filter((part) => part.trim()).map((part) => part.split(":").map((word) => word.trim()));
       const choices = rows.map(([what, cost]) => ({ [way]: way === "size" ? parsed(what) : what, cost: parsed(cost ?? "") }));
       const wrong = choices.findIndex((one) => Object.values(one).includes(null));
-      marked(input, wrong < 0 ? "" : `prices: '${rows[wrong].join(": ")}' is not a ${way} and its price, such as ${placeholder}`);
+      marked(input, wrong < 0 ? "" : `prices: ${quoted(rows[wrong].join(": "))} is not a ${way} and its price, such as ${placeholder}`);
       if (wrong < 0) this.edit([["costs", name], choices.length ? { choices } : null]);
     });
   }
@@ -282,7 +282,9 @@ export class Inspector {
 
   /** Marks the field of a key that a message names. */
   blame(key, problem) {
-    const input = [...this.place.querySelectorAll("[data-key]")].find(({ dataset }) => dataset.key && key.endsWith(dataset.key));
+    const fields = [...this.place.querySelectorAll("[data-key]")].filter(({ dataset }) => dataset.key);
+    // A value of a list has no field of its own where the list has one.
+    const input = [key, key.replace(/\.\d+$/, "")].map((one) => fields.find(({ dataset }) => one.endsWith(dataset.key))).find(Boolean);
     if (input) marked(input, problem);
   }
 }

@@ -1,6 +1,8 @@
 // Numbers as people type them: with a decimal point or comma, in another unit, as an expression of variables, or with a name for it.
 
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+/** Letters of what was typed that a message repeats. */
+const LONGEST = 60;
 /** Millimetres in a unit of length. */
 const LENGTHS = { um: 1e-3, mm: 1, cm: 10, m: 1000, in: 25.4, inch: 25.4 };
 /** What expressions have beside variables. */
@@ -12,6 +14,9 @@ export function parsed(text) {
   const number = NUMBER.test(plain) ? Number(plain) : NaN;
   return Number.isFinite(number) ? number : null;
 }
+
+/** What was typed, in a message: its beginning where it is long. */
+export const quoted = (text) => `'${text.length > LONGEST ? `${text.slice(0, LONGEST)}…` : text}'`;
 
 /** A number as it is shown. */
 export const digits = (value) => (typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value));
@@ -29,11 +34,11 @@ export function entered(text, { unit = "", names = null, pair = false } = {}) {
     const { problem } = ends.find((end) => end.problem) ?? {};
     if (problem) return { problem };
     const isPair = ends.length === 2 && ends.every(({ value, variable }) => value !== null && !variable);
-    return isPair ? { value: ends.map(({ value }) => value) } : { problem: `'${plain}' is not a lowest and a highest value, such as -5; 8` };
+    return isPair ? { value: ends.map(({ value }) => value) } : { problem: `${quoted(plain)} is not a lowest and a highest value, such as -5; 8` };
   }
   const number = parsed(plain);
   if (number !== null) return { value: number };
-  const problem = `'${plain}' is not a number`;
+  const problem = `${quoted(plain)} is not a number`;
   const measured = /^(.*\d)\s*([a-z]+)$/i.exec(plain);
   const by = measured && LENGTHS[measured[2]] / LENGTHS[unit];
   if (by && parsed(measured[1]) !== null) return { value: Number((parsed(measured[1]) * by).toPrecision(12)) };
@@ -49,5 +54,5 @@ export function entered(text, { unit = "", names = null, pair = false } = {}) {
   // Neither two decimal signs in a number nor two numbers without a sign between them.
   if (!/^[\w\s.+\-*/(),]+$/.test(value) || /\d\.\d*\.|[\w.]\s+[\w.]/.test(value)) return { problem };
   const unknown = (value.match(/(?<![\w.])[A-Za-z_]\w*/g) ?? []).find((word) => !names.includes(word) && !FUNCTIONS.includes(word));
-  return unknown ? { problem: `${problem}, and '${unknown}' is no variable: ${unknown} = 3 makes one` } : { value };
+  return unknown ? { problem: `${problem}, and ${quoted(unknown)} is no variable${unknown.length > LONGEST ? "" : `: ${unknown} = 3 makes one`}` } : { value };
 }

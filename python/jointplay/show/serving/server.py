@@ -13,6 +13,7 @@ import hmac
 import io
 import json
 import os
+import re
 import secrets
 import shlex
 import tempfile
@@ -61,6 +62,8 @@ LARGEST = 8_500_000
 DIGITS = 9
 #: drawings and linkages that are opened, too: texts in the plane that name no other files
 FOREIGN = (".dxf", ".pmks", ".pyslvs", ".linkage2", ".json")
+#: names that a file can have everywhere
+PLAIN = re.compile(r"[\w ()-]{1,80}")
 #: pages whose mechanisms are kept; of further ones the oldest has to be opened again
 MOST_PAGES = 64
 VERSIONS = ("HTTP/1.0", "HTTP/1.1")
@@ -146,7 +149,7 @@ class Studio:
         if "text" in told:
             name, text = one_line(str(told.get("name", ""))), str(told["text"])
             kind = Path(name).suffix.lower()
-            return Opened(_imported(text, kind), f"{Path(name).stem}.toml") if kind in FOREIGN else Opened(text, name)
+            return Opened(_imported(text, name), f"{Path(name).stem}.toml") if kind in FOREIGN else Opened(text, name)
         return self.folder.open(str(told.get("file", self.first)))
 
     def picture(self, told: Json) -> Json:
@@ -346,12 +349,17 @@ class Studio:
         return {"dxf": to_dxf(m, placed(m, session.along(m), asked.drives)[1])}
 
 
-def _imported(text: str, kind: str) -> str:
-    """The mechanism file of a drawing or linkage of another program."""
+def _imported(text: str, name: str) -> str:
+    """The mechanism file of a drawing or linkage of another program, which has its name as a title."""
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / f"linkage{kind}"
+        stem = Path(name).stem
+        place = Path(folder) / f"{stem if PLAIN.fullmatch(stem) else 'linkage'}{Path(name).suffix.lower()}"
         place.write_text(text, encoding="utf-8")
-        return read(place).written
+        try:
+            return read(place).written
+        except InputError as problem:
+            # The place is ours.
+            raise InputError(str(problem).replace(str(place), name)) from None
 
 
 def _three(told: Any) -> list[str]:

@@ -1,6 +1,6 @@
 // Elements of a form: fields for numbers and texts, choices, and sliders with a number beside them.
 
-import { digits, entered, parsed } from "./numbers.js";
+import { digits, entered, parsed, quoted } from "./numbers.js";
 
 const STEPS = 2000;
 
@@ -98,7 +98,7 @@ export function slider(parent, { name, words, unit, low, high, value, fits = [] 
   });
   number.addEventListener("input", () => {
     const next = parsed(number.value);
-    marked(number, next === null && number.value !== "" ? `${words}: '${number.value}' is not a number` : "");
+    marked(number, next === null && number.value !== "" ? `${words}: ${quoted(number.value)} is not a number` : "");
     if (next === null) return;
     range.value = next;
     moved(next);

@@ -2,7 +2,7 @@
 // A limit is a number for both sides, or `lowest; highest` where the file may have both.
 
 import { choice, element, marked, texts } from "./sliders.js";
-import { entered } from "./numbers.js";
+import { entered, quoted } from "./numbers.js";
 import { MOST_HANDLES } from "./board.js";
 
 const LIMITS = { position: "length", rotation: "angle", x: "length", y: "length" };
@@ -91,7 +91,7 @@ function driven(inspector, name, drive) {
     texts(place, { words: "values", unit, value: drive.values.join("; "), key: `drives.${name}.values` }, (text, input) => {
       const found = text.split(";").filter((part) => part.trim()).map((part) => entered(part, { unit, names: Object.keys(board.variables) }));
       const wrong = !found.length || found.some(({ problem, variable }) => problem || variable);
-      marked(input, wrong ? `values: '${text}' are not numbers with ; between them` : "");
+      marked(input, wrong ? `values: ${quoted(text)} are not numbers with ; between them` : "");
       if (!wrong) inspector.edit([steps("values"), found.map(({ value: one }) => one)]);
     });
     if (drive.values.length > MOST_HANDLES) element("p", { className: "hint", textContent: `On the drawing more than ${MOST_HANDLES} values have ticks, and no handles.` }, place);
@@ -162,7 +162,7 @@ function variables(inspector) {
   for (const [name, own] of Object.entries(board.variables)) value(inspector, place, ["variables", name], name, own, "", { needed: true });
   texts(place, { words: "a new one", placeholder: "crank = 40", key: "variables" }, (text, input) => {
     const { variable, problem } = entered(text, { names: Object.keys(board.variables) });
-    marked(input, variable || !text ? "" : `a new variable: ${problem ?? `'${text}' is not a name and its value, such as crank = 40`}`);
+    marked(input, variable || !text ? "" : `a new variable: ${problem ?? `${quoted(text)} is not a name and its value, such as crank = 40`}`);
     if (variable) inspector.edit([["variables", variable[0]], variable[1]]);
   });
 }

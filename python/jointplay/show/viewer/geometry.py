@@ -20,7 +20,7 @@ from jointplay.plot import couplings, springs
 from jointplay.plot.bodies import body_colour, drawn_outline, outline
 from jointplay.plot.plan import SLIDER
 from jointplay.plot.sketch import AXIS, SLIDING
-from jointplay.plot.style import using
+from jointplay.plot.style import THEMES
 
 #: a shape as the page reads it
 Shape = dict[str, Any]
@@ -164,11 +164,8 @@ class Geometry:
 
     def _tint(self, body: int) -> dict[str, str]:
         """The colours of a body on a light and on a dark page."""
-        found = {}
-        for key, style in (("colour", "light"), ("dark", "dark")):
-            with using(style):
-                found[key] = body_colour(self.m, body)
-        return found
+        # Not in a style in use: its settings are matplotlib's, for which a thread that draws makes others wait.
+        return {key: body_colour(self.m, body, THEMES[name]) for key, name in (("colour", "light"), ("dark", "dark"))}
 
     def _tint_of(self, point: int) -> dict[str, str]:
         return self._tint(self.spec["points"][point]["body"])
