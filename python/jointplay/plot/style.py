@@ -31,6 +31,8 @@ from matplotlib.transforms import Bbox
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
 
+from .ticks import Once
+
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
 #: the same hues, light enough for a dark ground
@@ -399,7 +401,11 @@ def _has_ticks_as_measured(axes: Axes) -> bool:
     """Whether axes that were moved have the ticks that they had before; what is turned in space never has."""
     for axis in (axes.xaxis, axes.yaxis):
         words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
-        if words != [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]:
+        if isinstance(axis, Once):
+            measured = axis.words
+        else:
+            measured = [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]
+        if words != measured:
             return False
     return not hasattr(axes, "zaxis")
 
@@ -424,21 +430,32 @@ class StyledFigure(Figure):
         self.style = style
         #: what is drawn when everything else has its place
         self.late: list[Callable[[], None]] = []
+        #: whether everything has its place, which what was drawn late stands by
+        self.is_laid_out = False
 
     def finish(self) -> None:
         """Lay out what is drawn, then draw what depends on where that is."""
         if self.late:
             escape_texts(self)
-            self.draw_without_rendering()
+            self._write_numbers()
+            with settings(self.style.rc), as_far_as_it_goes():
+                self.get_layout_engine().execute(self)
+            for axes in self.axes:
+                axes.apply_aspect()
         while self.late:
             self.late.pop(0)()
+            self.is_laid_out = True
 
-    def draw(self, renderer: Any) -> None:
-        """Draw; as `matplotlib.figure.Figure.draw`."""
+    def _write_numbers(self) -> None:
         for axes in self.axes:
             for axis in (axes.xaxis, axes.yaxis):
                 _scale(axis)
                 _write_out(axis)
+
+    def draw(self, renderer: Any) -> None:
+        """Draw; as `matplotlib.figure.Figure.draw`."""
+        self._write_numbers()
+        for axes in self.axes:
             for line in axes.lines:
                 _thin_out(line, 72.0 * self.get_figwidth() * axes.get_position().width)
         with as_far_as_it_goes():
