@@ -6,7 +6,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 from io import BytesIO
@@ -412,13 +412,22 @@ def _has_ticks_as_measured(axes: Axes) -> bool:
 
 #: matplotlib has one set of settings for all threads
 _SETTINGS = RLock()
+#: those with which the thread that has them draws; none while nothing is drawn
+_in_force: Mapping[str, Any] | None = None
 
 
 @contextmanager
 def settings(rc: Mapping[str, Any]) -> Iterator[None]:
     """Draw with settings of matplotlib; one thread at a time, which finds and leaves the others as they were."""
-    with _SETTINGS, mpl.rc_context(dict(rc)):
-        yield
+    global _in_force
+    with _SETTINGS:
+        before, _in_force = _in_force, rc
+        try:
+            # To make them again takes as long as to draw a curve.
+            with nullcontext() if rc == before else mpl.rc_context(dict(rc)):
+                yield
+        finally:
+            _in_force = before
 
 
 class StyledFigure(Figure):

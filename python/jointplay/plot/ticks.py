@@ -81,7 +81,7 @@ class _Ticks:
 
     def _written(self, renderer: Any) -> Iterator[tuple[str, float, float, float, float, float]]:
         """Every number with the left end of its line, its width, and its height above and below the line."""
-        font, box = self._font(), self._axis.axes.bbox
+        box = self._axis.axes.bbox
         outside = {"out": 1.0, "inout": 0.5, "in": 0.0}[mpl.rcParams[f"{self._name}.direction"]]
         away = renderer.points_to_pixels(self._rc["pad"] + outside * self._rc["size"])
         scale = renderer.points_to_pixels(1.0)

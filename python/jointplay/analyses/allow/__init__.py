@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -171,7 +172,10 @@ def compute(
         result = _result(every, done, question, share, options)
         words = f"interrupted after {len(done)} of {len(sources)} sources"
         raise Interrupted(Result(result.coords, result.data, {**result.attrs, "incomplete": words})) from None
-    return _result(every, sorted(done, key=lambda one: sources.index(one.source)), question, share, options)
+    result = _result(every, sorted(done, key=lambda one: sources.index(one.source)), question, share, options)
+    if len(done) == len(sources):
+        return result
+    return replace(result, attrs={**result.attrs, "incomplete": f"found of {len(done)} of {len(sources)} sources"})
 
 
 def keeps(result: Result) -> bool:

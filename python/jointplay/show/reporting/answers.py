@@ -49,7 +49,7 @@ MOST_SHOWN = 121
 #: directions in space in which the region is looked for: enough for a drawing
 IN_SPACE = 66
 #: sizes that are tried to find how large they may be; none of another source after that
-LOOKS_IN_PLANE, LOOKS_IN_SPACE = 60, 24
+LOOKS_IN_PLANE, LOOKS_IN_SPACE = 60, 36
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
@@ -71,6 +71,8 @@ class Chapter:
         By question why it was not asked.
     cloud : ndarray or None
         Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
+    shared : dict
+        Pictures that all chapters of a page have in common, by what they are of.
     """
 
     m: Mechanism
@@ -79,6 +81,7 @@ class Chapter:
     results: dict[str, Result] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     cloud: Floats | None = None
+    shared: dict[object, str] = field(default_factory=dict)
 
     def parts(self, question: str) -> list[tuple[str, Result]]:
         """The answer to a question, load case by load case, each with what it is called."""
@@ -118,10 +121,12 @@ def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None 
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled; `jointplay solve` says where it stays open", file=m.file)
     chapters = []
+    shared: dict[object, str] = {}
     for name in m.outputs or ("",):
         own = m.only(name or None, None)
         first = own.first
-        chapters.append(Chapter(own, name, at if first.of == m.first.of else carried(at, m.first, first)))
+        place = at if first.of == m.first.of else carried(at, m.first, first)
+        chapters.append(Chapter(own, name, place, shared=shared))
     asked = [_questions(chapter, samples, seed) for chapter in chapters]
     steps = sum(map(len, asked)) + 2
     done = 0

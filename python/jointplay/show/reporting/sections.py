@@ -229,10 +229,15 @@ def _reactions(chapter: Chapter) -> str:
     for heading, part in chapter.parts("loaded"):
         if "reaction" not in part.data:
             continue
-        figure = blank(7.4, 4.2)
-        plot.reactions(part, axes=subplot(figure))
         said = ": ".join(filter(None, (heading, "Forces in the joints under the loads of the file, at nominal poses.")))
-        found.append(picture(figure, said, {"reactions.csv": numbers(part, ("reaction",))}))
+        files = {"reactions.csv": numbers(part, ("reaction",))}
+        # They do not depend on which point is the output.
+        key = said, files["reactions.csv"]
+        if key not in chapter.shared:
+            figure = blank(7.4, 4.2)
+            plot.reactions(part, axes=subplot(figure))
+            chapter.shared[key] = picture(figure, said, files)
+        found.append(chapter.shared[key])
     return "".join(found)
 
 
@@ -242,7 +247,9 @@ def _allowed(chapter: Chapter) -> str:
     shown = picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv"))
     found = set(result.labels("source"))
     rest = [one.name for one in sizings(chapter.m.first)[1] if one.name not in found]
-    said = f"Looked for in the order of shares in the largest error, and not of {listed(rest)}: `jointplay allow` does."
+    said = (
+        f"Those with the largest shares in the error come first; not looked for: {listed(rest)}, see `jointplay allow`."
+    )
     return _concluded(result) + shown + paragraphs([said] if rest else [], "note") + _table(result)
 
 
@@ -268,13 +275,17 @@ def _life(chapter: Chapter) -> str:
 
 
 def _compensation(chapter: Chapter) -> str:
-    found = []
-    for heading, part in chapter.parts("compensate"):
-        figures = [_drawn(plot.error, part, quantity) for quantity in QUANTITIES]
+    every = chapter.parts("compensate")
+    before = [_drawn(plot.error, dict(every), quantity) for quantity in QUANTITIES]
+    said = "Error under the loads of the file before and after the correction of the drives"
+    # Of several load cases one picture has all errors.
+    apart = len(every) > 1
+    found = [picture(before, f"{said}.")] if apart else []
+    for heading, part in every:
         units = dict.fromkeys(part.labels("drive_unit"))
-        figures += [_drawn(plot.correction, part, unit) for unit in units]
-        said = "Error under the loads of the file before and after the correction of the drives, and the correction."
-        words = ": ".join(filter(None, (heading, said)))
+        figures = [*([] if apart else before), *(_drawn(plot.correction, part, unit) for unit in units)]
+        shows = "Correction of the drives." if apart else f"{said}, and the correction."
+        words = ": ".join(filter(None, (heading, shows)))
         names = [name for name in part.data if "contribution" not in name]
         shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
         judged = marked(verdict(part).outcome) + _concluded(part)
