@@ -247,9 +247,7 @@ def _allowed(chapter: Chapter) -> str:
     shown = picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv"))
     found = set(result.labels("source"))
     rest = [one.name for one in sizings(chapter.m.first)[1] if one.name not in found]
-    said = (
-        f"Those with the largest shares in the error come first; not looked for: {listed(rest)}, see `jointplay allow`."
-    )
+    said = f"Of the sources with the largest shares; not looked for: {listed(rest)}, for which see `jointplay allow`."
     return _concluded(result) + shown + paragraphs([said] if rest else [], "note") + _table(result)
 
 
@@ -284,11 +282,11 @@ def _compensation(chapter: Chapter) -> str:
     for heading, part in every:
         units = dict.fromkeys(part.labels("drive_unit"))
         figures = [*([] if apart else before), *(_drawn(plot.correction, part, unit) for unit in units)]
-        shows = "Correction of the drives." if apart else f"{said}, and the correction."
-        words = ": ".join(filter(None, (heading, shows)))
+        shows = f"{said}, and the correction."
+        words = "Correction of the drives." if apart else ": ".join(filter(None, (heading, shows)))
         names = [name for name in part.data if "contribution" not in name]
         shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
-        judged = marked(verdict(part).outcome) + _concluded(part)
+        judged = paragraphs([heading] if apart else []) + marked(verdict(part).outcome) + _concluded(part)
         found.append(judged + shown + _table(part, "Table of the corrected drives"))
     return "".join(found)
 
