@@ -31,8 +31,6 @@ from matplotlib.transforms import Bbox
 
 from jointplay.errors import InputError, in_range, not_known, one_line, shown
 
-from .ticks import Once
-
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
 #: the same hues, light enough for a dark ground
@@ -401,9 +399,8 @@ def _has_ticks_as_measured(axes: Axes) -> bool:
     """Whether axes that were moved have the ticks that they had before; what is turned in space never has."""
     for axis in (axes.xaxis, axes.yaxis):
         words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
-        if isinstance(axis, Once):
-            measured = axis.words
-        else:
+        measured = getattr(axis, "words", None)
+        if measured is None:
             measured = [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]
         if words != measured:
             return False
@@ -424,7 +421,8 @@ def settings(rc: Mapping[str, Any]) -> Iterator[None]:
         before, _in_force = _in_force, rc
         try:
             # To make them again takes as long as to draw a curve.
-            with nullcontext() if rc == before else mpl.rc_context(dict(rc)):
+            chosen: Any = dict(rc)
+            with nullcontext() if rc == before else mpl.rc_context(chosen):
                 yield
         finally:
             _in_force = before
@@ -447,8 +445,10 @@ class StyledFigure(Figure):
         if self.late:
             escape_texts(self)
             self._write_numbers()
+            engine = self.get_layout_engine()
+            assert engine is not None
             with settings(self.style.rc), as_far_as_it_goes():
-                self.get_layout_engine().execute(self)
+                engine.execute(self)
             for axes in self.axes:
                 axes.apply_aspect()
         while self.late:

@@ -28,6 +28,9 @@ from .measure import extent_of
 #: part of an axis by which a tick may be beyond its end: rounding
 BEYOND = 1e-10
 
+#: the settings in force, by names that are put together here
+RC: Any = mpl.rcParams
+
 _ONCE: ContextVar[bool] = ContextVar("once", default=False)
 
 
@@ -52,7 +55,7 @@ class _Ticks:
     def __init__(self, axis: Any, kind: str, look: dict[str, Any], locator: Any, formatter: Any) -> None:
         self._axis, self._look, self._is_x = axis, look, axis.axis_name == "x"
         self._name = f"{axis.axis_name}tick"
-        self._rc = {key: mpl.rcParams[f"{self._name}.{kind}.{key}"] for key in ("size", "width", "pad")}
+        self._rc = {key: RC[f"{self._name}.{kind}.{key}"] for key in ("size", "width", "pad")}
         places = np.asarray(locator(), dtype=float)
         words = formatter.format_ticks(places)
         low, high = np.sort(self._dots(np.asarray(axis.get_view_interval(), dtype=float))).tolist()
@@ -61,6 +64,7 @@ class _Ticks:
         there = (low - slack <= dots) & (dots <= high + slack)
         self.places = dots[there]
         self.words = [word for word, seen in zip(words, there.tolist(), strict=True) if seen]
+        self.every_word = words
 
     def _dots(self, places: Floats) -> Floats:
         """Places of the axis, in dots."""
@@ -71,7 +75,7 @@ class _Ticks:
         return np.asarray(transform.transform(pairs)[:, 0 if self._is_x else 1])
 
     def _font(self) -> FontProperties:
-        return FontProperties(size=mpl.rcParams[f"{self._name}.labelsize"])
+        return FontProperties(size=RC[f"{self._name}.labelsize"])
 
     def boxes(self, renderer: Any) -> list[Bbox]:
         """Where the numbers are."""
@@ -82,7 +86,7 @@ class _Ticks:
     def _written(self, renderer: Any) -> Iterator[tuple[str, float, float, float, float, float]]:
         """Every number with the left end of its line, its width, and its height above and below the line."""
         box = self._axis.axes.bbox
-        outside = {"out": 1.0, "inout": 0.5, "in": 0.0}[mpl.rcParams[f"{self._name}.direction"]]
+        outside = {"out": 1.0, "inout": 0.5, "in": 0.0}[RC[f"{self._name}.direction"]]
         away = renderer.points_to_pixels(self._rc["pad"] + outside * self._rc["size"])
         scale = renderer.points_to_pixels(1.0)
         for place, word in zip(self.places.tolist(), self.words, strict=True):
@@ -104,18 +108,17 @@ class _Ticks:
         box = self._axis.axes.bbox
         begin, end = (box.y0, box.y1) if self._is_x else (box.x0, box.x1)
         if self._look.get("gridOn"):
-            rc = mpl.rcParams
-            self._lines(renderer, begin, end, rc["grid.color"], rc["grid.linewidth"], rc["grid.alpha"])
+            self._lines(renderer, begin, end, RC["grid.color"], RC["grid.linewidth"], RC["grid.alpha"])
         size = renderer.points_to_pixels(self._rc["size"])
         inner, outer = {"out": (0.0, size), "in": (size, 0.0), "inout": (size / 2.0, size / 2.0)}[
-            mpl.rcParams[f"{self._name}.direction"]
+            RC[f"{self._name}.direction"]
         ]
-        self._lines(renderer, begin - outer, begin + inner, mpl.rcParams[f"{self._name}.color"], self._rc["width"], 1.0)
+        self._lines(renderer, begin - outer, begin + inner, RC[f"{self._name}.color"], self._rc["width"], 1.0)
         gc = renderer.new_gc()
-        colour = mpl.rcParams[f"{self._name}.labelcolor"]
-        gc.set_foreground(to_rgba(mpl.rcParams[f"{self._name}.color"] if colour == "inherit" else colour), isRGBA=True)
+        colour = RC[f"{self._name}.labelcolor"]
+        gc.set_foreground(to_rgba(RC[f"{self._name}.color"] if colour == "inherit" else colour), isRGBA=True)
         font = self._font()
-        height = self._axis.get_figure(root=True).bbox.height
+        height = self._axis.axes.figure.bbox.height
         for word, x, y, *_ in self._written(renderer):
             renderer.draw_text(gc, x, height - y if renderer.flipy() else y, word, font, 0.0, ismath=False)
         gc.restore()
@@ -138,7 +141,19 @@ class _Ticks:
 class Once:
     """An axis that has no objects for its ticks."""
 
-    majorTicks = minorTicks = ()
+    # Those of matplotlib.
+    axes: Any
+    axis_name: Any
+    major: Any
+    minor: Any
+    get_view_interval: Any
+    get_major_locator: Any
+    get_majorticklocs: Any
+    get_minorticklocs: Any
+    _major_tick_kw: Any
+    _minor_tick_kw: Any
+    majorTicks: Any = ()
+    minorTicks: Any = ()
 
     #: the ticks, and what they are of: the ends of the axis, its place and its numbers
     _of: tuple[Any, ...] = ()
@@ -164,8 +179,8 @@ class Once:
 
     @property
     def words(self) -> list[str]:
-        """What the large ticks said when they were measured."""
-        return self._found[0].words if self._found else []
+        """What the large ticks said when they were measured, those beyond the ends as well."""
+        return self._found[0].every_word if self._found else []
 
     def _get_ticklabel_bboxes(self, ticks: list[_Ticks], renderer: Any) -> tuple[list[Bbox], list[Bbox]]:
         return [box for one in ticks for box in one.boxes(renderer)], []
@@ -178,7 +193,7 @@ class Once:
         """None; as `matplotlib.axis.Axis.get_minor_ticks`."""
         return []
 
-    def get_ticks_position(self) -> str:
+    def get_ticks_position(self) -> Any:
         """Below, and to the left; as `matplotlib.axis.XAxis.get_ticks_position`."""
         return "bottom" if self.axis_name == "x" else "left"
 
