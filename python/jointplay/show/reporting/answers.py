@@ -31,7 +31,7 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings, times
-from jointplay.result import Result, Variable, parts, size, stack
+from jointplay.result import Result, Variable, blame, parts, size, stack
 from jointplay.result.verdict import is_good
 
 from . import maps
@@ -196,9 +196,9 @@ def _allowed(m: Mechanism, known: Result | None) -> Result:
     """The largest sizes, those of the sources first that make most of the largest error, until enough were tried."""
     names: list[str] = []
     if known is not None:
-        sizes = np.abs(np.nan_to_num(parts(known)[0][1].get("contribution")))
-        shares = (sizes / np.maximum(sizes.sum(axis=-1, keepdims=True), np.finfo(float).tiny)).max(axis=(0, 1))
-        names = [known.labels("source")[k] for k in np.argsort(-shares, kind="stable")]
+        found = blame(parts(known)[0][1])
+        shares = np.nanmax([np.abs(found.position), np.abs(found.rotation)], axis=(0, 1), initial=0.0)
+        names = [found.causes[k] for k in np.argsort(-shares, kind="stable")]
     return allow.compute(m, looks=LOOKS_IN_PLANE if m.pose_size != poses.SPATIAL else LOOKS_IN_SPACE, first=names)
 
 
