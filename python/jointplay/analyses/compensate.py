@@ -44,7 +44,8 @@ from .worst import STARTS
 if TYPE_CHECKING:
     import xarray as xr
 
-STEPS = 40
+#: steps after which a quasi-Newton method goes on: where contact or what is left keeps them long, more hardly help
+STEPS = 20
 #: shortest part of a step that is tried
 SHORTEST = 2.0**-10
 #: a step (radians, characteristic lengths) below this is none

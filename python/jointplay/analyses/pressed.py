@@ -29,7 +29,7 @@ ENDS = ("", "_low", "_high", "_method")
 #: asks a part of the mechanism at its configurations
 Asker = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
 #: specimens that are drawn first, and where somebody waits for a page
-FEW, FEWER = 16_384, 4096
+FEW, FEWER = 16_384, 2048
 
 
 def counts_too(m: Mechanism) -> bool:
@@ -55,7 +55,7 @@ def in_cases(
         for k, (part, here) in enumerate(found, 1)
     ]
     while count < samples and (is_open := np.any([_is_open(answer) for answer in answers], axis=0)).any():
-        count = min(FEW, samples) if count < FEW else samples
+        count = min(4 * count, FEW, samples) if count < FEW else samples
         answers = [
             _with_more(answer, part, here, count, np.flatnonzero(is_open), ask)
             for answer, (part, here) in zip(answers, found, strict=True)

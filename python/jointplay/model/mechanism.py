@@ -113,13 +113,20 @@ class Mechanism(Compiled):
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
         self._of(raw, file, None)
 
-    def _of(self, raw: Mapping[str, Any], file: str, source: Source | None) -> None:
+    def _of(
+        self, raw: Mapping[str, Any], file: str, source: Source | None, part: tuple[str, str] | None = None
+    ) -> None:
+        """Read a file; with a `part`, an output and a load case, only that is made."""
         vars(self).update(_source=source)
         toml.check_plain(raw, file=file)
         tables: dict[str, Any] = plain(raw)
         written = written_out(tables, file)
         try:
-            self._read(tables, validate(written.data, file), file)
+            data = validate(written.data, file)
+            if part is None:
+                self._read(tables, data, file)
+            else:
+                self._make(tables, data, file, part, (), (), {})
         except InputError as error:
             raise written.as_the_user_wrote(error) from None
 
@@ -555,11 +562,25 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     >>> changed(m, {"joints.*.clearance.radial": 0.2})[1]
     ['joints.*.clearance.radial: 4 of 4 joints']
     """
+    raw, reached = _changed(m, changes)
+    return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
+
+
+def _changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[dict[str, Any], list[str]]:
+    """The tables of a file with changes, and of every key with a ``*`` what it reached."""
     raw = copy.deepcopy(dict(m.raw))
     for key, value in changes.items():
         toml.check_plain(value, file=m.file, key=key)
-    reached = change(raw, {key: plain(value) for key, value in changes.items()}, m.file)
-    return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
+    return raw, change(raw, {key: plain(value) for key, value in changes.items()}, m.file)
+
+
+def looked_at(m: Mechanism, changes: Mapping[str, object]) -> Mechanism:
+    """A changed copy for one look of a search: of one output in one load case the others of the file are not made."""
+    if m.outputs or m.load_cases:
+        return changed(m, changes)[0]
+    found = object.__new__(Mechanism)
+    found._of(_changed(m, changes)[0], m.file, m._source, m.of)
+    return found
 
 
 @typed

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from jointplay.basics.arrays import Array, Floats
 from jointplay.basics.typed import typed
@@ -31,6 +33,8 @@ NAMES = {name: one.words for question in QUESTIONS.values() for name, one in que
 NAMES |= {"position": "position error", "rotation": "rotation"}
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
+#: width of a bar, steps of the axis
+BROAD = 0.85
 #: width of a bar with an edge, points, at least
 NARROWEST = 3.0
 
@@ -150,8 +154,9 @@ def blame(
                 # Edges would hide bars that are as narrow as they are.
                 axes.fill_between(where, bottom, bottom + values, step="mid", label=name, facecolor=colour, **look)
             else:
-                axes.bar(where, values, 0.85, bottom, label=name, color=colour, **look)
+                axes.add_patch(PathPatch(bars_of(where, bottom, bottom + values), label=name, facecolor=colour, **look))
             above, below = above + np.maximum(values, 0), below + np.minimum(values, 0)
+        axes.autoscale_view()
         if below.min(initial=0.0) < 0:
             axes.axhline(0, color=theme().ink, linewidth=0.8)
         else:
@@ -166,6 +171,14 @@ def blame(
             axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
             axes.set(xlim=(-0.5, len(where) - 0.5), ylim=(0, 100))
     return figure
+
+
+def bars_of(where: Array, ends: Floats, others: Floats) -> Path:
+    """Bars, all of them as one shape."""
+    left, right = where - BROAD / 2.0, where + BROAD / 2.0
+    corners = [(left, ends), (right, ends), (right, others), (left, others), (left, ends)]
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    return Path(np.array(corners).transpose(2, 0, 1).reshape(-1, 2), np.tile(codes, len(where)))
 
 
 @typed

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from matplotlib.axes import Axes
 
 from .style import INCH, NARROW, Style, StyledFigure, current
+from .ticks import subplot
 
 #: width of a panel, the least it has beside others, and what titles, legends and labels take of its height, inches
 WIDTH, LEAST, AROUND = 6.2, 3.2, 1.0
@@ -65,6 +66,6 @@ def lay_out(panels: Sequence[Panel], columns: int = 2) -> StyledFigure:
     grid = figure.add_gridspec(len(rows), columns, height_ratios=heights)
     for k, row in enumerate(rows):
         for column, panel in enumerate(row):
-            panel.draw(figure.add_subplot(grid[k, :] if len(row) < columns else grid[k, column]))
+            panel.draw(subplot(figure, grid[k, :] if len(row) < columns else grid[k, column]))
     figure.finish()
     return figure

@@ -6,7 +6,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 from io import BytesIO
@@ -404,21 +404,33 @@ def _has_ticks_as_measured(axes: Axes) -> bool:
     """Whether axes that were moved have the ticks that they had before; what is turned in space never has."""
     for axis in (axes.xaxis, axes.yaxis):
         words = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
-        if words != [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]:
+        measured = getattr(axis, "words", None)
+        if measured is None:
+            measured = [tick.label1.get_text() for tick in axis.get_major_ticks(len(words))]
+        if words != measured:
             return False
     return not hasattr(axes, "zaxis")
 
 
 #: matplotlib has one set of settings for all threads
 _SETTINGS = RLock()
+#: those with which the thread that has them draws; none while nothing is drawn
+_in_force: Mapping[str, Any] | None = None
 
 
 @contextmanager
 def settings(rc: Mapping[str, Any]) -> Iterator[None]:
     """Draw with settings of matplotlib; one thread at a time, which finds and leaves the others as they were."""
-    own: Any = dict(rc)
-    with _SETTINGS, mpl.rc_context(own):
-        yield
+    global _in_force
+    with _SETTINGS:
+        before, _in_force = _in_force, rc
+        try:
+            # To make them again takes as long as to draw a curve.
+            chosen: Any = dict(rc)
+            with nullcontext() if rc == before else mpl.rc_context(chosen):
+                yield
+        finally:
+            _in_force = before
 
 
 class StyledFigure(Figure):
@@ -430,21 +442,34 @@ class StyledFigure(Figure):
         self.style = style
         #: what is drawn when everything else has its place
         self.late: list[Callable[[], None]] = []
+        #: whether everything has its place, which what was drawn late stands by
+        self.is_laid_out = False
 
     def finish(self) -> None:
         """Lay out what is drawn, then draw what depends on where that is."""
         if self.late:
             escape_texts(self)
-            self.draw_without_rendering()
+            self._write_numbers()
+            engine = self.get_layout_engine()
+            assert engine is not None
+            with settings(self.style.rc), as_far_as_it_goes():
+                engine.execute(self)
+            for axes in self.axes:
+                axes.apply_aspect()
         while self.late:
             self.late.pop(0)()
+            self.is_laid_out = True
 
-    def draw(self, renderer: Any) -> None:
-        """Draw; as `matplotlib.figure.Figure.draw`."""
+    def _write_numbers(self) -> None:
         for axes in self.axes:
             for axis in (axes.xaxis, axes.yaxis):
                 _scale(axis)
                 _write_out(axis)
+
+    def draw(self, renderer: Any) -> None:
+        """Draw; as `matplotlib.figure.Figure.draw`."""
+        self._write_numbers()
+        for axes in self.axes:
             for line in axes.lines:
                 _thin_out(line, 72.0 * self.get_figwidth() * axes.get_position().width)
         with as_far_as_it_goes():

@@ -13,15 +13,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.result import SEVERAL, Result, commanded, from_dataset, split, unit_of
 
-from .style import AGAINST, as_far_as_it_goes, current
+from .measure import extent_of
+from .style import AGAINST, current
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,9 +58,7 @@ def room(axes: Axes) -> float:
 
 def width_of(text: str, size: float) -> float:
     """How wide a text is with letters of a size, points."""
-    with as_far_as_it_goes():
-        found = text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)
-    return float(found[0])
+    return extent_of(text, size)[0]
 
 
 def wrapped(text: str, wide: float, size: float) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -135,10 +136,16 @@ def compute(
     *,
     probability: float | None = None,
     tolerance: float = TOLERANCE,
+    looks: int | None = None,
+    first: Sequence[str] = (),
     progress: Progress | None = None,
     **options: Any,
 ) -> Result:
-    """The light form of `allow`."""
+    """The light form of `allow`.
+
+    `looks` says after how many sizes no other source is begun, `first` in which order: those first whose names, or
+    those of a part of them, stand there first.
+    """
     share, options = prepared(m, question, probability, tolerance, options, "allow")
     base, sources = sizings(m)
     if not sources:
@@ -146,9 +153,13 @@ def compute(
     asked = Asked(base, question, share, options)
     every = _Every(asked, sources, tolerance)
     done: list[_One] = []
+    rank = {name: k for k, name in enumerate(first)}
+    in_turn = sorted(sources, key=lambda one: min(rank.get(name, len(rank)) for name in one.sources))
     try:
         every.find()
-        for k, source in enumerate(sources):
+        for k, source in enumerate(in_turn):
+            if looks is not None and asked.looks >= looks:
+                break
             if progress is not None:
                 progress(k + 1, len(sources) + 1)
             done.append(every.one(source))
@@ -161,7 +172,10 @@ def compute(
         result = _result(every, done, question, share, options)
         words = f"interrupted after {len(done)} of {len(sources)} sources"
         raise Interrupted(Result(result.coords, result.data, {**result.attrs, "incomplete": words})) from None
-    return _result(every, done, question, share, options)
+    result = _result(every, sorted(done, key=lambda one: sources.index(one.source)), question, share, options)
+    if len(done) == len(sources):
+        return result
+    return replace(result, attrs={**result.attrs, "incomplete": f"found of {len(done)} of {len(sources)} sources"})
 
 
 def keeps(result: Result) -> bool:

@@ -26,7 +26,7 @@ from jointplay.analyses.several import places_of
 from jointplay.basics.arrays import Array, Floats
 from jointplay.core.compile import FORCE_LIMITS, LENGTHS
 from jointplay.errors import InputError
-from jointplay.model.mechanism import Mechanism
+from jointplay.model.mechanism import Mechanism, looked_at
 from jointplay.model.mobility import examine
 from jointplay.questions import QUESTIONS
 from jointplay.result import STATUSES, Result, first_largest
@@ -114,6 +114,8 @@ class Asked:
         self.m, self.question, self.probability, self.asker = m, question, probability, asker
         self.options = {**QUESTIONS[question].asked_by[asker], **options}
         self.contacts = contacts(m, self.options.pop("contact", None)) if question == "random" else ()
+        #: sizes that were tried
+        self.looks = 0
         #: no force depends on which point is the output
         self.is_of_forces = not QUESTIONS[question].is_of_errors
         # A strained specimen takes up its clearances as its energy is least; of a determinate mechanism none is.
@@ -165,8 +167,9 @@ class Asked:
 
     def use(self, changes: Mapping[str, object], near: PlacesByPart | None = None) -> Use:
         """How much of the limits is used with changes, at all configurations or at some of them."""
+        self.looks += 1
         try:
-            copy = self.m.with_(changes)
+            copy = looked_at(self.m, changes)
             for one in self.parts(copy):
                 _ = one.part.core
         except InputError:

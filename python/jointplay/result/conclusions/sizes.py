@@ -131,7 +131,8 @@ def _tighten(result: Result, used: float) -> Iterator[str]:
         return
     best = [name for name, share in zip(result.labels("source"), without, strict=True) if share <= least + ALIKE * used]
     names = " or ".join(best) if len(best) <= MOST_NAMES else f"one of {len(best)} sources, such as {best[0]},"
-    yield f"To tighten {names} brings most: without it {share_of(least)} would be used."
+    among = ", of those that were looked at" if "incomplete" in result.attrs else ""
+    yield f"To tighten {names} brings most{among}: without it {share_of(least)} would be used."
 
 
 def first_missed(result: Result, what: str, k: int) -> str:

@@ -18,7 +18,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.model.mechanism import Mechanism
 
 from . import decimals, former, printing
-from .answers import SAMPLES, ask
+from .answers import ask, usual
 from .notebook import View, view
 from .page import PageLook, page
 
@@ -34,7 +34,7 @@ def report(
     m: Mechanism,
     path: str | os.PathLike[str],
     *,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     seed: int = 0,
     against: str | os.PathLike[str] | None = None,
     decimal: str = ".",
@@ -48,8 +48,9 @@ def report(
         With drive values or a path. Of several outputs each has a chapter of its own.
     path : str or path
         Ending in `.html`, or in `.pdf` where Chromium or a browser like it is installed.
-    samples : int
-        Random specimens per configuration.
+    samples : int, optional
+        Random specimens per configuration. If left out 32,768; of an over-constrained mechanism without a required
+        yield 8192.
     seed : int
         Of the random numbers.
     against : str or path, optional
@@ -83,7 +84,7 @@ def write(
     m: Mechanism,
     path: Path,
     *,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     seed: int = 0,
     against: Path | None = None,
     decimal: str = ".",
@@ -106,6 +107,7 @@ def write(
         Whether all configurations are ok and no limit is missed.
     """
     check_path(path)
+    samples = usual(m) if samples is None else samples
     random.checked(samples, seed, None, random.PROBABILITIES, "sobol")
     is_pdf = path.suffix.lower() == ".pdf"
     if paper is not None and paper not in PAPERS:

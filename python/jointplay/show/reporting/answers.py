@@ -31,22 +31,25 @@ from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings, times
-from jointplay.result import Result, Variable, parts, size, stack
+from jointplay.result import Result, Variable, blame, parts, size, stack
 from jointplay.result.verdict import is_good
 
 from . import maps
 
 #: questions with a verdict, in the order in which they are told
 JUDGED = ("worst", "loaded", "random", "structural", "forces")
-SAMPLES = 32_768
+#: specimens per configuration, and of an over-constrained mechanism, of which each takes ten times as long
+SAMPLES, STRAINED = 32_768, 8192
 #: factors of all clearances and tolerances against which the error is drawn
-FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
+FACTORS = (0.0, 0.5, 1.0, 1.5, 2.0)
 #: specimens that are drawn as points
 CLOUD = 300
 #: configurations between which the slider of the page moves
 MOST_SHOWN = 121
 #: directions in space in which the region is looked for: enough for a drawing
 IN_SPACE = 66
+#: sizes that are tried to find how large they may be; none of another source after that
+LOOKS_IN_PLANE, LOOKS_IN_SPACE = 60, 24
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
@@ -68,6 +71,8 @@ class Chapter:
         By question why it was not asked.
     cloud : ndarray or None
         Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
+    shared : dict
+        Pictures that all chapters of a page have in common, by what they are of.
     """
 
     m: Mechanism
@@ -76,6 +81,7 @@ class Chapter:
     results: dict[str, Result] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     cloud: Floats | None = None
+    shared: dict[object, str] = field(default_factory=dict)
 
     def parts(self, question: str) -> list[tuple[str, Result]]:
         """The answer to a question, load case by load case, each with what it is called."""
@@ -102,22 +108,25 @@ class Answers:
         return all(map(is_good, judged)) and (has_forces or not self.m.limits.forces)
 
 
-def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None) -> Answers:
-    """Ask all questions that the file allows.
+def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None = None) -> Answers:
+    """Ask all questions that the file allows; without a number of `samples` of as many as `usual` says.
 
     Raises
     ------
     InputError
         When there is no configuration to ask about.
     """
+    samples = usual(m) if samples is None else samples
     at = nominal(m.first)
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled; `jointplay solve` says where it stays open", file=m.file)
     chapters = []
+    shared: dict[object, str] = {}
     for name in m.outputs or ("",):
         own = m.only(name or None, None)
         first = own.first
-        chapters.append(Chapter(own, name, at if first.of == m.first.of else carried(at, m.first, first)))
+        place = at if first.of == m.first.of else carried(at, m.first, first)
+        chapters.append(Chapter(own, name, place, shared=shared))
     asked = [_questions(chapter, samples, seed) for chapter in chapters]
     steps = sum(map(len, asked)) + 2
     done = 0
@@ -155,11 +164,16 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "region": lambda: region.compute(first, directions=directions(first), at=chapter.at),
         "sizes": lambda: _sizes(first, chapter.results.get("worst")),
         "singularities": lambda: singularities.compute(first),
-        "allow": lambda: allow.compute(first),
+        "allow": lambda: _allowed(first, chapter.results.get("worst")),
         **({"life": lambda: life.compute(m)} if wears else {}),
         **({"forces": lambda: forces.compute(m)} if m.limits.forces else {}),
         **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
     }
+
+
+def usual(m: Mechanism) -> int:
+    """Specimens per configuration: fewer where each takes long, unless a yield is required, which they have to show."""
+    return SAMPLES if m.first.core.isostatic or np.isfinite(m.limits.probability) else STRAINED
 
 
 def directions(m: Mechanism) -> int:
@@ -176,6 +190,16 @@ def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: 
         step()
     if "random" in chapter.results:
         chapter.cloud = specimens(chapter.m.first, chapter.at, seed)
+
+
+def _allowed(m: Mechanism, known: Result | None) -> Result:
+    """The largest sizes, those of the sources first that make most of the largest error, until enough were tried."""
+    names: list[str] = []
+    if known is not None:
+        found = blame(parts(known)[0][1])
+        shares = np.nanmax([np.abs(found.position), np.abs(found.rotation)], axis=(0, 1), initial=0.0)
+        names = [found.causes[k] for k in np.argsort(-shares, kind="stable")]
+    return allow.compute(m, looks=LOOKS_IN_PLANE if m.pose_size != poses.SPATIAL else LOOKS_IN_SPACE, first=names)
 
 
 def _sizes(m: Mechanism, known: Result | None) -> Result:

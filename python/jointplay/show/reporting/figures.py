@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from html import escape
 from typing import Any
 
@@ -12,7 +13,8 @@ from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
 
-from jointplay.plot.style import USUAL_STYLE, LayoutEngine, as_far_as_it_goes, escape_texts, settings
+from jointplay.plot import style, ticks
+from jointplay.plot.style import USUAL_STYLE, LayoutEngine, StyledFigure, as_far_as_it_goes, escape_texts
 from jointplay.result import Result
 from jointplay.result.write import to_csv
 
@@ -22,6 +24,13 @@ from . import decimals
 MOST_NUMBERS = 20_000
 
 
+@contextmanager
+def settings() -> Iterator[None]:
+    """Draw as figures of a page are drawn."""
+    with style.settings(USUAL_STYLE.rc), ticks.once():
+        yield
+
+
 def blank(width: float, height: float) -> Figure:
     """A figure of a page, inches."""
     return Figure(figsize=(width, height), layout=LayoutEngine())
@@ -29,10 +38,12 @@ def blank(width: float, height: float) -> Figure:
 
 def svg(figure: Figure) -> str:
     """A figure as the source of a picture."""
+    if isinstance(figure, StyledFigure) and figure.is_laid_out:
+        figure.set_layout_engine("none")
     decimals.in_figure(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
-    with settings({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
+    with style.settings({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
         content = _PageCanvas(figure).written()
     return "data:image/svg+xml;base64," + base64.b64encode(content.encode()).decode()
 

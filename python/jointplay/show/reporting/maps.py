@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from jointplay import plot
 from jointplay.analyses import map as maps
 from jointplay.model.mechanism import Mechanism
+from jointplay.plot.ticks import subplot
 from jointplay.result import Result, parts, quantity
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
@@ -91,5 +92,5 @@ def _drawn(part: Result, name: str) -> Figure:
     if len(str(part.attrs["grid"]).split(", ")) > 2:
         return plot.map(part, name)
     figure = blank(*SIZE)
-    plot.map(part, name, axes=figure.add_subplot())
+    plot.map(part, name, axes=subplot(figure))
     return figure

@@ -17,8 +17,9 @@ from jointplay.analyses import pressed
 from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
+from jointplay.model.sizing import sizings
 from jointplay.plot.sheet import sheet
-from jointplay.plot.style import USUAL_STYLE, settings
+from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, figure, in_words, today
 from jointplay.result.conclusions import Sentence, conclude, decide
@@ -29,7 +30,7 @@ from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verd
 from . import former, maps, ordering
 from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
-from .figures import blank, numbers, picture
+from .figures import blank, numbers, picture, settings
 
 QUANTITIES = ("position", "rotation")
 #: in front of verdicts
@@ -71,7 +72,7 @@ def of_chapter(chapter: Chapter) -> Iterator[Section]:
     }
     asked = dict(title_and_maker for question, title_and_maker in makers.items() if question in chapter.results)
     for title, make in (always | asked).items():
-        with settings(USUAL_STYLE.rc):
+        with settings():
             content = make(chapter)
         yield Section(title, content)
     if chapter.reasons:
@@ -149,7 +150,7 @@ def _mechanism(chapter: Chapter) -> str:
         f"closure, looked for in {directions(m)} directions; dots are random specimens."
     )
     still = blank(7.4, 5.0)
-    plot.mechanism(m, _first(chapter), axes=still.add_subplot())
+    plot.mechanism(m, _first(chapter), axes=subplot(still))
     files: dict[str, str] = {}
     if "region" in chapter.results:
         files["region.csv"] = numbers(chapter.results["region"], ("region", "extent", "region_direction"))
@@ -163,7 +164,7 @@ def _mechanism(chapter: Chapter) -> str:
 def _drawn(draw: Callable[..., Figure], *args: Any, **options: Any) -> Figure:
     """A figure that has half the width of the page."""
     figure = blank(5.2, 4.0)
-    draw(*args, **options, axes=figure.add_subplot())
+    draw(*args, **options, axes=subplot(figure))
     return figure
 
 
@@ -228,17 +229,26 @@ def _reactions(chapter: Chapter) -> str:
     for heading, part in chapter.parts("loaded"):
         if "reaction" not in part.data:
             continue
-        figure = blank(7.4, 4.2)
-        plot.reactions(part, axes=figure.add_subplot())
         said = ": ".join(filter(None, (heading, "Forces in the joints under the loads of the file, at nominal poses.")))
-        found.append(picture(figure, said, {"reactions.csv": numbers(part, ("reaction",))}))
+        files = {"reactions.csv": numbers(part, ("reaction",))}
+        # They do not depend on which point is the output.
+        key = said, files["reactions.csv"]
+        if key not in chapter.shared:
+            figure = blank(7.4, 4.2)
+            plot.reactions(part, axes=subplot(figure))
+            chapter.shared[key] = picture(figure, said, files)
+        found.append(chapter.shared[key])
     return "".join(found)
 
 
 def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
-    return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
+    shown = picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv"))
+    found = set(result.labels("source"))
+    rest = [one.name for one in sizings(chapter.m.first)[1] if one.name not in found]
+    said = f"Of the sources with the largest shares; not looked for: {listed(rest)}, for which see `jointplay allow`."
+    return _concluded(result) + shown + paragraphs([said] if rest else [], "note") + _table(result)
 
 
 def _forces(chapter: Chapter) -> str:
@@ -263,16 +273,20 @@ def _life(chapter: Chapter) -> str:
 
 
 def _compensation(chapter: Chapter) -> str:
-    found = []
-    for heading, part in chapter.parts("compensate"):
-        figures = [_drawn(plot.error, part, quantity) for quantity in QUANTITIES]
+    every = chapter.parts("compensate")
+    before = [_drawn(plot.error, dict(every), quantity) for quantity in QUANTITIES]
+    said = "Error under the loads of the file before and after the correction of the drives"
+    # Of several load cases one picture has all errors.
+    apart = len(every) > 1
+    found = [picture(before, f"{said}.")] if apart else []
+    for heading, part in every:
         units = dict.fromkeys(part.labels("drive_unit"))
-        figures += [_drawn(plot.correction, part, unit) for unit in units]
-        said = "Error under the loads of the file before and after the correction of the drives, and the correction."
-        words = ": ".join(filter(None, (heading, said)))
+        figures = [*([] if apart else before), *(_drawn(plot.correction, part, unit) for unit in units)]
+        shows = f"{said}, and the correction."
+        words = "Correction of the drives." if apart else ": ".join(filter(None, (heading, shows)))
         names = [name for name in part.data if "contribution" not in name]
         shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
-        judged = marked(verdict(part).outcome) + _concluded(part)
+        judged = paragraphs([heading] if apart else []) + marked(verdict(part).outcome) + _concluded(part)
         found.append(judged + shown + _table(part, "Table of the corrected drives"))
     return "".join(found)
 
@@ -311,7 +325,7 @@ def assembly(answers: Answers) -> Section | None:
     """The steps of the assembly, where the file has an order."""
     if answers.assembly is None:
         return None
-    with settings(USUAL_STYLE.rc):
+    with settings():
         figure = sheet(answers.m.first, {"assemble": answers.assembly})
         blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
     said = "Error and forces after every step of the assembly."
@@ -323,7 +337,7 @@ def map_(answers: Answers) -> Section | None:
     """The error over the grid of the file."""
     if answers.map is None:
         return None
-    with settings(USUAL_STYLE.rc):
+    with settings():
         return Section("Map", maps.content(answers.m, answers.map))
 
 

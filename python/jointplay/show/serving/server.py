@@ -300,7 +300,7 @@ class Studio:
         # With sliders moved, or another text, it is the file that the page prints.
         is_own = found.name and not values and self._page(told)[0].text == found.content
         command = shlex.join(["jointplay", "report", name if is_own else "FILE"])
-        return {"html": report(reports.ask(session.changed(values), reports.SAMPLES, 0), PageLook(command))}
+        return {"html": report(reports.ask(session.changed(values), None, 0), PageLook(command))}
 
     def page(self, told: Json) -> Json:
         """A page with the mechanism to play with, its verdict and its file, which needs no server."""
