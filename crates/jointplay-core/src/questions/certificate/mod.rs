@@ -52,7 +52,8 @@ const ROUNDING: f64 = 1e-13;
 const DIVISIONS: [u32; 4] = [1, 5, 9, 15];
 const GOOD: f64 = 0.01;
 
-/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near.
+/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near,
+/// or close enough.
 const POOR: f64 = 0.1;
 const NEAR: f64 = 0.002;
 

@@ -179,7 +179,7 @@ impl Second {
     }
 
     /// What the function does not gain more than on a part: in its balls as a whole, or in balls around what is left of them.
-    /// The first are what is linear in the function is exact in; the second bend less.
+    /// In whole balls what is linear is exact; in smaller ones there is less curvature.
     pub fn most(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
         let whole = self.most_in(product, part, from, false);
         if product.is_smaller(part) { whole.min(self.most_in(product, part, from, true)) } else { whole }
