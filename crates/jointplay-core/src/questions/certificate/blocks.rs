@@ -98,9 +98,9 @@ impl Block {
         (norm(&self.range().map(far).collect::<Vec<_>>()) * UNIT).min(self.radius(from))
     }
 
-    /// A ball around the part, that is the part itself where it is all of a ball or one interval: its middle as seen from
-    /// a point, and its radius; `None` for other polytopes.
-    pub fn ball(&self, part: &Part, from: &[f64]) -> Option<(Vec<f64>, f64)> {
+    /// A ball around the part: the block itself where it is one, or a ball around what is left of it; an interval is one, too.
+    /// Its middle as seen from a point, and its radius; `None` for other polytopes.
+    pub fn ball(&self, part: &Part, from: &[f64], is_left: bool) -> Option<(Vec<f64>, f64)> {
         if !self.corners.is_empty() && self.size > 1 {
             return None;
         }
@@ -109,7 +109,7 @@ impl Block {
             self.range().zip(&middle).map(|(k, m)| (part.x[k] - Interval::from_point(*m)).size()).collect();
         let radius = norm(&half) * UNIT;
         let from = &from[self.range()];
-        if self.corners.is_empty() && radius >= UNIT {
+        if self.corners.is_empty() && (radius >= UNIT || !is_left) {
             return Some((from.iter().map(|f| -f).collect(), UNIT * UNIT));
         }
         // The difference, rounded, is off by less than its radius grows.
@@ -250,6 +250,15 @@ impl Product {
     pub fn reach(&self, direction: &[f64]) -> f64 {
         let g: Vec<Interval> = direction.iter().map(|&g| Interval::from_point(g)).collect();
         self.spread(&self.whole(), &g, &vec![0.0; direction.len()]).high
+    }
+
+    /// Whether of some ball only a part is left that a smaller ball holds.
+    pub fn is_smaller(&self, part: &Part) -> bool {
+        let is_smaller = |block: &Block| {
+            let widths: Vec<f64> = block.range().map(|k| 0.5 * part.x[k].width()).collect();
+            norm(&widths) < 1.0
+        };
+        self.blocks.iter().filter(|block| block.corners.is_empty()).any(is_smaller)
     }
 
     /// All of it.

@@ -1,5 +1,6 @@
 //! The error of the output over parts of the sets: its value at a point, and its derivative over the part.
 
+use std::cell::RefCell;
 use std::ops::Range;
 
 use crate::closure::newton::State;
@@ -7,7 +8,7 @@ use crate::math::affine::Form;
 use crate::math::interval::Interval;
 use crate::math::vector::{Vec3, sub};
 use crate::mechanism::Mechanism;
-use crate::questions::certificate::blocks::Part;
+use crate::questions::certificate::blocks::{Part, Product};
 use crate::questions::certificate::chart::{Poses, rate_of_vector};
 use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
 use crate::questions::certificate::second::Second;
@@ -22,7 +23,7 @@ pub(super) struct Expansion {
     /// The derivative of every component over the part, along the coordinates of the sets; of those that were asked for.
     pub along_sets: Vec<Vec<Interval>>,
     /// The same with what is along the slabs apart from the rest of it.
-    pub gradient: Vec<Vec<Interval>>,
+    gradient: Vec<Vec<Interval>>,
     /// The same with what is linear in it.
     pub second: Vec<Second>,
 }
@@ -31,6 +32,8 @@ pub(super) struct Expansion {
 pub(super) struct Errors<'m> {
     pub encloser: Encloser<'m>,
     nominal: Nominal,
+    /// For sums of what is linear in derivatives.
+    pub room: RefCell<Second>,
 }
 
 /// The nominal output.
@@ -69,7 +72,7 @@ impl<'m> Errors<'m> {
     pub fn new(m: &'m Mechanism, nominal: &State, middle: &State) -> Result<Self, Refused> {
         let encloser = Encloser::new(m, middle, m.sources(), &m.centre);
         let nominal = Nominal::of(m, nominal).ok_or(Refused::Singular)?;
-        Ok(Self { encloser, nominal })
+        Ok(Self { encloser, nominal, room: RefCell::default() })
     }
 
     /// Over a part about a point of which the pose is known.
@@ -127,6 +130,44 @@ impl<'m> Errors<'m> {
             }
         }
     }
+}
+
+impl Expansion {
+    /// What some components do not exceed along a direction on a part: what is quadratic is bounded as such.
+    pub fn along(
+        &self,
+        product: &Product,
+        part: &Part,
+        components: &Range<usize>,
+        direction: &[f64],
+        room: &mut Second,
+    ) -> f64 {
+        let n: Vec<Interval> = direction.iter().map(|&x| Interval::from_point(x)).collect();
+        let error = self.error[components.clone()].iter().zip(&n);
+        let value = error.fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
+        room.set_to_sum(&self.second[components.clone()], direction);
+        let quadratic = Interval::from_point(value) + Interval::from_point(room.most(product, part, &self.x));
+        let g = self.gradient(components, &n);
+        let bound = quadratic.high.min(self.gained(product, part, &g, value));
+        if bound.is_nan() { f64::INFINITY } else { bound }
+    }
+
+    /// The gradient of some components along a box of directions.
+    pub fn gradient(&self, components: &Range<usize>, direction: &[Interval]) -> Vec<Interval> {
+        weighted(&self.gradient[components.clone()], direction)
+    }
+
+    /// What is reached from a value at the point on a part, with a box of gradients.
+    pub fn gained(&self, product: &Product, part: &Part, g: &[Interval], value: f64) -> f64 {
+        let supports = product.supports(part, g, &self.x);
+        supports.fold(Interval::from_point(value), |sum, s| sum + Interval::from_point(s)).high
+    }
+}
+
+/// The sum of rows times factors.
+pub(super) fn weighted(rows: &[Vec<Interval>], factors: &[Interval]) -> Vec<Interval> {
+    let along = |k: usize| rows.iter().zip(factors).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
+    (0..rows[0].len()).map(along).collect()
 }
 
 impl Nominal {

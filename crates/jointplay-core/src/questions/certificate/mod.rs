@@ -21,34 +21,39 @@ mod search;
 mod second;
 mod slabs;
 
+use std::cell::Cell;
+
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::interrupt;
 use crate::math::interval::Interval;
+use crate::math::space::Space;
 use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::dim::Wanted;
 use crate::questions::certificate::atlas::Atlas;
+use crate::questions::certificate::directions::Direction;
 use crate::questions::certificate::errors::{Errors, Refused};
-use crate::questions::certificate::fan::Fan;
+use crate::questions::certificate::fan::fan;
 use crate::questions::certificate::search::{Bounded, Search, Sought};
 use crate::questions::columns::Certificate;
 use crate::questions::form::Form;
 
-/// A bound this close to the value that is attained, as a part of the largest error of its kind, is not made better; nor one
-/// this close to it as a part of the characteristic length, or in radians.
-const CLOSE: f64 = 1e-5;
+/// A bound this close to the value that is attained, as a part of the largest error of its kind, is not made better, in the
+/// plane and in space; nor one this close to it as a part of the characteristic length, or in radians.
+const CLOSE: [f64; 2] = [1e-5, GOOD];
 const ROUNDING: f64 = 1e-13;
 
 /// Into how many slabs the sets are divided along what moves most, one after the other, until every bound is this close.
 const DIVISIONS: [u32; 4] = [1, 5, 9, 15];
 const GOOD: f64 = 0.01;
 
-/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near.
+/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near,
+/// or close enough.
 const POOR: f64 = 0.1;
 const NEAR: f64 = 0.002;
 
@@ -75,14 +80,21 @@ struct Bound {
     /// The largest error of its kind, and what such errors are measured in.
     of_its_kind: f64,
     unit: f64,
+    /// How close is close enough.
+    close: f64,
     value: f64,
     /// Parts that may still be looked at.
     left: u64,
 }
 
 impl Bound {
-    fn of(sought: Sought, (sign, attained): (f64, f64), (of_its_kind, unit): (f64, f64), left: u64) -> Self {
-        Self { sought, sign, attained, of_its_kind, unit, value: f64::INFINITY, left }
+    fn of(
+        sought: Sought,
+        (sign, attained): (f64, f64),
+        (of_its_kind, unit): (f64, f64),
+        (close, left): (f64, u64),
+    ) -> Self {
+        Self { sought, sign, attained, of_its_kind, unit, close, value: f64::INFINITY, left }
     }
 
     /// What is this close to what is attained, as a part of the largest error of its kind.
@@ -96,17 +108,25 @@ impl Bound {
 
     /// Lowers it by expansions over all of the sets; how many parts were looked at.
     fn lower(&mut self, errors: &Errors<'_>, atlas: &Atlas) -> u64 {
-        let components = self.sought.components.clone();
-        let (is_size, before) = (components.len() > 1, self.left);
+        let (sought, is_size, before) = (self.sought.clone(), self.sought.components.len() > 1, self.left);
         // Cells of slabs and cells of directions together are more than a search can go through.
         if !is_size || atlas.cells.len() == 1 {
             let poor = self.beside(if is_size { POOR } else { f64::INFINITY });
-            let (sought, enough, budget) = (self.sought.clone(), self.beside(CLOSE), self.left);
-            self.take(&Search { errors, atlas, sought, enough, poor, budget }.run());
+            let (enough, budget) = (self.beside(self.close), self.left);
+            let found = Search { errors, atlas, sought: &sought, enough, poor, budget }.run();
+            self.take(&found);
         }
         if is_size && !self.is_within(GOOD) {
-            let (attained, enough, budget) = (self.attained, self.beside(NEAR), self.left);
-            self.take(&Fan { errors, atlas, components, attained, enough, budget }.run());
+            let (enough, left) = (self.beside(self.close.max(NEAR)), Cell::new(self.left));
+            let along = |direction: &[f64]| {
+                let sought = &Sought::along(sought.components.clone(), Direction::of(direction));
+                let (enough, poor, budget) = (0.5 * (self.attained + enough), f64::INFINITY, left.get());
+                let found = Search { errors, atlas, sought, enough, poor, budget }.run();
+                left.set(budget.saturating_sub(found.parts));
+                found.bound
+            };
+            self.value = self.value.min(fan(&sought.directions, enough, along));
+            self.left = left.get();
         }
         before - self.left
     }
@@ -193,15 +213,16 @@ impl Mechanism {
     fn bounds_of(&self, attained: &Attained<'_>, parts: u64) -> Vec<Bound> {
         let (size, translations) = (self.size(), self.n_translations());
         let (place, turn) = ((attained.position, self.length), (attained.rotation, 1.0));
+        let effort = (CLOSE[usize::from(self.space == Space::Spatial)], parts);
         let end = |k: usize| {
             let (sign, kind) =
                 (if k.is_multiple_of(2) { -1.0 } else { 1.0 }, if k / 2 < translations { place } else { turn });
-            Bound::of(Sought::end(k / 2, sign), (sign, sign * attained.component[k]), kind, parts)
+            Bound::of(Sought::end(k / 2, sign), (sign, sign * attained.component[k]), kind, effort)
         };
         let mut bounds: Vec<Bound> = (0..2 * size).map(end).collect();
-        bounds.push(Bound::of(Sought::size(0..translations), (1.0, attained.position), place, parts));
+        bounds.push(Bound::of(Sought::size(0..translations), (1.0, attained.position), place, effort));
         if self.turns_freely() {
-            bounds.push(Bound::of(Sought::size(translations..size), (1.0, attained.rotation), turn, parts));
+            bounds.push(Bound::of(Sought::size(translations..size), (1.0, attained.rotation), turn, effort));
         }
         bounds
     }

@@ -22,8 +22,8 @@ use crate::math::interval::Interval;
 use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::directions::Direction;
-use crate::questions::certificate::errors::{Errors, Expansion};
-use crate::questions::certificate::second::Second;
+use crate::questions::certificate::errors::{Errors, Expansion, weighted};
+use crate::questions::certificate::fan::fan;
 
 /// A part is expanded anew when the spread of what is sought over it has shrunk by this factor.
 const SHRUNK: f64 = 0.7;
@@ -32,7 +32,9 @@ const CHECKED: u64 = 25;
 const GAIN: f64 = 0.02;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
-/// Cells of directions that are wider are halved, and such that are narrower are not.
+/// Cells of directions that are wider than the first are halved before a part is expanded, such that are wider than the
+/// second before it is halved; narrower ones than the last are not.
+const BROAD: f64 = 1.1;
 const WIDE: f64 = 0.26;
 const FINEST: f64 = 1e-9;
 /// Parts that are only bounded anew, for each part that may be expanded.
@@ -103,7 +105,7 @@ pub(super) struct Bounded {
 pub(super) struct Search<'s, 'm> {
     pub errors: &'s Errors<'m>,
     pub atlas: &'s Atlas,
-    pub sought: Sought,
+    pub sought: &'s Sought,
     /// A bound below this is good enough; one above this after a quarter of the parts is left as it is.
     pub enough: f64,
     pub poor: f64,
@@ -148,18 +150,6 @@ impl Search<'_, '_> {
         Bounded { bound: closed, parts }
     }
 
-    /// The gradient along a box of directions.
-    fn gradient(&self, expansion: &Expansion, direction: &[Interval]) -> Vec<Interval> {
-        self.sum(&expansion.gradient, direction)
-    }
-
-    /// The sum of the rows of what is sought, by a box of factors.
-    fn sum(&self, rows: &[Vec<Interval>], factors: &[Interval]) -> Vec<Interval> {
-        let rows = &rows[self.sought.components.clone()];
-        let along = |k: usize| rows.iter().zip(factors).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
-        (0..rows[0].len()).map(along).collect()
-    }
-
     /// Makes a part smaller as far as that goes by itself; false where no maximum is in it.
     fn shrink(&self, node: &mut Node, parts: &mut u64) -> bool {
         let product = &self.errors.encloser.product;
@@ -169,12 +159,19 @@ impl Search<'_, '_> {
                 return false;
             }
             let direction = node.direction.components();
-            if !product.leave_optima(&mut node.part, &self.sum(&expansion.along_sets, &direction)) {
+            if !product.leave_optima(
+                &mut node.part,
+                &weighted(&expansion.along_sets[self.sought.components.clone()], &direction),
+            ) {
                 return false;
             }
-            let g = self.gradient(&expansion, &direction);
+            let g = expansion.gradient(&self.sought.components, &direction);
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
-            if node.bound <= self.enough || *parts >= self.budget || self.is_coarse(node) {
+            if node.bound > self.enough && node.direction.width() > 0.0 {
+                let cell = [node.direction.clone()];
+                node.bound = node.bound.min(fan(&cell, self.enough, |n| self.along(node, &expansion, n)));
+            }
+            if node.bound <= self.enough || *parts >= self.budget || self.is_coarse(node, BROAD) {
                 return true;
             }
             let spread = |part: &Part| product.spread(part, &g, &expansion.x).width();
@@ -191,7 +188,7 @@ impl Search<'_, '_> {
 
     /// A part with its bound by what is known around it.
     fn bounded(&self, mut node: Node) -> Node {
-        let g = self.gradient(&node.expansion, &node.direction.components());
+        let g = node.expansion.gradient(&self.sought.components, &node.direction.components());
         node.bound = node.bound.min(self.bound(&node, &node.expansion, &g));
         node
     }
@@ -201,7 +198,7 @@ impl Search<'_, '_> {
         let error = &expansion.error[self.sought.components.clone()];
         let along = error.iter().zip(node.direction.components()).fold(Interval::ZERO, |sum, (e, n)| sum + *e * n).high;
         let size = error.iter().fold(Interval::ZERO, |sum, e| sum + e.square()).root().high;
-        let direct = self.gained(node, expansion, g, along.min(size));
+        let direct = expansion.gained(&self.errors.encloser.product, &node.part, g, along.min(size));
         let (corners, factor) = node.direction.corners();
         let highest = corners.iter().map(|corner| self.along(node, expansion, corner));
         let by_corners = if corners.len() > 1 {
@@ -213,48 +210,41 @@ impl Search<'_, '_> {
         if bound.is_nan() { f64::INFINITY } else { bound }
     }
 
-    /// The same with a box of gradients g, from a value at the point.
-    fn gained(&self, node: &Node, expansion: &Expansion, g: &[Interval], value: f64) -> f64 {
-        let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
-        supports.fold(Interval::from_point(value), |sum, s| sum + Interval::from_point(s)).high
-    }
-
-    /// The bound along one direction, where what is quadratic is bounded as such.
+    /// The bound along one direction.
     fn along(&self, node: &Node, expansion: &Expansion, direction: &[f64]) -> f64 {
-        let components = self.sought.components.clone();
-        let n: Vec<Interval> = direction.iter().map(|&x| Interval::from_point(x)).collect();
-        let error = expansion.error[components.clone()].iter().zip(&n);
-        let value = error.fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
-        let second = Second::sum(&expansion.second[components], direction);
-        let most = second.most(&self.errors.encloser.product, &node.part, &expansion.x);
-        let quadratic = (Interval::from_point(value) + Interval::from_point(most)).high;
-        self.gained(node, expansion, &self.gradient(expansion, &n), value).min(quadratic)
+        let (product, room) = (&self.errors.encloser.product, &mut self.errors.room.borrow_mut());
+        expansion.along(product, &node.part, &self.sought.components, direction, room)
     }
 
-    /// Whether the cell of directions is to be halved before the part: where it is wide, or where the bound would be good
+    /// Whether the cell of directions is to be halved first: where it is wider than this, or where the bound would be good
     /// enough along its middle alone.
-    fn is_coarse(&self, node: &Node) -> bool {
+    fn is_coarse(&self, node: &Node, wide: f64) -> bool {
         let width = node.direction.width();
         let along_middle = || self.along(node, &node.expansion, &node.direction.middle());
-        width > WIDE || width > FINEST && along_middle() <= self.enough
+        width > wide || width > FINEST && along_middle() <= self.enough
     }
 
     /// Leaves of the directions those of the errors on the part.
     fn leave_directions(&self, node: &mut Node, expansion: &Expansion) -> bool {
         let product = &self.errors.encloser.product;
-        let reached = |c: usize| expansion.error[c] + product.spread(&node.part, &expansion.gradient[c], &expansion.x);
+        let reached = |c: usize| {
+            let g = expansion.gradient(&(c..c + 1), &[Interval::ONE]);
+            expansion.error[c] + product.spread(&node.part, &g, &expansion.x)
+        };
         node.direction.leave(&self.sought.components.clone().map(reached).collect::<Vec<_>>())
     }
 
     /// Two parts of a part that has not shrunk enough; to halve what is expanded counts, too.
     fn halves(&self, node: &Node, parts: &mut u64) -> Vec<Node> {
         let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
-        if self.is_coarse(node) {
+        if self.is_coarse(node, WIDE) {
             let half = |direction: Direction| self.bounded(Node { direction, ..node.clone() });
             return node.direction.halves().into_iter().map(half).collect();
         }
-        let second = Second::sum(&expansion.second[self.sought.components.clone()], &node.direction.middle());
+        let mut second = self.errors.room.borrow_mut();
+        second.set_to_sum(&expansion.second[self.sought.components.clone()], &node.direction.middle());
         let costs = second.costs(&node.part);
+        drop(second);
         let costly = (0..costs.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b]));
         let Some(coordinate) = costly.filter(|&k| costs[k] > 0.0) else { return Vec::new() };
         *parts += 1;

@@ -22,6 +22,7 @@
 //! ```
 
 use crate::math::interval::Interval;
+use crate::math::lanes::{Kernel, dispatch};
 use crate::math::vector::{inner, norm};
 use crate::questions::certificate::blocks::{Part, Product};
 
@@ -34,6 +35,49 @@ const STEPS: usize = 5;
 const APART: f64 = 1.25;
 /// Blocks are not taken for smaller than this.
 const SMALLEST: f64 = 1e-12;
+
+/// Numbers that are summed while they are in registers.
+const AT_ONCE: usize = 32;
+
+/// A sum of lists times factors.
+struct Weighted<'a> {
+    onto: &'a mut [f64],
+    lists: &'a [&'a [f64]],
+    factors: &'a [f64],
+}
+
+impl Kernel for Weighted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (at, onto) in self.onto.chunks_mut(AT_ONCE).enumerate() {
+            onto.fill(0.0);
+            for (list, factor) in self.lists.iter().zip(self.factors) {
+                let list = &list[at * AT_ONCE..][..onto.len()];
+                onto.iter_mut().zip(list).for_each(|(sum, x)| *sum += factor * x);
+            }
+        }
+    }
+}
+
+/// A symmetric matrix times a vector.
+struct Times<'a> {
+    onto: &'a mut [f64],
+    matrix: &'a [f64],
+    by: &'a [f64],
+}
+
+impl Kernel for Times<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (row, by) in self.matrix.chunks_exact(self.by.len().max(1)).zip(self.by).filter(|(_, by)| **by != 0.0) {
+            self.onto.iter_mut().zip(row).for_each(|(sum, x)| *sum += by * x);
+        }
+    }
+}
 
 /// A function's derivative: its value at the point, its own derivative, and what it is off by.
 #[derive(Clone, Debug, Default)]
@@ -79,30 +123,32 @@ impl Second {
         second
     }
 
-    /// Of a sum of functions times numbers.
-    pub fn sum(functions: &[Self], factors: &[f64]) -> Self {
-        let mut sum = functions[0].clone();
-        for list in [&mut sum.gradient, &mut sum.curvature, &mut sum.blocks, &mut sum.rows, &mut sum.rest] {
-            list.fill(0.0);
-        }
-        let add = |sum: &mut [f64], list: &[f64], by: f64| sum.iter_mut().zip(list).for_each(|(sum, x)| *sum += by * x);
-        for (f, &factor) in functions.iter().zip(factors) {
-            add(&mut sum.gradient, &f.gradient, factor);
-            add(&mut sum.curvature, &f.curvature, factor);
-            let size = factor.abs() * RAISED;
-            add(&mut sum.blocks, &f.blocks, size);
-            add(&mut sum.rows, &f.rows, size);
-            for (k, rest) in sum.rest.iter_mut().enumerate() {
+    /// Makes it a sum of functions times numbers.
+    pub fn set_to_sum(&mut self, functions: &[Self], factors: &[f64]) {
+        let sizes: Vec<f64> = factors.iter().map(|factor| factor.abs() * RAISED).collect();
+        let add = |sum: &mut Vec<f64>, list: fn(&Self) -> &Vec<f64>, factors: &[f64]| {
+            let lists: Vec<&[f64]> = functions.iter().map(|f| &list(f)[..]).collect();
+            sum.resize(lists[0].len(), 0.0);
+            dispatch(Weighted { onto: sum, lists: &lists, factors });
+        };
+        add(&mut self.gradient, |f| &f.gradient, factors);
+        add(&mut self.curvature, |f| &f.curvature, factors);
+        add(&mut self.blocks, |f| &f.blocks, &sizes);
+        add(&mut self.rows, |f| &f.rows, &sizes);
+        add(&mut self.rest, |f| &f.rest, &sizes);
+        for (f, size) in functions.iter().zip(&sizes) {
+            for (k, rest) in self.rest.iter_mut().enumerate() {
                 // No coordinate of a unit ball is farther from another than 2.
-                *rest += size * (f.rest[k] + ROUNDING * (f.gradient[k].abs() + 4.0 * f.rows[k]));
+                *rest += size * ROUNDING * (f.gradient[k].abs() + 4.0 * f.rows[k]);
             }
         }
-        sum
     }
 
     /// The curvature times a vector.
     fn bend(&self, d: &[f64]) -> Vec<f64> {
-        self.curvature.chunks_exact(d.len().max(1)).map(|row| inner(row, d)).collect()
+        let mut bent = vec![0.0; d.len()];
+        dispatch(Times { onto: &mut bent, matrix: &self.curvature, by: d });
+        bent
     }
 
     /// What the rests come to on a part.
@@ -132,12 +178,18 @@ impl Second {
         (straight + 0.5 * bent + self.rests(part, from)) * RAISED
     }
 
-    /// What the function does not gain more than on a part.
+    /// What the function does not gain more than on a part: in its balls as a whole, or in balls around what is left of them.
+    /// In whole balls what is linear is exact; in smaller ones there is less curvature.
     pub fn most(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
+        let whole = self.most_in(product, part, from, false);
+        if product.is_smaller(part) { whole.min(self.most_in(product, part, from, true)) } else { whole }
+    }
+
+    fn most_in(&self, product: &Product, part: &Part, from: &[f64], is_left: bool) -> f64 {
         let n_blocks = product.blocks.len();
         let (mut g, mut c, mut radii, mut beside) = (self.gradient.clone(), vec![0.0; from.len()], Vec::new(), 0.0);
         for (number, block) in product.blocks.iter().enumerate() {
-            if let Some((centre, radius)) = block.ball(part, from) {
+            if let Some((centre, radius)) = block.ball(part, from, is_left) {
                 c[block.range()].copy_from_slice(&centre);
                 radii.push(radius.max(SMALLEST));
             } else {
