@@ -9,10 +9,10 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.oracles.cones import Linearised
 from helpers.platforms import mechanism as platform_mechanism
 from helpers.platforms import platform, primal
-from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.trusses import RADIAL, mechanism, random_square
 from jointplay.analyses.nominal import nominal
 
@@ -158,7 +158,8 @@ def test_a_position_is_at_least_as_far_off_as_each_of_its_components(guides: int
 
 def test_a_turn_about_two_pins_has_their_tilt_as_well() -> None:
     """A turn and a tilt about an axis across it: the cosine of half of the whole is the product of both."""
-    pin = 'type = "revolute", on = {{ ground = {{ at = {0}, axis = [0, 0, 1] }}, arm = {{ at = {0}, axis = [0, 0, 1] }} }}'
+    place = "{{ at = {0}, axis = [0, 0, 1] }}"
+    pin = f'type = "revolute", on = {{{{ ground = {place}, arm = {place} }}}}'
     found = jp.worst(
         jp.loads(f"""
         format = 1

@@ -293,7 +293,7 @@ def test_quantiles_are_where_first_order_sees_nothing(guides: int) -> None:
 
 
 def test_a_few_specimens_that_go_far_leave_the_others_their_bins() -> None:
-    """A rod hardly longer than the crank: far from its dead centre the slider goes much farther than most specimens do."""
+    """With a wide normal law of the drive the slider goes much farther in some specimens than in most."""
     law = {"drives.q.law": "normal", "drives.q.error": 60}
     found = jp.random(at_dead_centre(1, 0.0).with_(law), samples=1 << 14, keep=1 << 14)
     x = found.specimen_error.sel(component="x").values.ravel()

@@ -320,9 +320,11 @@ def test_what_a_load_leaves_open_is_not_called_nothing() -> None:
     assert "No rotation" not in " ".join(sentence.text for sentence in conclude(result).sentences)
 
 
-def test_no_source_is_blamed_for_what_first_order_does_not_tell(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_no_source_is_blamed_for_what_first_order_does_not_tell(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     """At its dead centre a slider goes by the square of the drive's error, and by its pin's clearance beside it."""
-    m = at_dead_centre(1, 0.0, "joints.B.clearance.radial = 0.01\nlimits.x = 0.1")
+    m = at_dead_centre(1, 0.0, "limits.x = 0.1").with_({"joints.B.clearance": {"radial": 0.01}})
     found = from_dataset(jp.worst(m))
     causes, share = blame(found).largest("position", 0) or ([], 0.0)
     assert causes == ["higher order"]

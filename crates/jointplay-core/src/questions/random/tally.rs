@@ -69,7 +69,9 @@ impl Ranges {
                 return (self, drawn);
             }
             if tried == MOST_RANGES || interrupt::is_asked() {
-                better.iter().for_each(|(q, _)| self.missed[*q] = true);
+                for (q, _) in better {
+                    self.missed[q] = true;
+                }
                 return (self, drawn);
             }
             for (q, [low, high]) in better {

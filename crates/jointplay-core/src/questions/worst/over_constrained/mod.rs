@@ -139,7 +139,9 @@ impl Mechanism {
         let mut extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
         if climbs > 0 {
             let corners = site.corners(2 * climbs).ok_or(Status::NotAssemblable)?;
-            extremes.iter_mut().for_each(|extreme| extreme.starts.extend_from_slice(&corners));
+            for extreme in &mut extremes {
+                extreme.starts.extend_from_slice(&corners);
+            }
         }
         let (summits, reached) = if climbs == 0 {
             (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
