@@ -330,7 +330,7 @@ def test_no_source_is_blamed_for_what_first_order_does_not_tell(
     assert causes == ["higher order"]
     assert share == pytest.approx(1.0 - 0.01 / 0.2953, abs=1e-3)
     file = tmp_path / "m.toml"
-    file.write_text(m.text, encoding="utf-8")
+    file.write_text(m.complete_text, encoding="utf-8")
     run(["error", str(file), "-q", "worst"])
     said = " ".join(capsys.readouterr().out.split())
     assert "first order explains only 3 % of it" in said
