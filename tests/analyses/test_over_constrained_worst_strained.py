@@ -188,3 +188,34 @@ def test_a_bar_that_never_fits_has_a_worst_case_all_the_same() -> None:
     assert abs(worst.worst_component.sel(component="y").values).max() < 1e-5
     rigid = m.with_({"bodies.bar.stiffness": None})
     assert jp.worst(rigid).status[0].item() == "not_assemblable"
+
+
+def test_a_specimen_that_first_order_takes_for_near_is_found() -> None:
+    """A plate on four bars: at one corner of the tolerances it goes twice as far as to first order."""
+    bars = {
+        "k0": ([29, -59], [33, 18], 17600, 0.22, (1.36, 0.41)),
+        "k1": ([17, 77], [20, 18], 8000, 0.0, (1.19, 0.21)),
+        "k2": ([-5, -97], [-25, -32], 39300, 0.46, None),
+        "k3": ([-83, -45], [-8, 16], 1100, 0.42, (0.55, 0.14)),
+    }
+    text = """
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        output = { body = "plate", at = [-15, 63] }
+    """
+    corner: dict[str, object] = {}
+    for name, (foot, head, stiffness, radial, ends) in bars.items():
+        play = f", clearance = {{ radial = {radial} }}" if radial else ""
+        text += f"""
+        bodies.{name}.stiffness = {stiffness}
+        joints.A{name} = {{ type = "revolute", bodies = ["ground", "{name}"], at = {foot}{play} }}
+        joints.B{name} = {{ type = "revolute", bodies = ["{name}", "plate"], at = {head} }}
+        """
+        if ends is not None:
+            between = f'body = "{name}", between = ["A{name}", "B{name}"]'
+            text += f"dimensions.l{name} = {{ {between}, tolerance = {{ plus = {ends[0]}, minus = {ends[1]} }} }}\n"
+            corner |= {f"dimensions.l{name}.tolerance": None, f"dimensions.l{name}.deviation": ends[0]}
+    m = jp.loads(text)
+    there = jp.worst(m.with_(corner))
+    assert there.worst_position.item() > 1.5 * there.worst_position_first_order.item()
+    assert jp.worst(m).worst_position.item() >= there.worst_position.item() * (1.0 - 1e-9)

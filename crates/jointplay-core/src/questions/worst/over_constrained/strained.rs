@@ -135,18 +135,23 @@ impl Elastic<'_> {
             climbs.extend(all.by_ref().take(n));
             climbs.sort_by(|a, b| b.value.total_cmp(&a.value));
         }
+        let settled = if climbs > 0 { self.settled(&corners) } else { Vec::new() };
         let of = |best: Vec<Climb>| {
             let first = best.first()?;
             let nearly = first.value - NEAR * first.value.abs();
-            let mut different: Vec<&Climb> = Vec::new();
-            for climb in best.iter().filter(|climb| climb.value >= nearly) {
-                if different.iter().all(|other| !self.is_same(&other.specimen, &climb.specimen)) {
-                    different.push(climb);
+            let near = best.iter().filter(|climb| climb.value >= nearly).map(|climb| &climb.specimen);
+            let exact = |error: &[f64]| first.measure.value(error, self.mechanism.n_translations());
+            let mut far: Vec<&(Vec<f64>, Vec<f64>)> = settled.iter().collect();
+            far.sort_by(|a, b| exact(&b.1).total_cmp(&exact(&a.1)));
+            let mut different: Vec<&Vec<f64>> = Vec::new();
+            for specimen in far.iter().take(climbs).map(|(specimen, _)| specimen).chain(near) {
+                if different.iter().all(|other| !self.is_same(other, specimen)) {
+                    different.push(specimen);
                 }
             }
             // Those that can be assembled without force are sought all at once, by programs of their own.
-            let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.specimen));
-            let heights = strained.take(3 * climbs).filter_map(|climb| self.summit(climb, strain));
+            let strained = different.into_iter().filter(|specimen| self.is_strained(&model, specimen));
+            let heights = strained.take(3 * climbs).filter_map(|specimen| self.summit(first.measure, specimen, strain));
             let mut height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
             let (measure, bound) = (first.measure, self.bound(&model, first));
             let strained = model.pose_alone(&first.specimen, &model.weights(measure, &first.strained.error), TINY)?;
@@ -192,11 +197,23 @@ impl Elastic<'_> {
         a.iter().zip(b).zip(widths).all(|((a, b), width)| (a - b).abs() <= SAME * width)
     }
 
-    /// The exact extreme near a climb: the specimen settled, everything linearised there, and climbed on.
-    fn summit(&self, climb: &Climb, strain: f64) -> Option<Height> {
+    /// Specimens with the error where their energy is least on the exact closure, which first order may be far from.
+    fn settled(&self, specimens: &[Vec<f64>]) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let of = |specimen: &Vec<f64>| {
+            let own = self.mechanism.displacements(&self.deviations.parameters(specimen));
+            let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
+            let start = self.solver.follow(self.nominal, &inputs).ok()?;
+            let settled = self.system.settle(self.solver, start, &own, |_, _| Ask::Stress).ok()?;
+            Some((specimen.clone(), self.system.basis.kept.error(&settled.state, self.nominal)))
+        };
+        specimens.par_iter().filter_map(of).collect()
+    }
+
+    /// The exact extreme near a specimen: it is settled, everything linearised there, and climbed on.
+    fn summit(&self, measure: Measure, specimen: &[f64], strain: f64) -> Option<Height> {
         let (m, basis) = (self.mechanism, self.system.basis);
         let known = m.displacements(&m.centre);
-        let mut specimen = climb.specimen.clone();
+        let mut specimen = specimen.to_vec();
         let mut best: Option<Height> = None;
         for _ in 0..ROUNDS {
             let built = Mechanism { centre: self.deviations.parameters(&specimen), ..m.clone() };
@@ -204,7 +221,7 @@ impl Elastic<'_> {
             let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
             let start = self.solver.follow(self.nominal, &inputs).ok()?;
             let ask = |state: &State, c: &Compatibility| {
-                let weights = m.weights(climb.measure, &basis.kept.error(state, self.nominal));
+                let weights = m.weights(measure, &basis.kept.error(state, self.nominal));
                 let at = Model {
                     right: c.right(&state.inputs.parameters, &known),
                     base: Vec::new(),
@@ -216,7 +233,7 @@ impl Elastic<'_> {
             };
             let settled = self.system.settle(self.solver, start, &own, ask).ok()?;
             let parameters = built.offsets(&self.system, &settled.balance);
-            let Some(height) = self.proved(climb.measure, parameters) else { break };
+            let Some(height) = self.proved(measure, parameters) else { break };
             let gain = best.as_ref().map_or(f64::INFINITY, |best| height.value - best.value);
             let size = height.value.abs();
             if gain > 0.0 {
@@ -234,7 +251,7 @@ impl Elastic<'_> {
                 base: error.iter().zip(&back).map(|(a, b)| a + b).collect(),
                 ..self.model(c, strain)
             };
-            let mut on = model.begin(&[climb.measure], std::slice::from_ref(&specimen)).pop()?;
+            let mut on = model.begin(&[measure], std::slice::from_ref(&specimen)).pop()?;
             model.climb(&mut on);
             let next = on.pop()?.specimen;
             if self.is_same(&specimen, &next) {
