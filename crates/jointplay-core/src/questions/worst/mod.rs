@@ -41,6 +41,8 @@ use crate::questions::worst::search::{Found, Search};
 use crate::questions::worst::starts::{Extreme, Linear};
 use crate::questions::worst::worker::Height;
 
+/// Heights that differ by less than this part are the same.
+const ALIKE: f64 = 1e-9;
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
 
@@ -106,9 +108,29 @@ impl Mechanism {
         starts: usize,
         lanes: bool,
     ) -> Vec<Result<Summits, Status>> {
-        match self.form(false) {
+        let mut found = match self.form(false) {
             Form::Determinate => self.summits_determinate(cases, measures, starts, lanes),
             Form::OverConstrained => self.summits_over_constrained(cases, measures, starts),
+        };
+        if starts > 0 {
+            for summits in found.iter_mut().flatten() {
+                self.share_poses(&mut summits.extremes);
+            }
+        }
+        found
+    }
+
+    /// Lets every extreme have the pose of another one where that is farther its way: no size is less than one of its
+    /// components, and none is told to be where it goes farther elsewhere.
+    fn share_poses(&self, extremes: &mut [Reported]) {
+        let heights: Vec<Height> = extremes.iter().map(|told| told.height.clone()).collect();
+        for told in extremes {
+            for other in &heights {
+                let value = told.measure.value(&other.error, self.n_translations());
+                if value - told.height.value > ALIKE * value.abs() {
+                    told.height = Height { value, ..other.clone() };
+                }
+            }
         }
     }
 
