@@ -41,8 +41,8 @@ use crate::questions::worst::search::{Found, Search};
 use crate::questions::worst::starts::{Extreme, Linear};
 use crate::questions::worst::worker::Height;
 
-/// Heights that differ by less than this part are the same.
-const ALIKE: f64 = 1e-9;
+/// Heights that differ by less than this part are the same: rounding of searches.
+const ALIKE: f64 = 1e-6;
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
 

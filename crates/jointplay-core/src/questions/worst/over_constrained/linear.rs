@@ -192,7 +192,7 @@ impl Site<'_> {
 
     /// Near a first-order optimum, with what has no effect there at an end of its own: what moves the
     /// output by its square only stays in the middle of the optimum, where it has no slope, and no sequence would begin.
-    fn undecided(&self, measure: Measure, linear: &Farthest) -> Option<Vec<Vec<f64>>> {
+    pub fn undecided(&self, measure: Measure, linear: &Farthest) -> Option<Vec<Vec<f64>>> {
         let largest = linear.contribution.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
         let acts = |number: usize| linear.contribution[number].abs() > NOTHING * largest;
         if self.system.elements.iter().filter_map(|element| element.source).all(acts) {
@@ -242,16 +242,11 @@ impl Site<'_> {
 
     fn extreme(&self, measure: Measure, starts: usize, flanks: Option<&[f64]>) -> Option<Extreme> {
         let (size, translations) = (self.system.mechanism.size(), self.system.mechanism.n_translations());
-        let mut extreme = match measure {
+        match measure {
             Measure::Position => self.largest(measure, 0..translations, starts, flanks),
             Measure::Rotation => self.largest(measure, translations..size, starts, flanks),
             Measure::Component { .. } | Measure::Along(_) => self.end(measure),
-        }?;
-        if starts > 0 {
-            let undecided = self.undecided(measure, &extreme.linear)?;
-            extreme.starts.extend(undecided);
         }
-        Some(extreme)
     }
 
     /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself.

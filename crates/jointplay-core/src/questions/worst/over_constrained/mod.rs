@@ -24,7 +24,7 @@ use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
-use crate::questions::worst::over_constrained::summit::{higher, value};
+use crate::questions::worst::over_constrained::summit::value;
 use crate::questions::worst::worker::Height;
 use crate::questions::worst::{Reported, Summits};
 use crate::redundancy::compatibility::Compatibility;
@@ -33,9 +33,10 @@ use crate::redundancy::system::{Element, System};
 /// Of this many starts of `worst` one is made: a sequence of programs sees all offsets at once, where an ascent
 /// looks along one slope.
 const STARTS_PER_CLIMB: usize = 6;
-/// How often extremes start from each other at the most, and by which part one of them has to be higher for it to go on.
+/// How often extremes start from each other at the most.
 const EXCHANGES: usize = 3;
-const GAIN: f64 = 1e-9;
+/// Sequences end with rounding of up to a tenth of this part: of many the highest would have the most of it.
+const GAIN: f64 = 1e-6;
 
 impl Mechanism {
     /// The extremes of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
@@ -137,29 +138,32 @@ impl Mechanism {
         let Some(extremes) = site.extremes(measures, climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
         let mut extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
-        if climbs > 0 {
-            let corners = site.corners(2 * climbs).ok_or(Status::NotAssemblable)?;
-            for extreme in &mut extremes {
-                extreme.starts.extend_from_slice(&corners);
-            }
-        }
         let (summits, reached) = if climbs == 0 {
             (extremes.iter().map(|extreme| Some(site.height(&extreme.linear))).collect(), true)
         } else {
             let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
             let built = solver.follow(nominal, &built)?;
-            let (mut summits, mut reached) = site.summits(solver, &built, &extremes);
-            for _ in 0..EXCHANGES {
-                let before: Vec<f64> = summits.iter().map(|summit| value(summit.as_ref())).collect();
-                site.start_from_each_other(&mut extremes, &summits);
-                let (found, all) = site.summits(solver, &built, &extremes);
-                summits = summits.into_iter().zip(found).map(|(a, b)| higher(a, b)).collect();
-                reached &= all;
-                let gains =
-                    summits.iter().zip(&before).any(|(now, before)| value(now.as_ref()) > before * (1.0 + GAIN));
-                if !gains {
+            let (mut summits, reached) = site.summits(solver, &built, &extremes);
+            let mut is_exchanged = false;
+            let corners = site.corners(2 * climbs).ok_or(Status::NotAssemblable)?;
+            for extreme in &mut extremes {
+                let undecided = site.undecided(extreme.measure, &extreme.linear).ok_or(Status::NotAssemblable)?;
+                extreme.starts = corners.iter().cloned().chain(undecided).collect();
+            }
+            for _ in 0..=EXCHANGES {
+                // Of what is tried besides, what cannot be assembled tells nothing of the extremes.
+                let (found, _) = site.summits(solver, &built, &extremes);
+                let (mut gained, is_higher) = (false, |a: f64, b: f64| b - a > GAIN * b.abs());
+                for (summit, found) in summits.iter_mut().zip(found) {
+                    if is_higher(value(summit.as_ref()), value(found.as_ref())) {
+                        (*summit, gained) = (found, true);
+                    }
+                }
+                if is_exchanged && !gained {
                     break;
                 }
+                site.start_from_each_other(&mut extremes, &summits);
+                is_exchanged = true;
             }
             (summits, reached)
         };

@@ -199,7 +199,7 @@ pub(super) fn value(at: Option<&Height>) -> f64 {
 }
 
 /// The higher one of two poses.
-pub(super) fn higher(a: Option<Height>, b: Option<Height>) -> Option<Height> {
+fn higher(a: Option<Height>, b: Option<Height>) -> Option<Height> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.value > a.value { b } else { a }),
         (a, b) => a.or(b),
