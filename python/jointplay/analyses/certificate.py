@@ -13,8 +13,7 @@ import numpy as np
 from jointplay.basics.arrays import Array, Floats
 from jointplay.core.answers import Worst
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import ResultBuilder
-from jointplay.result.verdict import ROUNDING
+from jointplay.result import ROUNDING, ResultBuilder
 
 #: in front of the names of its columns beside those of `worst`
 PREFIX = "certificate_"

@@ -22,8 +22,7 @@ from jointplay.core.compile import LOOSE
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import SAMPLES
-from jointplay.result import STATUSES, Result, ResultBuilder, axes_of, to_dataset
-from jointplay.result.verdict import ROUNDING
+from jointplay.result import ROUNDING, STATUSES, Result, ResultBuilder, axes_of, to_dataset
 
 from . import pressed
 from .capability import LEVELS

@@ -16,9 +16,9 @@ from jointplay.basics.arrays import Array, Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.questions import QUESTIONS
-from jointplay.result import Result, bounds, figure, figures, parts, size, split, typical, unit_of
+from jointplay.result import SIZES, Result, bounds, figure, figures, parts, rounding, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
-from jointplay.result.verdict import LOOSE, rounding
+from jointplay.result.verdict import LOOSE
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
 from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Results = Mapping[str, "Result | xr.Dataset"]
-SIZES = ("position", "rotation")
 #: quantities of questions that are no errors have the words of their declarations
 NAMES = {name: one.words for question in QUESTIONS.values() for name, one in question.figures.items()}
 NAMES |= {"position": "position error", "rotation": "rotation"}

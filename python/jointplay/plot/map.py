@@ -19,8 +19,7 @@ from jointplay.basics import files
 from jointplay.basics.typed import typed
 from jointplay.basics.units import ANGLES, LENGTHS
 from jointplay.errors import InputError
-from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity
-from jointplay.result.verdict import rounding
+from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity, rounding
 
 from .cells import boundaries, cell_edges, crossings
 from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless

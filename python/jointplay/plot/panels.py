@@ -17,7 +17,7 @@ from jointplay.errors import InputError
 from jointplay.model.gaps import clearance_of
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS, asked_by
-from jointplay.result import Result, figures
+from jointplay.result import SIZES, Result, figures
 from jointplay.result import size as size_of
 
 from .allocate import allocate, cost_curve
@@ -27,7 +27,7 @@ from .calibrate import REMAINING, RESIDUALS, calibrate
 from .cloud import cloud
 from .corrections import correction
 from .design import front, held
-from .figures import SIZES, blame, error, histogram, size_behind, worst_of
+from .figures import blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel
 from .life import AGEING, life
 from .linkage import VIEWS, mechanism

@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, listed, not_known
 from jointplay.model.mechanism import Mechanism
-from jointplay.result import Result, parts
+from jointplay.result import SIZES, Result, parts
 
 from .assembly import assembly
-from .figures import SIZES
 from .layout import lay_out
 from .panels import Sheet, kind_of
 from .put import check_path, put

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known
-from jointplay.result import Result, figures, typical
+from jointplay.result import SIZES, Result, figures, typical
 from jointplay.result.conclusions import extreme, tops
 
-from .figures import SIZES, curves, draw_limits, from_zero, limits_of, mark_contact, words_of
+from .figures import curves, draw_limits, from_zero, limits_of, mark_contact, words_of
 from .shades import level_lines, put_bar, shades
 from .style import Style, canvas, current, limit_line, series, theme
 from .words import along, brief, labelled, legend, single, title, whole_numbers

@@ -29,8 +29,8 @@ from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism, looked_at
 from jointplay.model.mobility import examine
 from jointplay.questions import QUESTIONS
-from jointplay.result import STATUSES, Result, first_largest
-from jointplay.result.verdict import READABLE, ROUNDING, ends, ends_of_plays
+from jointplay.result import ROUNDING, STATUSES, Result, first_largest
+from jointplay.result.verdict import READABLE, ends, ends_of_plays
 
 #: configurations of each part of the mechanism
 PlacesByPart = list[NDArray[np.intp]]

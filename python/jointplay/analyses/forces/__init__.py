@@ -35,8 +35,8 @@ from jointplay.errors import InputError, in_range, listed, shown
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
-from jointplay.result import Labels, Result, ResultBuilder, to_dataset
-from jointplay.result.verdict import ROUNDING, room
+from jointplay.result import ROUNDING, Labels, Result, ResultBuilder, to_dataset
+from jointplay.result.verdict import room
 
 from .extremes import extremes
 from .statics import Balances, chosen

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 from jointplay.questions import QUESTIONS, named
 from jointplay.result import Result, parts
-from jointplay.result.verdict import rounding
 
 from .building import FITS, VERDICTS
 from .errors import quantile
@@ -60,7 +59,6 @@ __all__ = [
     "quantile",
     "rests",
     "rounded_up",
-    "rounding",
     "share_of",
     "shares_over_nodes",
     "strung",

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jointplay.result import Result, size, typical
-from jointplay.result.verdict import rounding
+from jointplay.result import Result, rounding, size, typical
 
 from .words import Conclusion, Sentence, plural, say
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.basics.arrays import Array
-from jointplay.result import Result, figure, typical
-from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, SIZES, Verdict, caused, ends, rounding, there, verdict
+from jointplay.result import SIZES, Result, figure, rounding, typical
+from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, Verdict, caused, ends, there, verdict
 
 from .rubbing import of_friction
 from .running import of_running

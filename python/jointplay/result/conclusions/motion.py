@@ -8,8 +8,8 @@ import numpy as np
 
 from jointplay.basics.arrays import Array
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result, unit_of
-from jointplay.result.verdict import RANK, rounding, there, verdict
+from jointplay.result import Result, rounding, unit_of
+from jointplay.result.verdict import RANK, there, verdict
 
 from .errors import judged_in
 from .running import of_running

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result, size, unit_of
-from jointplay.result.verdict import rounding, there
+from jointplay.result import Result, rounding, size, unit_of
+from jointplay.result.verdict import there
 
 from .words import Sentence, say
 

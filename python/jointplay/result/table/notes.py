@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.core.compile import LENGTHS
-from jointplay.result import Result
-from jointplay.result.conclusions import leaving, off_path, owners, rounding, strung, which, without_path
+from jointplay.result import Result, rounding
+from jointplay.result.conclusions import leaving, off_path, owners, strung, which, without_path
 
 from .indices import notes as of_indices
 from .layout import sentence

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import Result
-from jointplay.result.conclusions import Tops, missed, rounding, tops
+from jointplay.result import Result, rounding
+from jointplay.result.conclusions import Tops, missed, tops
 
 from .layout import Column, ResultTable, commands, numbers, words
 from .notes import notes

@@ -18,21 +18,12 @@ from jointplay.result import (
     first_largest,
     in_words,
     parts,
+    rounding,
     size,
     split,
     unit_of,
 )
-from jointplay.result.conclusions import (
-    BOUND_DIGITS,
-    beyond,
-    conclude,
-    each,
-    farthest,
-    judged,
-    quantile,
-    rounded_up,
-    rounding,
-)
+from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, each, farthest, judged, quantile, rounded_up
 from jointplay.result.verdict import LOOSE, limits_in_words, verdict
 
 from .fit import chosen_rows

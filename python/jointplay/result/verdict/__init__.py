@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import FORCES_JUDGED, ROUNDING, SIZES, Result, parts, rounding
+from jointplay.result import FORCES_JUDGED, Result, parts
 
 from .judging import (
     PLAY_ALONE,
@@ -55,8 +55,6 @@ __all__ = [
     "PLAY_ALONE",
     "RANK",
     "READABLE",
-    "ROUNDING",
-    "SIZES",
     "TAKEN",
     "Verdict",
     "add_limits",
@@ -78,7 +76,6 @@ __all__ = [
     "play_alone",
     "reached",
     "room",
-    "rounding",
     "there",
     "verdict",
     "worst_of",

@@ -26,12 +26,12 @@ from jointplay.core.compile import ANGULAR, LENGTHS
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS, Question, asked_by
-from jointplay.result import FORCES_APART, STATUSES, Result, blame, figure, in_words, typical
-from jointplay.result.conclusions import Sentence, conclude, rests, rounding
+from jointplay.result import FORCES_APART, SIZES, STATUSES, Result, blame, figure, in_words, rounding, typical
+from jointplay.result.conclusions import Sentence, conclude, rests
 from jointplay.result.conclusions.words import farthest, say
 from jointplay.result.table.forces import overview
 from jointplay.result.table.layout import Column
-from jointplay.result.verdict import NOT_SHOWN, SIZES, Verdict, cause, ends, verdict
+from jointplay.result.verdict import NOT_SHOWN, Verdict, cause, ends, verdict
 from jointplay.show.reporting.answers import reproduces, specimens
 from jointplay.show.viewer import DisplacedScene, scene
 

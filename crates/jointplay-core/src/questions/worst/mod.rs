@@ -41,7 +41,7 @@ use crate::questions::worst::search::{Found, Search};
 use crate::questions::worst::starts::{Extreme, Linear};
 use crate::questions::worst::worker::Height;
 
-/// Heights that differ by less than this part are the same: rounding of searches.
+/// Searches end with rounding of up to a tenth of this part: of many heights the highest would have the most of it.
 const ALIKE: f64 = 1e-6;
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
@@ -63,6 +63,11 @@ pub(crate) struct Summits {
     /// Extremes whose climb was ended by its budget.
     pub unsettled: u64,
     pub status: Status,
+}
+
+/// Whether one height is above another by more than rounding.
+fn is_higher(height: f64, other: f64) -> bool {
+    height - other > ALIKE * height.abs()
 }
 
 impl Mechanism {
@@ -127,7 +132,7 @@ impl Mechanism {
         for told in extremes {
             for other in &heights {
                 let value = told.measure.value(&other.error, self.n_translations());
-                if value - told.height.value > ALIKE * value.abs() {
+                if is_higher(value, told.height.value) {
                     told.height = Height { value, ..other.clone() };
                 }
             }

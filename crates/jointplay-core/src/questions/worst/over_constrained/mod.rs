@@ -26,7 +26,7 @@ use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::over_constrained::summit::value;
 use crate::questions::worst::worker::Height;
-use crate::questions::worst::{Reported, Summits};
+use crate::questions::worst::{Reported, Summits, is_higher};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
 
@@ -35,8 +35,6 @@ use crate::redundancy::system::{Element, System};
 const STARTS_PER_CLIMB: usize = 6;
 /// How often extremes start from each other at the most.
 const EXCHANGES: usize = 3;
-/// Sequences end with rounding of up to a tenth of this part: of many the highest would have the most of it.
-const GAIN: f64 = 1e-6;
 
 impl Mechanism {
     /// The extremes of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
@@ -144,26 +142,28 @@ impl Mechanism {
             let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
             let built = solver.follow(nominal, &built)?;
             let (mut summits, reached) = site.summits(solver, &built, &extremes);
-            let mut is_exchanged = false;
             let corners = site.corners(2 * climbs).ok_or(Status::NotAssemblable)?;
             for extreme in &mut extremes {
                 let undecided = site.undecided(extreme.measure, &extreme.linear).ok_or(Status::NotAssemblable)?;
                 extreme.starts = corners.iter().cloned().chain(undecided).collect();
             }
-            for _ in 0..=EXCHANGES {
-                // Of what is tried besides, what cannot be assembled tells nothing of the extremes.
-                let (found, _) = site.summits(solver, &built, &extremes);
-                let (mut gained, is_higher) = (false, |a: f64, b: f64| b - a > GAIN * b.abs());
+            // Of what is tried besides, what cannot be assembled tells nothing of the extremes.
+            let rise = |extremes: &[Extreme], summits: &mut [Option<Height>]| {
+                let (found, _) = site.summits(solver, &built, extremes);
+                let mut gained = false;
                 for (summit, found) in summits.iter_mut().zip(found) {
-                    if is_higher(value(summit.as_ref()), value(found.as_ref())) {
+                    if is_higher(value(found.as_ref()), value(summit.as_ref())) {
                         (*summit, gained) = (found, true);
                     }
                 }
-                if is_exchanged && !gained {
+                gained
+            };
+            rise(&extremes, &mut summits);
+            for _ in 0..EXCHANGES {
+                site.start_from_each_other(&mut extremes, &summits);
+                if !rise(&extremes, &mut summits) {
                     break;
                 }
-                site.start_from_each_other(&mut extremes, &summits);
-                is_exchanged = true;
             }
             (summits, reached)
         };

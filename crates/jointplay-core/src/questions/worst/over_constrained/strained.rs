@@ -197,12 +197,17 @@ impl Elastic<'_> {
         a.iter().zip(b).zip(widths).all(|((a, b), width)| (a - b).abs() <= SAME * width)
     }
 
+    /// The basis closed with given displacements, where that can be reached.
+    fn closed(&self, own: &[f64]) -> Option<State> {
+        let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.to_vec() };
+        self.solver.follow(self.nominal, &inputs).ok()
+    }
+
     /// Specimens with the error where their energy is least on the exact closure, which first order may be far from.
     fn settled(&self, specimens: &[Vec<f64>]) -> Vec<(Vec<f64>, Vec<f64>)> {
         let of = |specimen: &Vec<f64>| {
             let own = self.mechanism.displacements(&self.deviations.parameters(specimen));
-            let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
-            let start = self.solver.follow(self.nominal, &inputs).ok()?;
+            let start = self.closed(&own)?;
             let settled = self.system.settle(self.solver, start, &own, |_, _| Ask::Stress).ok()?;
             Some((specimen.clone(), self.system.basis.kept.error(&settled.state, self.nominal)))
         };
@@ -218,8 +223,7 @@ impl Elastic<'_> {
         for _ in 0..ROUNDS {
             let built = Mechanism { centre: self.deviations.parameters(&specimen), ..m.clone() };
             let own = m.displacements(&built.centre);
-            let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
-            let start = self.solver.follow(self.nominal, &inputs).ok()?;
+            let start = self.closed(&own)?;
             let ask = |state: &State, c: &Compatibility| {
                 let weights = m.weights(measure, &basis.kept.error(state, self.nominal));
                 let at = Model {
@@ -268,8 +272,7 @@ impl Elastic<'_> {
         let known = m.displacements(&parameters);
         let springs: Vec<Element> = self.system.springs();
         let system = System { elements: springs, ..self.system.clone() };
-        let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: known.clone() };
-        let start = self.solver.follow(self.nominal, &inputs).ok()?;
+        let start = self.closed(&known)?;
         let settled = system.settle(self.solver, start, &known, |_, _| Ask::Stress).ok()?;
         let error = basis.kept.error(&settled.state, self.nominal);
         Some(Height { value: measure.value(&error, m.n_translations()), error, parameters })
