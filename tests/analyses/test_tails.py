@@ -22,8 +22,8 @@ from jointplay.analyses.nominal import nominal
 from jointplay.basics import confidence
 from jointplay.cli import run
 from jointplay.errors import InputError
-from jointplay.result import from_dataset
-from jointplay.result.verdict import ROUNDING, verdict
+from jointplay.result import ROUNDING, from_dataset
+from jointplay.result.verdict import verdict
 from verify_rare import find
 
 PIN = ARM.replace("radial = 0.0", "radial = 0.1").replace("sigma = 0.01", "plus = 0, minus = 0")
