@@ -9,7 +9,7 @@
 //! of which the second part is what the sizes contribute. Where a load presses the offset to the same v whatever the gap
 //! is, only g scatters, and all of `Var(g v) = v^2 Var g` is theirs.
 
-use std::borrow::Cow;
+use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::clearance::Set;
@@ -22,6 +22,23 @@ use crate::mechanism::{Mechanism, Source};
 const ROUNDING: f64 = 1e-9;
 /// Scores of a mean over the sizes of a pair, per standard deviation.
 const DENSE: f64 = 24.0;
+
+/// A mechanism that may have other gaps.
+pub(crate) enum Varied<'a> {
+    Same(&'a Mechanism),
+    Other(Arc<Mechanism>),
+}
+
+impl Deref for Varied<'_> {
+    type Target = Mechanism;
+
+    fn deref(&self) -> &Mechanism {
+        match self {
+            Self::Same(m) => m,
+            Self::Other(m) => m,
+        }
+    }
+}
 
 /// Mean and variance of the gap, and the parts of the sizes in the variance.
 struct Moments {
@@ -50,10 +67,13 @@ impl Gap {
             [first, second] => m.correlation_of_scores(first.source, second.source),
             _ => 0.0,
         };
-        let tables: Vec<Part> = self.sizes.iter().map(|size| Part::of(m, size)).collect();
+        // Tables of laws take as long as thousands of samples: only where they are needed.
+        let tables = || self.sizes.iter().map(|size| Part::of(m, size)).collect::<Vec<Part>>();
         // Every part varies with the whole.
         let mut parts = variances;
-        if let ([first, second], true) = (&tables[..], correlation != 0.0) {
+        if correlation != 0.0
+            && let [first, second] = &tables()[..]
+        {
             let together = first.factor * second.factor * first.quantile.covariance(&second.quantile, correlation);
             for part in &mut parts {
                 *part += together;
@@ -67,7 +87,7 @@ impl Gap {
             return Moments { mean, variance, parts };
         }
         // What lies below zero is no play.
-        let [lack, square] = shortfall(self.base, &tables, correlation);
+        let [lack, square] = shortfall(self.base, &tables(), correlation);
         let played = (mean + lack).max(0.0);
         let with_play = (mean * mean + variance - square - played * played).max(0.0);
         let scale = if variance > 0.0 { with_play / variance } else { 0.0 };
@@ -183,10 +203,11 @@ impl Mechanism {
     }
 
     /// The mechanism with every gap the largest that there is, and the sizes that make it so.
-    pub(crate) fn with_largest_gaps(&self) -> Cow<'_, Self> {
-        if !self.has_sizes() {
-            return Cow::Borrowed(self);
-        }
+    pub(crate) fn with_largest_gaps(&self) -> Varied<'_> {
+        self.varied("largest gaps", Self::largest)
+    }
+
+    fn largest(&self) -> Self {
         let mut largest = self.clone();
         for source in &self.sources {
             for size in source.gap.iter().flat_map(|gap| &gap.sizes) {
@@ -210,14 +231,24 @@ impl Mechanism {
             (all, more.iter().map(share).collect())
         };
         let gaps: Vec<Option<(f64, Vec<f64>)>> = self.sources.iter().map(|s| s.gap.as_ref().map(at)).collect();
-        Cow::Owned(largest.with_gaps(gaps))
+        largest.with_gaps(gaps)
     }
 
     /// The mechanism with every gap the root of its mean square, by which its offsets scatter on the whole.
-    pub(crate) fn with_scattered_gaps(&self) -> Cow<'_, Self> {
-        if !self.has_sizes() {
-            return Cow::Borrowed(self);
+    pub(crate) fn with_scattered_gaps(&self) -> Varied<'_> {
+        self.varied("scattered gaps", Self::scattered)
+    }
+
+    /// The mechanism with other gaps where sizes of clearances scatter, made once, so that it keeps what is recorded of it.
+    fn varied(&self, what: &'static str, make: impl FnOnce(&Self) -> Self) -> Varied<'_> {
+        if self.has_sizes() {
+            Varied::Other(self.memo.get(what, || Arc::new(make(self))))
+        } else {
+            Varied::Same(self)
         }
+    }
+
+    fn scattered(&self) -> Self {
         let at = |gap: &Gap| {
             let Moments { mean, variance, parts } = gap.moments(self);
             let square = mean * mean + variance;
@@ -225,7 +256,7 @@ impl Mechanism {
             (square.sqrt(), parts.iter().map(share).collect())
         };
         let gaps: Vec<Option<(f64, Vec<f64>)>> = self.sources.iter().map(|s| s.gap.as_ref().map(at)).collect();
-        Cow::Owned(self.clone().with_gaps(gaps))
+        self.clone().with_gaps(gaps)
     }
 
     /// With other gaps, and the parts of their sizes in them.
