@@ -50,7 +50,7 @@ def test_a_figure_of_a_report_is_drawn_once(tmp_path: Path, monkeypatch: pytest.
     path = tmp_path / "page.html"
     jp.report(jp.loads(jp.examples.text("four-bar")), path, samples=FEW)
     images = len(re.findall(r"<img ", path.read_text(encoding="utf-8")))
-    assert images == 17
+    assert images == 15
     assert counts["__init__"] == images
     # Twice what has texts in it, and the axes of a sheet; all others once.
     assert counts["get_tightbbox"] <= 31
@@ -150,7 +150,7 @@ def test_sizes_are_looked_for_until_enough_were_tried(monkeypatch: pytest.Monkey
     for name in names:
         assert some.get("allowed", source=name) == whole.get("allowed", source=name)
     monkeypatch.setattr(answers, "LOOKS_IN_PLANE", 8)
-    chapter = Chapter(m, "", nominal(m), {"allow": answers._allowed(m, None)})
+    chapter = Chapter(m, "", nominal(m), {"allow": answers._allowed(m, None, 1.0)})
     rest = [name for name in whole.labels("source") if name not in chapter.results["allow"].labels("source")]
     assert rest
     assert f"not looked for: {listed(rest)}" in sections._allowed(chapter)

@@ -259,6 +259,11 @@ class Mechanism(Compiled):
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
 
+    @cached_property
+    def known(self) -> dict[str, Any]:
+        """What has been found of it once and holds whatever is asked, by what it is."""
+        return {}
+
     def at_rest_under(self, configuration: int) -> Mechanism:
         """The mechanism at rest under the loads of a configuration; itself where they do not change along the path.
 

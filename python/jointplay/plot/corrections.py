@@ -14,7 +14,7 @@ from jointplay.result import Result
 
 from .figures import mechanisms
 from .style import Style, canvas, series, theme
-from .words import along, labelled, legend, of_unit, single, title, whole_numbers
+from .words import along, labelled, legend, light, of_unit, title, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,13 +33,13 @@ def correction(
     Parameters
     ----------
     result : Dataset
-        Of `compensate`, or of `compare` that asked for it.
+        Of `compensate`, or of `compare` that asked for it; a line for each output and load case.
     unit : str, optional
         Which drives: lengths and angles have axes of their own. That of the first drive if left out.
     axes : matplotlib axes, optional
     style : Style or {"light", "dark", "print"}, optional
     """
-    part = single(result)
+    part = light(result)
     if "correction" not in part.data:
         raise InputError("is not the result of compensate", key="result")
     drives = [str(name) for name in part.labels("drive")]

@@ -185,6 +185,13 @@ def examine(m: Mechanism) -> Mobility:
     >>> examine(loads(examples.text("four-bar"))).words
     '1 degree of freedom, 1 drive'
     """
+    if "mobility" not in m.known:
+        m.known["mobility"] = _examine(m)
+    found: Mobility = m.known["mobility"]
+    return found
+
+
+def _examine(m: Mechanism) -> Mobility:
     drives = m.start_drives if m.drive_values is None else m.drive_values[0]
     if m.core.regular(np.ascontiguousarray(drives)):
         # The usual case, and the only one that large mechanisms need not pay dense matrices for.

@@ -42,13 +42,15 @@ JUDGED = ("worst", "loaded", "random", "structural", "forces")
 SAMPLES, STRAINED = 32_768, 8192
 #: factors of all clearances and tolerances against which the error is drawn
 FACTORS = (0.0, 0.5, 1.0, 1.5, 2.0)
+#: the same of an over-constrained mechanism, of which each takes ten times as long
+STRAINED_FACTORS = (0.0, 1.0, 2.0)
 #: specimens that are drawn as points
 CLOUD = 300
 #: configurations between which the slider of the page moves
 MOST_SHOWN = 121
-#: directions in space in which the region is looked for: enough for a drawing
-IN_SPACE = 66
-#: sizes that are tried to find how large they may be; none of another source after that
+#: directions in which the region is looked for: enough for a drawing
+IN_PLANE, IN_SPACE = 36, 66
+#: sizes that are tried for all outputs of a page to find how large they may be; none of another source after that
 LOOKS_IN_PLANE, LOOKS_IN_SPACE = 60, 24
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
@@ -73,6 +75,8 @@ class Chapter:
         Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
     shared : dict
         Pictures that all chapters of a page have in common, by what they are of.
+    share : float
+        Its share of what a reader waits for.
     """
 
     m: Mechanism
@@ -82,6 +86,7 @@ class Chapter:
     reasons: dict[str, str] = field(default_factory=dict)
     cloud: Floats | None = None
     shared: dict[object, str] = field(default_factory=dict)
+    share: float = 1.0
 
     def parts(self, question: str) -> list[tuple[str, Result]]:
         """The answer to a question, load case by load case, each with what it is called."""
@@ -126,7 +131,7 @@ def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None 
         own = m.only(name or None, None)
         first = own.first
         place = at if first.of == m.first.of else carried(at, m.first, first)
-        chapters.append(Chapter(own, name, place, shared=shared))
+        chapters.append(Chapter(own, name, place, shared=shared, share=1.0 / max(len(m.outputs), 1)))
     asked = [_questions(chapter, samples, seed) for chapter in chapters]
     steps = sum(map(len, asked)) + 2
     done = 0
@@ -164,7 +169,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "region": lambda: region.compute(first, directions=directions(first), at=chapter.at),
         "sizes": lambda: _sizes(first, chapter.results.get("worst")),
         "singularities": lambda: singularities.compute(first),
-        "allow": lambda: _allowed(first, chapter.results.get("worst")),
+        "allow": lambda: _allowed(first, chapter.results.get("worst"), chapter.share),
         **({"life": lambda: life.compute(m)} if wears else {}),
         **({"forces": lambda: forces.compute(m)} if m.limits.forces else {}),
         **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
@@ -178,7 +183,7 @@ def usual(m: Mechanism) -> int:
 
 def directions(m: Mechanism) -> int:
     """In how many directions the region of the error is looked for."""
-    return region.IN_PLANE if m.pose_size != poses.SPATIAL else IN_SPACE
+    return IN_PLANE if m.pose_size != poses.SPATIAL else IN_SPACE
 
 
 def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: int, step: Callable[[], None]) -> None:
@@ -192,14 +197,15 @@ def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: 
         chapter.cloud = specimens(chapter.m.first, chapter.at, seed)
 
 
-def _allowed(m: Mechanism, known: Result | None) -> Result:
+def _allowed(m: Mechanism, known: Result | None, share: float) -> Result:
     """The largest sizes, those of the sources first that make most of the largest error, until enough were tried."""
     names: list[str] = []
     if known is not None:
         found = blame(parts(known)[0][1])
         shares = np.nanmax([np.abs(found.position), np.abs(found.rotation)], axis=(0, 1), initial=0.0)
         names = [found.causes[k] for k in np.argsort(-shares, kind="stable")]
-    return allow.compute(m, looks=LOOKS_IN_PLANE if m.pose_size != poses.SPATIAL else LOOKS_IN_SPACE, first=names)
+    looks = LOOKS_IN_PLANE if m.pose_size != poses.SPATIAL else LOOKS_IN_SPACE
+    return allow.compute(m, looks=max(1, round(share * looks)), first=names)
 
 
 def _sizes(m: Mechanism, known: Result | None) -> Result:
@@ -213,8 +219,9 @@ def _sizes(m: Mechanism, known: Result | None) -> Result:
             return known
         return worst.compute(base.with_(times(sources, factor)))
 
-    found = [*map(at, FACTORS)]
-    along = Variable(("factor",), np.array(FACTORS), "", "factor of all clearances and tolerances")
+    factors = FACTORS if m.core.isostatic else STRAINED_FACTORS
+    found = [*map(at, factors)]
+    along = Variable(("factor",), np.array(factors), "", "factor of all clearances and tolerances")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
 
 

@@ -21,16 +21,17 @@ from jointplay.model.sizing import sizings
 from jointplay.plot.sheet import sheet
 from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
-from jointplay.result import Result, figure, in_words, today
+from jointplay.result import Result, blame, figure, in_words, today
 from jointplay.result.conclusions import Sentence, conclude, decide
 from jointplay.result.table import tables
 from jointplay.result.table.html import folded, paragraphs, table
+from jointplay.result.table.layout import NOTHING, Column, ResultTable
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
 from . import former, maps, ordering
 from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
-from .figures import blank, numbers, picture, settings
+from .figures import blank, download, numbers, picture, settings
 
 QUANTITIES = ("position", "rotation")
 #: in front of verdicts
@@ -190,28 +191,46 @@ def _errors(chapter: Chapter) -> str:
 
 
 def _blame(chapter: Chapter) -> str:
-    found: list[str] = []
     at = worst_place(chapter)
-    for question in ("worst", "loaded", "random"):
-        for heading, part in chapter.parts(question):
-            label = ", ".join(filter(None, (WORDS[question], heading)))
-            figures = [_drawn(plot.pareto, part, "position", at)]
-            along = ""
-            if not found:
-                figures.append(_drawn(plot.blame, part))
-                along = ", and along the path"
-            said = f"{label[:1].upper()}{label[1:]}: sources of the position error at {place(part, at)}{along}."
-            files = {f"contribution-{question}.csv": numbers(part, ("contribution",))}
-            found.append(picture(figures, said, files))
-    first, *others = found
-    return first + (folded("The same of other questions and load cases", "".join(others)) if others else "")
+    every = [
+        (question, ", ".join(filter(None, (WORDS[question], heading))), part)
+        for question in ("worst", "loaded", "random")
+        for heading, part in chapter.parts(question)
+    ]
+    _, label, first = every[0]
+    figures = [_drawn(plot.pareto, first, "position", at), _drawn(plot.blame, first)]
+    said = f"{label[:1].upper()}{label[1:]}: sources of the position error at {place(first, at)}, and along the path."
+    links = [(f"contribution-{question}.csv", numbers(part, ("contribution",))) for question, _, part in every]
+    shown = picture(figures, said, dict(links[:1]))
+    if not every[1:]:
+        return shown
+    rest = "".join(download(*link) for link in links[1:])
+    shares = table(_shares([(label, part) for _, label, part in every[1:]], at))
+    return shown + folded("The same of other questions and load cases", f"{shares}<p>{rest}</p>")
+
+
+def _shares(every: Sequence[tuple[str, Result]], at: int) -> ResultTable:
+    """Whose part of the position error is how large, question by question, the largest parts first."""
+    found = [(label, blame(part)) for label, part in every]
+    causes = list(dict.fromkeys(cause for _, one in found for cause in one.causes))
+    rows = [dict(zip(one.causes, 100.0 * one.position[at], strict=True)) for _, one in found]
+    shares = np.array([[row.get(cause, np.nan) for row in rows] for cause in causes])
+    order = np.argsort(-np.nan_to_num(np.abs(shares)).max(axis=1, initial=0.0), kind="stable")
+    cells = [tuple(f"{share:.1f}" if np.isfinite(share) else NOTHING for share in column) for column in shares[order].T]
+    columns = [Column(label, "%", column) for (label, _), column in zip(found, cells, strict=True)]
+    names = tuple(causes[k] for k in order)
+    words = "Shares in the position error, of random specimens in its variance."
+    return ResultTable("", (Column("source", "", names, left=True, is_key=True), *columns), (words,))
 
 
 def _sizes(chapter: Chapter) -> str:
     result = chapter.results["sizes"]
     figures = [_drawn(plot.sweep, result)]
     if result.sizes["configuration"] > 1:
-        figures.append(_drawn(plot.sweep, result, surface=True))
+        steps = {
+            f"sizes × {factor:g}": result.isel("factor", k) for k, factor in enumerate(result.coords["factor"].values)
+        }
+        figures.append(_drawn(plot.error, steps))
     said = "Largest position error with all clearances and tolerances of the file times a factor."
     return picture(figures, said, {"sizes.csv": numbers(result, ("worst_position", "worst_rotation"))})
 
@@ -273,22 +292,17 @@ def _life(chapter: Chapter) -> str:
 
 
 def _compensation(chapter: Chapter) -> str:
-    every = chapter.parts("compensate")
-    before = [_drawn(plot.error, dict(every), quantity) for quantity in QUANTITIES]
-    said = "Error under the loads of the file before and after the correction of the drives"
-    # Of several load cases one picture has all errors.
-    apart = len(every) > 1
-    found = [picture(before, f"{said}.")] if apart else []
+    result, every = chapter.results["compensate"], chapter.parts("compensate")
+    units = dict.fromkeys(result.labels("drive_unit"))
+    figures = [_drawn(plot.error, dict(every), quantity) for quantity in QUANTITIES]
+    figures += [_drawn(plot.correction, result, unit) for unit in units]
+    said = "Error under the loads of the file before and after the correction of the drives, and the correction."
+    names = [name for name in result.data if "contribution" not in name]
+    shown = picture(figures, said, {"compensation.csv": numbers(result, names)})
     for heading, part in every:
-        units = dict.fromkeys(part.labels("drive_unit"))
-        figures = [*([] if apart else before), *(_drawn(plot.correction, part, unit) for unit in units)]
-        shows = f"{said}, and the correction."
-        words = "Correction of the drives." if apart else ": ".join(filter(None, (heading, shows)))
-        names = [name for name in part.data if "contribution" not in name]
-        shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
-        judged = paragraphs([heading] if apart else []) + marked(verdict(part).outcome) + _concluded(part)
-        found.append(judged + shown + _table(part, "Table of the corrected drives"))
-    return "".join(found)
+        judged = marked(verdict(part).outcome) + _concluded(part)
+        shown += paragraphs([heading] if heading else []) + judged + _table(part, "Table of the corrected drives")
+    return shown
 
 
 def _singularities(chapter: Chapter) -> str:
