@@ -35,6 +35,7 @@
 
 use std::cell::OnceCell;
 
+use crate::clearance::offset::MAX_SIZE;
 use crate::closure::carried::Carried;
 use crate::closure::follower::Led;
 use crate::math::real::Real;
@@ -44,7 +45,7 @@ use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
 use crate::mechanism::coupling::{Coupled, Rate};
 use crate::mechanism::joint::{Frame, Joint};
 use crate::mechanism::point::{Point, Rates};
-use crate::mechanism::{Mechanism, Row};
+use crate::mechanism::{Mechanism, Row, Source};
 
 /// What a configuration is asked for: drive values and the values of all parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +129,16 @@ impl Mechanism {
     /// The inputs at given drive values with every deviation at its known value and no play taken.
     pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
         Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
+    }
+
+    /// The same with the offsets of some sources in the middle of their sets.
+    pub(crate) fn in_the_middle(&self, drives: &[f64], which: impl Fn(&Source) -> bool) -> Inputs<f64> {
+        let mut inputs = self.built(drives);
+        for source in self.sources.iter().filter(|source| which(source)) {
+            let middle = source.set.of_unit(&[0.0; MAX_SIZE]);
+            source.range().zip(middle).for_each(|(p, offset)| inputs.parameters[p] += offset);
+        }
+        inputs
     }
 
     /// The inputs as the closure equations take them.

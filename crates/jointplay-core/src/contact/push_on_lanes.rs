@@ -76,7 +76,7 @@ pub(crate) fn exposed<'b>(
     let n = source.set.size();
     let forces: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
     let tolerance = tolerance.mul(&Block::splat(source.lever));
-    let (middle, all) = ([Block::splat(0.0); MAX_SIZE], [Unforced::default(); LANES]);
+    let (middle, all) = (source.set.of_unit(&[0.0; MAX_SIZE]).map(Block::splat), [Unforced::default(); LANES]);
     let (before, unforced) = before.unwrap_or((&middle, &all));
     Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before, unforced })
 }

@@ -241,11 +241,7 @@ impl Mechanism {
 
     /// The mechanism with other gaps where sizes of clearances scatter, made once, so that it keeps what is recorded of it.
     fn varied(&self, what: &'static str, make: impl FnOnce(&Self) -> Self) -> Varied<'_> {
-        if self.has_sizes() {
-            Varied::Other(self.memo.get(what, || Arc::new(make(self))))
-        } else {
-            Varied::Same(self)
-        }
+        if self.has_sizes() { Varied::Other(self.memo.get(what, || Arc::new(make(self)))) } else { Varied::Same(self) }
     }
 
     fn scattered(&self) -> Self {

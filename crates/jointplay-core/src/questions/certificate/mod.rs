@@ -25,7 +25,6 @@ use std::cell::Cell;
 
 use rayon::prelude::*;
 
-use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::interrupt;
 use crate::math::interval::Interval;
@@ -170,7 +169,8 @@ impl Mechanism {
         parts: u64,
     ) -> Result<Certificate, Refused> {
         let nominal = self.restore(solver, case.coordinates, case.drives).ok_or(Refused::NotAssembled)?;
-        let middle = solver.follow(&nominal, &self.in_the_middle(case)).map_err(|_| Refused::NotAssembled)?;
+        let middle =
+            solver.follow(&nominal, &self.in_the_middle(case.drives, |_| true)).map_err(|_| Refused::NotAssembled)?;
         let mut errors = Errors::new(solver.mechanism, &nominal_of(case, nominal), &middle)?;
         let mut bounds = self.bounds_of(attained, parts);
         let (mut reason, mut assembled, mut looked_at) = (Refused::NotEnclosed, false, 0);
@@ -225,16 +225,6 @@ impl Mechanism {
             bounds.push(Bound::of(Sought::size(translations..size), (1.0, attained.rotation), turn, effort));
         }
         bounds
-    }
-
-    /// The inputs with every offset in the middle of its set.
-    fn in_the_middle(&self, case: &Case<'_>) -> Inputs<f64> {
-        let mut inputs = self.built(case.drives);
-        for source in self.sources() {
-            let offset = source.set.of_own(&vec![0.0; source.set.size()]);
-            inputs.parameters[source.range()].iter_mut().zip(offset).for_each(|(p, offset)| *p += offset);
-        }
-        inputs
     }
 }
 

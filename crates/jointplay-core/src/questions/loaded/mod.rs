@@ -239,7 +239,9 @@ impl Mechanism {
         let status = self.status_of(&at_nominal, nominal);
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
         let unforced = self.unforced_of(&gradient);
-        let offsets = self.support_update_loaded(&gradient, &self.built(case.drives), &unforced);
+        // What nothing pushes is in the middle of its clearance.
+        let middle = self.in_the_middle(case.drives, |source| source.is_clearance);
+        let offsets = self.support_update_loaded(&gradient, &middle, &unforced);
         let map = self.output_sensitivity(&at_nominal, &flanks);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);

@@ -151,8 +151,8 @@ impl<'m> Contact<'m> {
         }
         begin.clear();
         begin.extend_from_slice(&step[n_u..inputs]);
-        for (p, centre) in m.centre.iter().enumerate() {
-            (step[p], pushed[p]) = (Block::splat(*centre), Block::splat(*centre));
+        for (p, middle) in m.in_the_middle(&[], |s| s.is_clearance).parameters.into_iter().enumerate() {
+            (step[p], pushed[p]) = (Block::splat(middle), Block::splat(middle));
         }
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
         push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), step, pushed);

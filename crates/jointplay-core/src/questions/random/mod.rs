@@ -145,7 +145,7 @@ impl Mechanism {
         let shift = mean_first_order.clone();
         let control = Control::of(self, &map.parameters, &drive_shift, &covariance, request);
         let bound = newton.map(|newton| newton.bind(self, nominal, case.drives));
-        let draw = |ranges: &Ranges| {
+        let draw = |request: &Request, ranges: &Ranges| {
             let (bound, built, control, shift) = (bound.clone(), &built, &control, &shift[..]);
             let job = chunk::Job { solver, bound, built, nominal, request, ranges, control, shift };
             let mut replicates = vec![Tally::new(n, self.sources.len(), ranges); request.replicates()];

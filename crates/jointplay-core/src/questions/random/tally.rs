@@ -17,6 +17,8 @@ const ROOM: f64 = 1.25;
 const BEYOND: f64 = 0.05;
 /// What is in fewer of the fine bins than one in so many is not resolved, where the range is not that of first order.
 const CROWDED: usize = 8;
+/// Samples by which ranges are chosen before all are drawn, where those of first order are much too wide.
+const FIRST: usize = 128;
 /// How often ranges are chosen.
 const MOST_RANGES: usize = 8;
 /// Errors below this part of a mechanism's size are rounding.
@@ -57,22 +59,42 @@ impl Ranges {
         mut self,
         request: &Request,
         size: f64,
-        draw: impl Fn(&Self) -> Vec<T>,
+        draw: impl Fn(&Request, &Self) -> Vec<T>,
         tally: impl Fn(&T) -> &Tally,
     ) -> (Self, Vec<T>) {
         let tails = request.probabilities.iter().map(|p| p.min(1.0 - p));
         let few = BEYOND * tails.fold(0.5, f64::min);
+        // A load holds the play, which is most of what first order reaches.
+        self.found.fill(request.loaded);
+        if request.loaded && request.samples > FIRST {
+            self.choose(&Request { samples: FIRST, ..request.clone() }, size, 0.0, 1.0, &draw, &tally);
+            self.missed.fill(false);
+        }
+        let drawn = self.choose(request, size, few, 0.25, &draw, &tally);
+        (self, drawn)
+    }
+
+    /// Draws samples until the ranges will do; narrower ones have a part of what the samples take beside them as room.
+    fn choose<T>(
+        &mut self,
+        request: &Request,
+        size: f64,
+        few: f64,
+        room: f64,
+        draw: &impl Fn(&Request, &Self) -> Vec<T>,
+        tally: &impl Fn(&T) -> &Tally,
+    ) -> Vec<T> {
         for tried in 1.. {
-            let drawn = draw(&self);
-            let better = self.better(&drawn.iter().map(&tally).collect::<Vec<_>>(), few, size);
+            let drawn = draw(request, self);
+            let better = self.better(&drawn.iter().map(tally).collect::<Vec<_>>(), few, room, size);
             if better.is_empty() {
-                return (self, drawn);
+                return drawn;
             }
             if tried == MOST_RANGES || interrupt::is_asked() {
                 for (q, _) in better {
                     self.missed[q] = true;
                 }
-                return (self, drawn);
+                return drawn;
             }
             for (q, [low, high]) in better {
                 (self.low[q], self.width[q], self.found[q]) = (low, high - low, true);
@@ -83,7 +105,7 @@ impl Ranges {
     }
 
     /// Better ranges of quantities for which these will not do, with a share of the samples that may be beyond.
-    fn better(&self, drawn: &[&Tally], few: f64, size: f64) -> Vec<(usize, [f64; 2])> {
+    fn better(&self, drawn: &[&Tally], few: f64, room: f64, size: f64) -> Vec<(usize, [f64; 2])> {
         let few = few * drawn.iter().map(|tally| tally.count).sum::<u64>() as f64;
         let of = |q: usize| {
             let (low, high) = (self.low[q], self.low[q] + self.width[q]);
@@ -112,10 +134,11 @@ impl Ranges {
                 })
             };
             let (first, last) = (empty(&|k| k)?, ALL - 1 - empty(&|k| ALL - 1 - k)?);
-            let room = (last - first) / 4 + 1;
+            let room = (room * (last - first) as f64) as usize + 1;
             let [first, last] = [first.saturating_sub(room), (last + 1 + room).min(ALL)];
             let at = |b: usize| low + self.width[q] * b as f64 / ALL as f64;
-            (last - first < ALL / CROWDED).then(|| (q, [at(first), at(last)]))
+            let is_wide = at(last) - at(first) > ROUNDING * size.max(far);
+            (last - first < ALL / CROWDED && is_wide).then(|| (q, [at(first), at(last)]))
         };
         (0..self.len()).filter_map(of).collect()
     }

@@ -104,7 +104,7 @@ impl Mechanism {
         let linear = if request.loaded { linear.pressed(middle.parameters) } else { linear };
 
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
-        let draw = |ranges: &Ranges| {
+        let draw = |request: &Request, ranges: &Ranges| {
             let mut replicates = vec![Count::new(self, ranges); request.replicates()];
             let draw = |part: &Part| chunk::draw(&job, &together(), &linear, ranges, &shift, part);
             each_part(request, draw, |replicate, drawn| replicates[replicate].merge(drawn));
