@@ -13,8 +13,10 @@ from scipy.optimize import brentq, minimize, minimize_scalar
 import jointplay as jp
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
+from jointplay.analyses.friction import REST, SIDES
 from jointplay.cli import run
 from jointplay.result import from_dataset
+from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 
 LINK = """
@@ -785,3 +787,62 @@ centre = [100, 30, 450]
     assert list(result.status) == ["undetermined"] * 2
     np.testing.assert_allclose(result.error.sel(component="rz"), 0, atol=1e-5)
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)
+
+
+STAGE = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.P]
+type = "prismatic"
+bodies = ["ground", "a"]
+at = [0, 0]
+axis = [1, 0]
+clearance = { gap = 0.001, length = 50 }
+friction = { coefficient = 0.1 }
+[drives.x]
+joint = "P"
+values = [0]
+backlash = { plus = 1, minus = 0 }
+[output]
+body = "a"
+at = [0, 0]
+[[loads]]
+force = [0, -10]
+[limits]
+x = 0.2
+"""
+
+
+@pytest.mark.parametrize("minus", [0.0, 0.2, 1.0])
+def test_to_first_order_play_on_one_side_is_in_its_middle_where_nothing_pushes(minus: float) -> None:
+    """It was put where no error is, and first order was said to explain nothing of a mechanism that is linear."""
+    m = jp.loads(STAGE).with_({"drives.x.backlash.minus": minus})
+    result, quick = jp.loaded(m), jp.loaded(m, exact=False, details=False)
+    middle = 0.5 * (1.0 - minus)
+    for found in (result.error, result.error_first_order, quick.error):
+        np.testing.assert_allclose(found.sel(component="x"), middle, atol=1e-12)
+    np.testing.assert_allclose(result.contribution.sel(source="x.backlash", component="x"), middle, atol=1e-12)
+
+
+def test_what_is_to_blame_is_what_makes_the_value_that_is_told() -> None:
+    """The guide was, of a value that the play of the drive makes."""
+    m = jp.loads(STAGE)
+    said = {way: conclude(from_dataset(jp.loaded(m, approach=way))).sentences[0].text for way in (None, *SIDES, REST)}
+    assert said[None].endswith("; to tighten first: x.backlash 100 %.")
+    assert "what the load leaves open" in said[None]
+    there, other = sorted((said[side] for side in SIDES), key=lambda text: "other side" in text)
+    assert there.endswith("; to tighten first: x.backlash 100 %.")
+    for text in (other, said[REST]):
+        assert "to tighten" not in text
+
+
+def test_quantiles_under_a_load_are_as_fine_as_what_scatters() -> None:
+    """They were as coarse as the play that the load holds, and beyond what is possible."""
+    m = jp.loads(STAGE).with_(
+        {"drives.x": {"joint": "P", "values": [0], "error": 0.003, "law": "uniform", "backlash": 1}}
+    )
+    m = m.with_({"joints.P.friction": None, "loads.0.force": [-3, -10]})
+    result = jp.random(m, samples=16384, contact="loaded")
+    found = result.error_quantile.sel(quantity="x")
+    ends = -0.5 + 0.003 * (2.0 * found.probability - 1.0)
+    np.testing.assert_allclose(found, np.broadcast_to(ends, found.shape), atol=1e-5)

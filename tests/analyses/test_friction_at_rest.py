@@ -33,6 +33,52 @@ def test_slider_crank_as_an_independent_program_has_it():
     assert_allclose(result.error, jp.loaded(jp.loads(SLIDER_CRANK)).error[[0, 2]], atol=1e-15)
 
 
+SLIDES = """
+format = 1
+units = {{ length = "mm", angle = "deg", force = "N" }}
+[joints.P]
+type = "prismatic"
+bodies = ["ground", "a"]
+at = [0, 0]
+axis = [1, 0]
+clearance = {{ gap = 0.001, length = 50 }}
+friction = {{ coefficient = 0.1 }}
+[joints.Q]
+type = "prismatic"
+bodies = ["a", "b"]
+at = [0, 0]
+axis = [1, 0]
+{rubs}
+[drives.p]
+joint = "P"
+values = [0]
+backlash = {{ plus = 1.0, minus = 0 }}
+[drives.q]
+joint = "Q"
+values = [0]
+backlash = 0.6
+[output]
+body = "b"
+at = [0, 0]
+[[loads]]
+body = "b"
+at = [0, 0]
+force = [0, -10]
+[limits]
+x = [-9, 2]
+"""
+
+
+@pytest.mark.parametrize("rubs", ["", "friction = { coefficient = 0.1, length = 50 }"])
+def test_play_that_nothing_pushes_lies_anywhere_once(rubs):
+    """What friction holds was counted again as what the load leaves open, and what nothing rubs on was left out."""
+    m = jp.loads(SLIDES.format(rubs=rubs))
+    result = jp.loaded(m, approach="rest")
+    assert_allclose(result.friction_low.sel(component="x"), -0.3, atol=1e-12)
+    assert_allclose(result.friction_high.sel(component="x"), 1.3, atol=1e-12)
+    assert_allclose(result.margin.sel(quantity="x"), 0.7, atol=1e-12)
+
+
 PENDULUM = """
 format = 1
 space = "planar"
@@ -93,7 +139,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
     solved = equilibrium(task)
     at = EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part)
     error = at.error[solved.part == 1.0]
-    found = friction.held(setting)
+    found = friction.held(setting, np.zeros((1, len(m.sources), len(m.components))))
     units = {"length": (m.length, m.units.length), "angle": (1.0, m.units.angle)}
     scale, factors = np.transpose([units["length" if name in "xyz" else "angle"] for name in m.components])
     missed = 1e-9 * scale + MISSED.get(seed, 0.02) * (found.high - found.low)

@@ -79,6 +79,11 @@ def in_words(sources: Sequence[str], share: float) -> str:
     return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 
+def blamed_for(result: Result) -> str:
+    """What stands in front of the causes with the largest shares: what scatters may be a small part of the error."""
+    return "of the variance" if "random" in (result.attrs.get("question"), result.attrs.get("asked")) else "to blame"
+
+
 def blame(result: Result) -> Blame:
     """Shares of every cause in a result that has contributions.
 

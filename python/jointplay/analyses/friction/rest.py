@@ -5,7 +5,7 @@ At rest a joint holds any part q of its friction, from -1 to 1 (of a ball, a vec
 as low and as high as q can make it. The search begins at all corners, or at some where they are many, and at some
 points inside, where contacts that change sides can have an extreme. From the best of both it goes on along the
 derivatives by Newton's steps of each q by itself, within the bounds. What it ends at is an extreme nearby; that there
-is none beyond is not proved.
+is none beyond is not proved. Play that neither the load nor any friction pushes lies anywhere on top of that.
 """
 
 from __future__ import annotations
@@ -53,20 +53,29 @@ class RestRange:
     torque_high: Floats
 
 
-def held(asked: Setting) -> RestRange:
+def held(asked: Setting, open_: Floats) -> RestRange:
     """What friction can hold at rest.
 
     Parameters
     ----------
     asked : Setting
+    open_ : ndarray
+        Part of every source in what the load leaves open without friction, shape (configuration, source, component).
     """
     m, count = asked.m, len(asked.at)
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)
     dims = sum(_size(contact.kind) for contact in asked.contacts if contact.rubs)
     many = max(1, TOGETHER // max(4 * low.shape[1], min(2**dims, CORNERS) + CORNERS))
+    own = slice(0, components)
     for places in asked.parts(many):
-        low[places], high[places] = Search(asked, places).extremes()
+        search = Search(asked, places)
+        low[places], high[places] = search.extremes()
+        rest = np.where(search.pushed[:, :, None], 0.0, open_[places]).sum(axis=1)
+        low[places, own] -= rest
+        high[places, own] += rest
+        for k, part in enumerate(search.parts()):
+            high[places, components + k] += np.linalg.norm(rest[:, part], axis=1)
     position, rotation = high[:, components : components + 2].T
     torques = slice(components + 2, None)
     return RestRange(low[:, :components], high[:, :components], position, rotation, low[:, torques], high[:, torques])
@@ -77,7 +86,13 @@ def _size(kind: str) -> int:
 
 
 class Search:
-    """The search in some configurations."""
+    """The search in some configurations.
+
+    Attributes
+    ----------
+    pushed : ndarray of bool
+        Which sources friction moves, shape (configuration, source), once the extremes are known.
+    """
 
     def __init__(self, asked: Setting, places: NDArray[np.intp]) -> None:
         self.m = asked.m
@@ -104,8 +119,10 @@ class Search:
         starts = np.vstack([corners, inside])
         which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
         solved = equilibrium(self.task(which, q))
-        values = self._values(self._at(which, q, solved))
+        at = self._at(which, q, solved)
+        values = self._values(at)
         values[solved.part < 1.0] = np.nan
+        self.pushed = self._pushed(np.where(solved.part[:, None] < 1.0, np.nan, at.u).reshape(count, len(starts), -1))
         n = values.shape[1]
         signs = np.repeat([-1.0, 1.0], n)
         reached = np.nan_to_num(signs * np.tile(values, 2), nan=-np.inf).reshape(count, len(starts), 2 * n)
@@ -127,6 +144,12 @@ class Search:
         last = again.best(state[rows], begun.chosen(rows), others.max(axis=1).ravel()).reshape(count, 2, n)
         ends = np.fmax(last, np.fmax(*ends.reshape(count, 2, 2, n).swapaxes(0, 1)))
         return -ends[:, 0], ends[:, 1]
+
+    def _pushed(self, offsets: Floats) -> NDArray[np.bool_]:
+        """Which sources are elsewhere in some states, by all offsets, shape (configuration, state, parameter)."""
+        spread = np.fmax.reduce(offsets, axis=1) - np.fmin.reduce(offsets, axis=1)
+        moves, of = spread > STILL * self.m.length, self.m.parameter_source
+        return np.stack([moves[:, of == k].any(axis=1) for k in range(len(self.m.sources))], axis=1)
 
     def _at(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> EquilibriumAt:
         """Equilibrium of some states that was found."""
@@ -153,7 +176,7 @@ class Search:
         offset, multiplier = at.by_motions(changes)
         error = self.m.core.sensitivity(at.of.drives, at.poses)["source"] @ offset
         sizes = []
-        for part in self._parts():
+        for part in self.parts():
             size = np.linalg.norm(at.error[:, part], axis=1)[:, None]
             along = np.einsum("nc,ncd->nd", at.error[:, part], error[:, part])
             sizes.append(along / np.where(size > 0.0, size, 1.0))
@@ -191,14 +214,14 @@ class Search:
                 found[:, own] = slope[:, own] / np.where(size > 0.0, size, 1.0)
         return found
 
-    def _parts(self) -> tuple[list[int], list[int]]:
+    def parts(self) -> tuple[list[int], list[int]]:
         """The components of the position and of the rotation."""
         names = list(self.m.components)
         moves = [k for k, name in enumerate(names) if name in LENGTHS]
         return moves, [k for k in range(len(names)) if k not in moves]
 
     def _values(self, at: EquilibriumAt) -> Floats:
-        sizes = [np.linalg.norm(at.error[:, part], axis=1) for part in self._parts()]
+        sizes = [np.linalg.norm(at.error[:, part], axis=1) for part in self.parts()]
         return np.column_stack([at.error, *sizes, torque(self.m, at.multipliers)])
 
 

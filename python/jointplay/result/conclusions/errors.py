@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.basics.arrays import Array
-from jointplay.result import SIZES, Result, figure, rounding, typical
+from jointplay.result import SIZES, Result, blamed_for, figure, rounding, typical
 from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, Verdict, caused, ends, there, verdict
 
 from .rubbing import of_friction
@@ -140,7 +140,7 @@ def _is_open(result: Result, quantity: str, unit: str) -> bool:
 
 def blamed(result: Result, quantity: str, configuration: int) -> str:
     """What has the largest share, as the end of a sentence."""
-    return caused(result, quantity, "high", configuration, "; to blame")
+    return caused(result, quantity, "high", configuration, f"; {blamed_for(result)}")
 
 
 def quantile(result: Result, quantity: str, probability: float) -> Array:

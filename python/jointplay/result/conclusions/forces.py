@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Array
 from jointplay.questions import QUESTIONS
-from jointplay.result import FORCES_APART, FORCES_JUDGED, SIDES, Result, first_largest
+from jointplay.result import FORCES_APART, FORCES_JUDGED, SIDES, Result, blamed_for, first_largest
 from jointplay.result.verdict import MISSED, NOT_SHOWN, RANK, caused, ends, there, verdict
 
 from .errors import judged_in
@@ -134,6 +134,6 @@ def _told(result: Result, name: str) -> str:
     if abs(one.size) <= ROUNDED * max(abs(one.value), abs(one.nominal)):
         return f"Play and tolerances do not change {name} {how}."
     part = f" ({100.0 * abs(one.size / one.nominal):.2g} %)" if one.nominal else ""
-    blamed = caused(result, name, one.side, one.at, "; to blame")
+    blamed = caused(result, name, one.side, one.at, f"; {blamed_for(result)}")
     far = f"up to {say(abs(one.size), unit)}{part} off its nominal {say(one.nominal, unit)}"
     return f"{name} {how}: {far}{place}{blamed}."

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jointplay.result import Result, in_words
+from jointplay.result import Result, blamed_for, in_words
 from jointplay.result.conclusions.forces import change
 from jointplay.result.verdict import cause, ends
 
@@ -43,7 +43,7 @@ def _columns(result: Result, rows: list[int], unit: str) -> Iterator[Column]:
     for name, one in zip(names, changes, strict=True):
         found = None if one is None or not one.size else cause(result, name, one.side, one.at)
         blamed.append(NOTHING if found is None else in_words(*found))
-    yield words("to blame", blamed)
+    yield words(blamed_for(result), blamed)
     limit = result.get("limit")[rows]
     if np.isfinite(limit).any():
         met = result.get("limit_met")[:, rows].all(axis=0)

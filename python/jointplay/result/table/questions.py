@@ -13,6 +13,7 @@ from jointplay.result import (
     FORCES_JUDGED,
     Result,
     blame,
+    blamed_for,
     figure,
     figures,
     first_largest,
@@ -159,7 +160,7 @@ def _where(result: Result) -> list[Column]:
     return [_numbered(result), *drives]
 
 
-def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
+def _blamed(result: Result, which: str) -> Column:
     shares = blame(result)
     # What is rounding has no cause.
     least = rounding(result, unit_of(result, which))
@@ -173,7 +174,7 @@ def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
     for k in range(len(result.get("status"))):
         found = shares.largest(which, k) if real[k] else None
         cells.append(NOTHING if found is None else in_words(*found))
-    return replace(words(header, cells), unit=f"for {which}")
+    return replace(words(blamed_for(result), cells), unit=f"for {which}")
 
 
 def _components(result: Result) -> tuple[list[str], list[str]]:

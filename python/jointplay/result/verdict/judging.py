@@ -91,7 +91,7 @@ def ends(result: Result) -> tuple[Array, Array]:
     components = result.labels("component")
     if "friction_low" in result.data:
         low, high, position, rotation = (result.get(f"friction_{name}") for name in ("low", "high", *SIZES))
-        return _strayed(result, *between(low, high, position, rotation, half, components))
+        return _strayed(result, *of_sizes(low, high, position, rotation))
     if "reversal" not in result.data:
         return reached([error], half, components)
     # The limits hold from whichever side the machine comes.
@@ -141,15 +141,7 @@ def _strayed(result: Result, low: Array, high: Array) -> tuple[Array, Array]:
 def reached(errors: Sequence[Array], half: Array, components: Sequence[str]) -> tuple[Array, Array]:
     """Lowest and highest value of every quantity at some errors, with what a load leaves open of each."""
     position, rotation = np.max([_sizes(np.abs(error) + half, components) for error in errors], axis=0)
-    return _ends(np.min(errors, axis=0) - half, np.max(errors, axis=0) + half, position, rotation)
-
-
-def between(
-    low: Array, high: Array, position: Array, rotation: Array, half: Array, components: Sequence[str]
-) -> tuple[Array, Array]:
-    """The same between the ends of all components, with the largest sizes between them."""
-    more = _sizes(half, components)
-    return _ends(low - half, high + half, position + more[0], rotation + more[1])
+    return of_sizes(np.min(errors, axis=0) - half, np.max(errors, axis=0) + half, position, rotation)
 
 
 def _sizes(error: Array, components: Sequence[str]) -> tuple[Array, Array]:
@@ -157,6 +149,7 @@ def _sizes(error: Array, components: Sequence[str]) -> tuple[Array, Array]:
     return np.linalg.norm(error[:, moves], axis=1), np.linalg.norm(error[:, ~moves], axis=1)
 
 
-def _ends(low: Array, high: Array, position: Array, rotation: Array) -> tuple[Array, Array]:
+def of_sizes(low: Array, high: Array, position: Array, rotation: Array) -> tuple[Array, Array]:
+    """Ends of all quantities by those of the components and by the sizes, which have no lower end."""
     nothing = np.zeros_like(position)
     return np.column_stack([low, nothing, nothing]), np.column_stack([high, position, rotation])

@@ -18,6 +18,8 @@ from .words import caused, configurations, rounded, shown, there
 TAKEN = {"middle": "with clearances of middle size"} | {play: f"with the {play} play" for play in PLAYS}
 #: which sizes were judged where a limit has to hold with those in the middle and with both others
 ANY_SIZE = "with clearances of any size in their limits"
+#: what can make a value another one than the pose of the result has
+FRICTION, OTHER, OPEN = "friction", "coming from the other side", "what the load leaves open"
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,7 @@ class _Extreme:
         often = f" (missed at {count} of {total} configurations)" if total > 1 else ""
         text = f"{size}, {far}{f',{place}' * bool(place)}{often}"
         if self.case.is_own:
-            return f"{text}{caused(self.result, self.name, self.side, self.at, '; to tighten first')}"
+            return f"{text}{self._caused('; to tighten first')}"
         lowest, highest = (float(end[self.at, self.quantity]) for end in ends(self.result))
         value = highest if self.side == "high" else lowest
         return f"{text}; {TAKEN['middle']} {self._shown(value)}"
@@ -193,26 +195,44 @@ class _Extreme:
         near = f"{self.name} {self._shown(self.value)}{self._open()} of {self._shown(self.limit)}"
         margin = f"margin {self._shown(max(self.margin, 0.0))}"
         is_there = abs(self.value) > rounding(self.result, self.unit)
-        blamed = caused(self.result, self.name, self.side, self.at, ", to blame") if is_there else ""
+        blamed = self._caused(", to blame") if is_there else ""
         return f"{near}{there(self.result, self.at)}, {margin}{blamed}"
 
     def _open(self) -> str:
         """What of a value is left open by the load, or is that of the other side."""
+        beside = self._beside()
+        if not beside:
+            return ""
+        plain = self._shown(self._plain())
+        words = {FRICTION: f"(without friction {plain})", OTHER: OTHER, OPEN: f"({plain} and {OPEN})"}
+        return f" {words[beside]}"
+
+    def _plain(self) -> float:
+        """The value at the pose that the result is of."""
+        error = judged(self.result)[0][self.at]
+        if self.name not in SIZES:
+            return float(error[self.quantity])
+        is_length = np.array([name in LENGTHS for name in self.result.labels("component")])
+        return float(np.linalg.norm(error[is_length == (self.name == "position")]))
+
+    def _beside(self) -> str:
+        """What makes the value another one than that pose has, if anything does."""
         if not self.case.is_own or not {"worst_component", "nominal_force"}.isdisjoint(self.result.data):
             return ""
-        error = judged(self.result)[0][self.at]
-        if self.name in SIZES:
-            is_length = np.array([name in LENGTHS for name in self.result.labels("component")])
-            plain = float(np.linalg.norm(error[is_length == (self.name == "position")]))
-        else:
-            plain = float(error[self.quantity])
-        if abs(self.value - plain) <= rounding(self.result, self.unit):
+        if abs(self.value - self._plain()) <= rounding(self.result, self.unit):
             return ""
         if "friction_low" in self.result.data:
-            return f" (without friction {self._shown(plain)})"
+            return FRICTION
         if "reversal" in self.result.data and not self.result.get("undetermined")[self.at].any():
-            return " coming from the other side"
-        return f" ({self._shown(plain)} and what the load leaves open)"
+            return OTHER
+        return OPEN
+
+    def _caused(self, head: str) -> str:
+        """What causes the value; nothing where it is not known of that pose."""
+        beside = self._beside()
+        if beside in (FRICTION, OTHER):
+            return ""
+        return caused(self.result, self.name, self.side, self.at, head, is_open=beside == OPEN)
 
     def _shown(self, value: float) -> str:
         return shown(self.result, value, self.unit)

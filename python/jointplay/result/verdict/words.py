@@ -21,6 +21,7 @@ from jointplay.result import (
     rounding,
     share_of,
     shares,
+    split,
 )
 
 if TYPE_CHECKING:
@@ -93,9 +94,27 @@ def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str],
     return share_of(result, causes, values, quantity, side, at)
 
 
-def caused(result: Result, quantity: str, side: str, at: int, head: str) -> str:
-    """The end of a sentence that says what the cause is, behind a mark and some words such as ``; to blame``."""
-    found = cause(result, quantity, side, at)
+def _cause_where_open(result: Result, quantity: str, side: str, at: int) -> tuple[list[str], float] | None:
+    """The same where sources that the load leaves open are as far as they can be that way."""
+    if not {"contribution", "undetermined_contribution"} <= set(result.data):
+        return None
+    causes, every = parts_by_cause(result)
+    parts, components = every[at].copy(), result.labels("component")
+    error = parts.sum(axis=0)
+    signs = np.where(error < 0.0, -1.0, 1.0) if quantity in SIZES else {"low": -1.0, "high": 1.0}[side]
+    widths = result.get("undetermined_contribution")[at]
+    parts[: len(widths)] += signs * widths
+    chosen = split(components)[SIZES.index(quantity)] if quantity in SIZES else [quantity]
+    parts = parts[:, [components.index(name) for name in chosen]]
+    return largest(causes, shares((parts @ parts.sum(axis=0))[None])[0])
+
+
+def caused(result: Result, quantity: str, side: str, at: int, head: str, *, is_open: bool = False) -> str:
+    """The end of a sentence that says what the cause is, behind a mark and some words such as ``; to blame``.
+
+    Where a value `is_open`, sources that the load leaves open are as far as they can be its way.
+    """
+    found = (_cause_where_open if is_open else cause)(result, quantity, side, at)
     if found is None:
         return ""
     sources, share = found
