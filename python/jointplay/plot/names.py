@@ -55,23 +55,20 @@ def corners(
     >>> corners(np.array([[50.0, 50.0], [50.0, 45.0]]), ["A", "B"], np.array([0.0, 0.0, 100.0, 100.0]))
     [(1, 1, 6.0), (1, -1, 6.0)]
     """
-    marks = [np.concatenate([place - MARK, place + MARK]) for place in (*places, *obstacles)]
+    marks = np.column_stack([np.vstack([places, obstacles]) - MARK, np.vstack([places, obstacles]) + MARK])
     middle = places.mean(axis=0)
-    taken: list[Floats] = []
+    taken = np.empty((len(texts), 4))
     chosen: list[Corner] = []
     for k, (place, text) in enumerate(zip(places, texts, strict=True)):
         x, y = (1 if away else -1 for away in place >= middle)
-        others = [mark for j, mark in enumerate(marks) if j != k]
-
-        def cost(corner: Corner, place: Floats = place, text: str = text, others: list[Floats] = others) -> float:
-            box = _box(place, corner, text, letters)
-            outside = _area(box) - _shared(box, frame)
-            return round(outside + sum(_shared(box, other) for other in (*taken, *others)), 6)
-
         ways = ((x, y), (x, -y), (-x, y), (-x, -y), (0, y), (0, -y), (x, 0), (-x, 0))
-        best = min(((*way, away) for away in AWAY for way in ways), key=cost)
-        chosen.append(best)
-        taken.append(_box(place, best, text, letters))
+        tried = [(*way, away) for away in AWAY for way in ways]
+        boxes = _boxes(place, np.array(tried), text, letters)
+        others = np.concatenate([taken[:k], np.delete(marks, k, axis=0)])
+        outside = _areas(boxes) - _shared(boxes, frame)
+        best = int(np.round(outside + _shared(boxes[:, None], others).sum(axis=1), 6).argmin())
+        chosen.append(tried[best])
+        taken[k] = boxes[best]
     return chosen
 
 
@@ -108,17 +105,18 @@ def write(axes: Any, at: Mapping[tuple[float, ...], str], flat: Floats, obstacle
         )  # fmt: skip
 
 
-def _box(place: Floats, corner: Corner, text: str, letters: float) -> Floats:
-    """Left, lower, right and upper end of a name."""
+def _boxes(place: Floats, corners: Floats, text: str, letters: float) -> Floats:
+    """Left, lower, right and upper ends of a name at some corners."""
     size = np.array([width_of(text, letters) + GAP, HIGH * letters])
-    way = np.array(corner[:2])
-    middle = place + corner[2] * way + 0.5 * size * way
-    return np.concatenate([middle - 0.5 * size, middle + 0.5 * size])
+    middle = place + corners[:, 2:] * corners[:, :2] + 0.5 * size * corners[:, :2]
+    return np.column_stack([middle - 0.5 * size, middle + 0.5 * size])
 
 
-def _area(box: Floats) -> float:
-    return float(np.prod(np.maximum(box[2:] - box[:2], 0.0)))
+def _areas(boxes: Floats) -> Floats:
+    areas: Floats = np.maximum(boxes[..., 2:] - boxes[..., :2], 0.0).prod(axis=-1)
+    return areas
 
 
-def _shared(one: Floats, other: Floats) -> float:
-    return _area(np.concatenate([np.maximum(one[:2], other[:2]), np.minimum(one[2:], other[2:])]))
+def _shared(boxes: Floats, others: Floats) -> Floats:
+    low, high = np.maximum(boxes[..., :2], others[..., :2]), np.minimum(boxes[..., 2:], others[..., 2:])
+    return _areas(np.concatenate([low, high], axis=-1))

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointplay.analyses import displaced
 from jointplay.questions import QUESTIONS
-from jointplay.result import figure, figures, in_words
-from jointplay.result.verdict import cause, place, verdict
+from jointplay.result import blame, figure, figures, in_words
+from jointplay.result.verdict import place, verdict
 from jointplay.show import viewer
 from jointplay.show.viewer import DisplacedScene, scene
 
@@ -61,7 +62,7 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
         region=region,
         cloud=None if chapter.cloud is None else chapter.cloud[kept],
         limit=limit if np.isfinite(limit) else None,
-        texts=[_text(chapter, int(k)) for k in kept],
+        texts=_texts(chapter, kept),
     )
 
 
@@ -78,24 +79,25 @@ def _states(chapter: Chapter) -> Iterator[tuple[str, displaced.Displaced]]:
             yield QUESTIONS["worst"].displaced, moved
 
 
-def _text(chapter: Chapter, k: int) -> list[str]:
-    """What is said beside a configuration."""
-    lines: list[str] = []
+def _texts(chapter: Chapter, kept: NDArray[np.intp]) -> list[list[str]]:
+    """What is said beside every configuration."""
+    lines: list[list[str]] = [[] for _ in kept]
     for question in ("worst", "loaded"):
         for heading, part in chapter.parts(question):
-            if not lines:
-                where = place(part, k)
-                lines.append(f"{where[:1].upper()}{where[1:]}")
             label = ", ".join(filter(None, (WORDS[question], heading)))
             values, unit = figure(part, "position")
-            found = cause(part, "position", "high", k) if question == "worst" else None
             said = figures(part)["position"].words if question == "worst" else label
-            whose = f", to blame first: {in_words(*found)}" if found else ""
-            lines.append(f"{said} {float(values[k]):.4g} {unit}{whose}")
-            mark = (verdict(part).marks or ("",) * (k + 1))[k]
-            if mark:
-                lines.append(f"{label}: beyond the limit: {mark}")
-    return [*map(decimals.in_text, lines)]
+            shares, marks = blame(part) if question == "worst" else None, verdict(part).marks
+            for own, k in zip(lines, kept.tolist(), strict=True):
+                if not own:
+                    where = place(part, k)
+                    own.append(f"{where[:1].upper()}{where[1:]}")
+                found = shares.largest("position", k) if shares else None
+                whose = f", to blame first: {in_words(*found)}" if found else ""
+                own.append(f"{said} {float(values[k]):.4g} {unit}{whose}")
+                if marks and marks[k]:
+                    own.append(f"{label}: beyond the limit: {marks[k]}")
+    return [[*map(decimals.in_text, own)] for own in lines]
 
 
 def embedded(data: Mapping[str, Any]) -> str:
