@@ -51,7 +51,7 @@ MOST_SHOWN = 121
 #: directions in which the region is looked for: enough for a drawing
 IN_PLANE, IN_SPACE = 36, 66
 #: sizes that are tried for all outputs of a page to find how large they may be; none of another source after that
-LOOKS_IN_PLANE, LOOKS_IN_SPACE = 60, 24
+LOOKS_IN_PLANE, LOOKS_IN_SPACE = 40, 24
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
