@@ -121,8 +121,10 @@ impl Ties {
     /// What all displacements add up to.
     pub fn sum(&self, displacements: impl Iterator<Item = f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(self.equations.nrows());
-        for (j, d) in displacements.enumerate() {
-            (0..sum.len()).for_each(|k| sum[k] += self.equations[(k, j)] * d);
+        if !sum.is_empty() {
+            for (column, d) in self.equations.as_slice().chunks_exact(sum.len()).zip(displacements) {
+                sum.iter_mut().zip(column).for_each(|(sum, a)| *sum += a * d);
+            }
         }
         sum
     }

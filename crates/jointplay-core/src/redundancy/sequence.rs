@@ -336,8 +336,9 @@ impl System<'_> {
 
     /// The middle of every set that no equation ties and that forces leave open as a whole.
     fn middles_of_open(&self, c: &Ties, forces: &DVector<f64>) -> Middles {
+        let face = self.faces(c, forces);
         let middle = |element: &Element| {
-            let open = self.face(element, c, forces).filter(|face| face.is_whole() && !Self::is_tied(element, c));
+            let open = face(element).filter(|face| face.is_whole() && !Self::is_tied(element, c));
             open.map(|face| face.centre[..element.columns.len()].to_vec())
         };
         self.elements.iter().map(middle).collect()

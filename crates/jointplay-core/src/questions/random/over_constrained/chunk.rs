@@ -96,16 +96,19 @@ impl<'a> Linear<'a> {
     /// For compatible displacements.
     pub fn error(&self, displacements: &[f64]) -> Vec<f64> {
         let map = &self.compatibility.output.parameters;
-        let of = |(i, constant): (usize, &f64)| {
-            let (mut sum, mut size) = (*constant, constant.abs());
-            for (m, d) in map.row(i).iter().zip(displacements) {
-                sum += m * d;
-                size += (m * d).abs();
+        let mut errors = self.constant.clone();
+        let mut sizes: Vec<f64> = errors.iter().map(|constant| constant.abs()).collect();
+        for (column, d) in map.as_slice().chunks_exact(errors.len()).zip(displacements) {
+            for ((sum, size), m) in errors.iter_mut().zip(&mut sizes).zip(column) {
+                *sum += m * d;
+                *size += (m * d).abs();
             }
-            // What rounding leaves of terms that cancel each other is no error.
-            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
-        };
-        self.constant.iter().enumerate().map(of).collect()
+        }
+        // What rounding leaves of terms that cancel each other is no error.
+        for (sum, size) in errors.iter_mut().zip(&sizes) {
+            *sum = if sum.abs() <= ROUNDING * size { 0.0 } else { *sum };
+        }
+        errors
     }
 
     /// The error of a specimen, the parts of the sources, and what is left of every joint's.
@@ -114,27 +117,25 @@ impl<'a> Linear<'a> {
         let m = self.mechanism;
         let n = m.size();
         let mut own = displacements.clone();
-        let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
-        let off = self.right - self.compatibility.sum(displacements.iter().copied());
-        for (row, d) in (&self.correction * off).iter().enumerate() {
-            own[row] += d;
+        if !self.right.is_empty() {
+            let off = self.right - self.compatibility.sum(displacements.iter().copied());
+            own.iter_mut().zip((&self.correction * off).iter()).for_each(|(own, d)| *own += d);
         }
+        let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
         for source in m.sources().iter().filter(|source| source.is_clearance) {
             source.range().for_each(|p| offsets[p] += own[self.places[p]] - displacements[self.places[p]]);
         }
-        let map = held.as_ref().unwrap_or(&self.loose);
+        let map = held.as_ref().unwrap_or(&self.loose).as_slice();
         let mut parts = self.error(&own);
-        let add = |parts: &mut [f64], place: usize, d: f64| {
-            (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
-        };
         let first = n * (1 + m.sources.len());
         parts.resize(first + n * m.n_joints(), 0.0);
+        let add = |parts: &mut [f64], place: usize, d: f64| {
+            parts.iter_mut().zip(&map[n * place..n * (place + 1)]).for_each(|(part, m)| *part += m * d);
+        };
         for (s, source) in m.sources().iter().enumerate() {
             for (k, p) in source.range().enumerate() {
-                let to = |s: usize, part: f64| {
-                    let own = n * (1 + s);
-                    add(&mut parts[own..own + n], self.places[p], part);
-                };
+                let place = self.places[p];
+                let to = |s: usize, part: f64| add(&mut parts[n * (1 + s)..n * (2 + s)], place, part);
                 match &self.pressed {
                     Some(pressed) => m.split_pressed(s, k, offsets[p], pressed, &specimen.parameters, to),
                     None => source.split(s, k, offsets[p], to),

@@ -324,11 +324,14 @@ impl<'a> Job<'a> {
         let SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly } = rested;
         specimen.plainly |= plainly;
         specimen.error = Some(error);
-        specimen.forces.clone_from(&balance.forces);
         let c = self.nominal.compatibility;
-        let forces = first.as_ref().unwrap_or(&balance);
-        let spread = |element: &Element| self.spread(element);
-        specimen.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
+        // Where no equation ties displacements, what they do to the output does not depend on forces.
+        if c.equations.nrows() > 0 {
+            let forces = first.as_ref().unwrap_or(&balance);
+            let spread = |element: &Element| self.spread(element);
+            let held = self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread);
+            specimen.held = Some(held);
+        }
         balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, specimen));
         let right = ties.right(&displacements, &known);
         specimen.displacements = displacements;
@@ -345,8 +348,10 @@ impl<'a> Job<'a> {
         };
         let loose = self.loose(&balance);
         if loose.is_empty() {
+            specimen.forces = balance.forces;
             return None;
         }
+        specimen.forces.clone_from(&balance.forces);
         let mut rest = right;
         for (g, (element, given)) in self.system.elements.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
@@ -370,8 +375,8 @@ impl<'a> Job<'a> {
         }
         let reach = |&g: &usize| {
             let element = &self.system.elements[g];
-            let force: Vec<f64> = element.columns.iter().map(|&row| balance.forces[row]).collect();
-            if let Kind::Clearance(set) = &element.kind { set.reach(&force) } else { 0.0 }
+            let force = System::on(element, &balance.forces);
+            if let Kind::Clearance(set) = &element.kind { set.reach(&force[..set.size()]) } else { 0.0 }
         };
         let most = self.tied.iter().map(reach).fold(0.0, f64::max);
         self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
