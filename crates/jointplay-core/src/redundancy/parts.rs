@@ -102,6 +102,9 @@ impl<'a> Sharing<'a> {
 
     /// Everything gives way alike where nothing else does.
     fn least(mut self, system: &System<'_>) -> DMatrix<f64> {
+        if self.free.ncols() == 0 {
+            return self.map;
+        }
         let rows: Vec<usize> = (0..system.mechanism.n_rows()).collect();
         let column = |row: &'_ usize| {
             let mut form = Form::default();

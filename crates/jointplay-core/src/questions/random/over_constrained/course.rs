@@ -72,17 +72,17 @@ impl Job<'_> {
     /// Draws offsets that have room in a specimen by their laws; whether there are any. Those that the exact closure takes
     /// outside their sets are drawn again.
     async fn scatter(&self, together: &Together<'_>, room: &Room<'_>, specimen: &mut Specimen) -> Result<bool, Status> {
-        let before = specimen.placed();
+        let before = room.has_flanks().then(|| specimen.placed());
         let mut dice = self.dice(specimen);
         for _ in 0..DRAWS {
             if !self.draw(room, &mut dice, specimen) {
                 break;
             }
             let corrected = self.correct(together, specimen, room).await;
-            if !room.has_flanks() || corrected.is_ok() && self.is_within(room, specimen) {
-                return corrected.map(|()| true);
+            match &before {
+                Some(before) if corrected.is_err() || !self.is_within(room, specimen) => specimen.put_back(before),
+                _ => return corrected.map(|()| true),
             }
-            specimen.put_back(&before);
         }
         Ok(false)
     }
@@ -99,7 +99,7 @@ impl Job<'_> {
         if is_apart(settled.balance.factor) {
             return Err(Status::NotAssemblable);
         }
-        self.put_all(room, &self.offsets_of_tied(&settled.balance), specimen);
+        self.put_all(room, self.tied.iter().map(|&g| settled.balance.given[g].as_slice()), specimen);
         self.correct(together, specimen, room).await
     }
 
