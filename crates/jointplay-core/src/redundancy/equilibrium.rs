@@ -135,14 +135,7 @@ impl System<'_> {
 
     /// Where nothing ties displacements to each other, forces alone decide them.
     fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
-        Balance {
-            given: self.given(c, forces, &[]),
-            forces: forces.clone(),
-            factor: 1.0,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        }
+        Balance::free(self.given(c, forces, &[]), forces.clone())
     }
 
     /// What the answer of the program of the tied elements says of all of them.

@@ -154,14 +154,8 @@ impl System<'_> {
 
     /// The same where no force holds the clearances.
     pub fn derivatives_loose(&self, c: &Compatibility, spread: impl Fn(&Element) -> Form) -> DMatrix<f64> {
-        let nothing = Balance {
-            given: self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect(),
-            forces: DVector::zeros(c.load.len()),
-            factor: 1.0,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        };
+        let given = self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect();
+        let nothing = Balance::free(given, DVector::zeros(c.load.len()));
         self.derivatives_by(c, &c.output.parameters, &nothing, 0.0, spread)
     }
 

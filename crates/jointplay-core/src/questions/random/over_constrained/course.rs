@@ -8,6 +8,7 @@ use crate::redundancy::compatibility::FITS;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Together;
+use crate::redundancy::specimen_batch::pressed::Pressed;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
 /// of the order of the displacements over the dimensions.
@@ -23,15 +24,46 @@ const DRAWS: usize = 8;
 impl Job<'_> {
     /// Solves specimens with what has been drawn for them, of which the first has the given number.
     pub fn solve(&self, together: &Together<'_>, drawn: &[Vec<f64>], first: u64) -> Vec<Specimen> {
-        together.each(drawn.iter().zip(0..), async |rounds, (drawn, number)| {
-            let own = self.of_specimen(drawn);
-            let job = own.as_deref().unwrap_or(self);
-            let mut specimen = job.drawn(drawn, first.wrapping_add(number));
-            if let Err(status) = job.place(rounds, together, &mut specimen).await {
-                (specimen.status, specimen.error) = (status, None);
-            }
-            specimen
-        })
+        let numbered = || drawn.iter().zip((0..).map(|k| first.wrapping_add(k)));
+        let pressed = self.pressed(together, numbered());
+        let left = numbered().zip(&pressed).filter(|(_, pressed)| pressed.is_none()).map(|(one, _)| one);
+        let mut settled = together
+            .each(left, async |rounds, (drawn, number)| {
+                let own = self.of_specimen(drawn);
+                let job = own.as_deref().unwrap_or(self);
+                let mut specimen = job.drawn(drawn, number);
+                if let Err(status) = job.place(rounds, together, &mut specimen).await {
+                    (specimen.status, specimen.error) = (status, None);
+                }
+                specimen
+            })
+            .into_iter();
+        pressed.into_iter().filter_map(|pressed| pressed.or_else(|| settled.next())).collect()
+    }
+
+    /// Specimens that the forces of the load alone decide, side by side without courses.
+    fn pressed<'d>(
+        &self,
+        together: &Together<'_>,
+        drawn: impl Iterator<Item = (&'d Vec<f64>, u64)>,
+    ) -> Vec<Option<Specimen>> {
+        let c = self.nominal.compatibility;
+        if !self.request.loaded || !self.rigid || c.equations.nrows() > 0 || self.mechanism().has_sizes() {
+            return drawn.map(|_| None).collect();
+        }
+        let specimens: Vec<Specimen> = drawn.map(|(drawn, number)| self.drawn(drawn, number)).collect();
+        let known: Vec<&[f64]> = specimens.iter().map(|specimen| specimen.displacements.as_slice()).collect();
+        let pressed = together.press(&known, &self.observable);
+        let first = self.system.balance(c, &self.nominal.right, &Ask::Load);
+        let observable = first.is_some_and(|first| self.is_observable_first(&[], &first));
+        let take = |(mut specimen, pressed): (Specimen, Option<Pressed>)| {
+            let Pressed { displacements, offsets, error, observable: there } = pressed?;
+            (0..offsets.len()).for_each(|g| self.put(g, &offsets[g], &mut specimen));
+            (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);
+            specimen.status = if observable || there { Status::Undetermined } else { Status::Ok };
+            Some(specimen)
+        };
+        specimens.into_iter().zip(pressed).map(take).collect()
     }
 
     /// Puts a specimen where it can be assembled.

@@ -35,7 +35,7 @@ pub struct Job<'a> {
     pub solver: &'a Solver<'a>,
     built: &'a State,
     /// How far the output moves at least where that is observable.
-    observable: Vec<f64>,
+    pub observable: Vec<f64>,
     /// The linearisation where the basis is closed for the known deviations.
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
@@ -48,7 +48,7 @@ pub struct Job<'a> {
     /// How these take up a misfit, without the misfit.
     rigid_program: Program,
     /// Whether nothing is elastic.
-    rigid: bool,
+    pub rigid: bool,
 }
 
 /// With how little clearance a specimen can be assembled rigidly.
@@ -363,7 +363,7 @@ impl<'a> Job<'a> {
 
     /// Whether what the load leaves open moves the output at the nominal pose: that is so at any size of the
     /// play, even where the exact pose then falls to one side.
-    fn is_observable_first(&self, known: &[f64], first: &Balance) -> bool {
+    pub fn is_observable_first(&self, known: &[f64], first: &Balance) -> bool {
         let c = self.nominal.compatibility;
         self.system.is_observable(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.observable)
     }

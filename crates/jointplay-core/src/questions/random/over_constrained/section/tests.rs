@@ -109,7 +109,13 @@ fn a_chain_has_the_law_of_rejection_where_flanks_open() {
             for x in rejected.iter().chain(&walked) {
                 let y = section.opened.opened(&gaps, x).unwrap();
                 assert!((&section.matrix * DVector::from_vec(y) - &right).amax() < 1e-12);
-                assert!(section.members.iter().zip(section.offsets(x)).all(|(m, d)| m.set.contains(&d[..m.set.size()], 1e-9)));
+                assert!(
+                    section
+                        .members
+                        .iter()
+                        .zip(section.offsets(x))
+                        .all(|(m, d)| m.set.contains(&d[..m.set.size()], 1e-9))
+                );
             }
             for place in 0..4 {
                 let of =
