@@ -33,6 +33,7 @@ pub(crate) struct Pressed {
 
 /// A specimen on its way.
 struct Lane<'k> {
+    system: &'k System<'k>,
     known: &'k [f64],
     displacements: Vec<f64>,
     offsets: Vec<Form>,
@@ -45,30 +46,31 @@ struct Lane<'k> {
 }
 
 impl Together<'_> {
-    /// Presses specimens with these displacements known of them; `limits` are how far the output moves at least where that
-    /// is observable.
-    pub fn press(&self, known: &[&[f64]], limits: &[f64]) -> Vec<Option<Pressed>> {
-        let (system, basis) = (self.system, self.system.basis);
+    /// Presses specimens, each with what gives way in it and the displacements that are known of it; `limits` are how far
+    /// the output moves at least where that is observable.
+    pub fn press(&self, specimens: &[(&System<'_>, &[f64])], limits: &[f64]) -> Vec<Option<Pressed>> {
+        let basis = self.system.basis;
         let mut bound = self.bound.borrow_mut();
-        let Some(bound) = bound.as_mut() else { return known.iter().map(|_| None).collect() };
+        let Some(bound) = bound.as_mut() else { return specimens.iter().map(|_| None).collect() };
         let nothing = DVector::zeros(0);
         let untied = Ties {
             equations: DMatrix::zeros(0, basis.all.n_parameters()),
             misfit: nothing.clone(),
             load: nothing.clone(),
         };
-        let mut pressed = Vec::with_capacity(known.len());
-        for known in known.chunks(LANES) {
+        let still = self.system.mechanism.still();
+        let mut pressed = Vec::with_capacity(specimens.len());
+        for block in specimens.chunks(LANES) {
             interrupt::check();
-            let good = Self::close_block(bound, known.len(), |lane| known[lane], false);
-            let mut lanes: Vec<Lane<'_>> = Vec::with_capacity(known.len());
-            for (&known, good) in known.iter().zip(good) {
+            let good = Self::close_block(bound, block.len(), |lane| block[lane].1, false);
+            let mut lanes: Vec<Lane<'_>> = Vec::with_capacity(block.len());
+            for (&(system, known), good) in block.iter().zip(good) {
                 let forces = self.nominal.compatibility.load.clone();
                 let (displacements, offsets) = (known.to_vec(), vec![Form::default(); system.elements.len()]);
                 let mut lane =
-                    Lane { known, displacements, offsets, forces, last: 0.0, slowest: 0.0, rests: false, good };
+                    Lane { system, known, displacements, offsets, forces, last: 0.0, slowest: 0.0, rests: false, good };
                 // They begin where the first order at the nominal pose takes them.
-                lane.last = system.push(&mut lane)[0];
+                lane.last = lane.push()[0];
                 lanes.push(lane);
             }
             let mut round = 0;
@@ -77,9 +79,9 @@ impl Together<'_> {
                 for (k, lane) in lanes.iter_mut().enumerate().filter(|(_, lane)| lane.good && !lane.rests) {
                     lane.good = good[k];
                     Ties::put_load(basis, bound, k, &mut lane.forces);
-                    let [change, size] = system.push(lane);
+                    let [change, size] = lane.push();
                     let next = foreseen(&mut lane.slowest, change, lane.last, size);
-                    lane.rests = system.is_still(change, lane.last, size) || next <= system.mechanism.still() * size;
+                    lane.rests = lane.system.is_still(change, lane.last, size) || next <= still * size;
                     lane.last = change;
                 }
                 round += 1;
@@ -107,7 +109,7 @@ impl Together<'_> {
         lane: &Lane<'_>,
         limits: &[f64],
     ) -> bool {
-        let system = self.system;
+        let system = lane.system;
         system.leaves_open(untied, &lane.forces) && {
             let balance = Balance::free(Vec::new(), lane.forces.clone());
             let output = map_of_lane(system.basis, bound, number);
@@ -116,21 +118,22 @@ impl Together<'_> {
     }
 }
 
-impl System<'_> {
-    /// Puts every offset of a lane where its forces push it; gives the largest change of a displacement, and the largest
-    /// displacement beside the known ones.
-    fn push(&self, lane: &mut Lane<'_>) -> [f64; 2] {
-        let tolerance = UNDECIDED * self.force_scale(&lane.forces);
+impl Lane<'_> {
+    /// Puts every offset where the forces push it; gives the largest change of a displacement, and the largest one beside the
+    /// known ones.
+    fn push(&mut self) -> [f64; 2] {
+        let Self { system, known, displacements, offsets, forces, .. } = self;
+        let tolerance = UNDECIDED * system.force_scale(forces);
         let (mut change, mut size) = (0.0_f64, 0.0_f64);
-        for (element, offset) in self.elements.iter().zip(&mut lane.offsets) {
+        for (element, offset) in system.elements.iter().zip(offsets) {
             let Some(set) = element.kind.set() else { continue };
-            *offset = set.face(&Self::on(element, &lane.forces)[..set.size()], tolerance).centre;
+            *offset = set.face(&System::on(element, forces)[..set.size()], tolerance).centre;
             for (&column, d) in element.columns.iter().zip(&*offset) {
-                let (known, own, unit) = (lane.known[column], lane.displacements[column], self.basis.unit(column));
+                let (known, own, unit) = (known[column], displacements[column], system.basis.unit(column));
                 let to = known + d;
                 change = change.max((own - to).abs() / unit);
                 size = size.max((known - to).abs() / unit).max((known - own).abs() / unit);
-                lane.displacements[column] = to;
+                displacements[column] = to;
             }
         }
         [change, size]

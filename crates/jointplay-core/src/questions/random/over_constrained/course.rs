@@ -1,14 +1,20 @@
 //! The course of a specimen: from what has been drawn for it to what becomes of it.
 
+use std::borrow::Cow;
+
+use nalgebra::DVector;
+
 use crate::cone::scheduler::Rounds;
 use crate::mechanism::status::Status;
 use crate::questions::random::over_constrained::room::Room;
 use crate::questions::random::over_constrained::specimen::{Fit, Job, Specimen};
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::FITS;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Together;
 use crate::redundancy::specimen_batch::pressed::Pressed;
+use crate::redundancy::system::System;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
 /// of the order of the displacements over the dimensions.
@@ -31,7 +37,7 @@ impl Job<'_> {
             .each(left, async |rounds, (drawn, number)| {
                 let own = self.of_specimen(drawn);
                 let job = own.as_deref().unwrap_or(self);
-                let mut specimen = job.drawn(drawn, number);
+                let mut specimen = job.drawn(&job.system, drawn, number);
                 if let Err(status) = job.place(rounds, together, &mut specimen).await {
                     (specimen.status, specimen.error) = (status, None);
                 }
@@ -48,22 +54,36 @@ impl Job<'_> {
         drawn: impl Iterator<Item = (&'d Vec<f64>, u64)>,
     ) -> Vec<Option<Specimen>> {
         let c = self.nominal.compatibility;
-        if !self.request.loaded || !self.rigid || c.equations.nrows() > 0 || self.mechanism().has_sizes() {
+        if !self.request.loaded || !self.rigid || c.equations.nrows() > 0 {
             return drawn.map(|_| None).collect();
         }
-        let specimens: Vec<Specimen> = drawn.map(|(drawn, number)| self.drawn(drawn, number)).collect();
-        let known: Vec<&[f64]> = specimens.iter().map(|specimen| specimen.displacements.as_slice()).collect();
+        let (systems, specimens): (Vec<_>, Vec<Specimen>) = drawn
+            .map(|(drawn, number)| {
+                let system = self.system.of_specimen(drawn).map_or(Cow::Borrowed(&self.system), Cow::Owned);
+                let specimen = self.drawn(&system, drawn, number);
+                (system, specimen)
+            })
+            .unzip();
+        let displacements = specimens.iter().map(|specimen| specimen.displacements.as_slice());
+        let known: Vec<(&System<'_>, &[f64])> = systems.iter().map(Cow::as_ref).zip(displacements).collect();
         let pressed = together.press(&known, &self.observable);
-        let first = self.system.balance(c, &self.nominal.right, &Ask::Load);
-        let observable = first.is_some_and(|first| self.is_observable_first(&[], &first));
-        let take = |(mut specimen, pressed): (Specimen, Option<Pressed>)| {
-            let Pressed { displacements, offsets, error, observable: there } = pressed?;
-            (0..offsets.len()).for_each(|g| self.put(g, &offsets[g], &mut specimen));
+        // What is open to first order at the nominal pose is so for all specimens of the same sets.
+        let first = |system: &System<'_>| {
+            let balance = Balance::free(Vec::new(), c.load.clone());
+            let nothing = DVector::zeros(0);
+            system.is_observable(c, &c.output.parameters, &nothing, &balance, &self.observable)
+        };
+        let of_all = first(&self.system);
+        let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<Pressed>))| {
+            let Pressed { displacements, offsets, error, observable } = pressed?;
+            let offsets = system.elements.iter().zip(&offsets);
+            offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
             (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);
-            specimen.status = if observable || there { Status::Undetermined } else { Status::Ok };
+            let observable = observable || if let Cow::Owned(system) = system { first(system) } else { of_all };
+            specimen.status = if observable { Status::Undetermined } else { Status::Ok };
             Some(specimen)
         };
-        specimens.into_iter().zip(pressed).map(take).collect()
+        systems.iter().zip(specimens.into_iter().zip(pressed)).map(take).collect()
     }
 
     /// Puts a specimen where it can be assembled.

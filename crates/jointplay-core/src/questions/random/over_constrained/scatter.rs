@@ -67,7 +67,7 @@ impl Job<'_> {
     /// Notes offsets within a room.
     pub fn put_all<'o>(&self, room: &Room<'_>, offsets: impl Iterator<Item = &'o [f64]>, specimen: &mut Specimen) {
         for ((&g, offset), before) in room.numbers.iter().zip(offsets).zip(&room.at_rest) {
-            self.put(g, offset, specimen);
+            self.put(&self.system.elements[g], offset, specimen);
             for ((&row, d), before) in self.system.elements[g].columns.iter().zip(offset).zip(before) {
                 specimen.displacements[row] += d - before;
             }

@@ -184,10 +184,10 @@ impl<'a> Job<'a> {
     }
 
     /// A specimen with what has been drawn for it, as far as its parts scatter one by one.
-    pub fn drawn(&self, drawn: &[f64], number: u64) -> Specimen {
+    pub fn drawn(&self, system: &System<'_>, drawn: &[f64], number: u64) -> Specimen {
         let m = self.mechanism();
         let mut parameters = drawn.to_vec();
-        for source in self.system.elements.iter().filter_map(|element| element.source) {
+        for source in system.elements.iter().filter_map(|element| element.source) {
             m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
         }
         Specimen {
@@ -218,9 +218,9 @@ impl<'a> Job<'a> {
     }
 
     /// Notes the offset of a clearance.
-    pub fn put(&self, element: usize, offset: &[f64], specimen: &mut Specimen) {
+    pub fn put(&self, element: &Element, offset: &[f64], specimen: &mut Specimen) {
         let m = self.mechanism();
-        let Some(source) = self.system.elements[element].source else { return };
+        let Some(source) = element.source else { return };
         m.sources[source].range().zip(offset).for_each(|(p, d)| specimen.parameters[p] = m.centre[p] + d);
     }
 
@@ -332,7 +332,8 @@ impl<'a> Job<'a> {
             let held = self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread);
             specimen.held = Some(held);
         }
-        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, specimen));
+        let given = self.system.elements.iter().zip(&balance.given);
+        given.for_each(|(element, given)| self.put(element, given, specimen));
         let right = ties.right(&displacements, &known);
         specimen.displacements = displacements;
         specimen.status = if is_apart(specimen.factor) {
@@ -363,7 +364,7 @@ impl<'a> Job<'a> {
 
     /// Whether what the load leaves open moves the output at the nominal pose: that is so at any size of the
     /// play, even where the exact pose then falls to one side.
-    pub fn is_observable_first(&self, known: &[f64], first: &Balance) -> bool {
+    fn is_observable_first(&self, known: &[f64], first: &Balance) -> bool {
         let c = self.nominal.compatibility;
         self.system.is_observable(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.observable)
     }
