@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::cone::bodies::Form;
-use crate::cone::way::Way;
+use crate::cone::way::{Sides, Way};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
@@ -55,6 +55,9 @@ impl<'a> Sharing<'a> {
         let f = self.free.ncols();
         if columns.is_empty() || f == 0 {
             return;
+        }
+        if self.equations.nrows() == 1 {
+            return self.give_way_alone(columns, hold);
         }
         let of = |matrix: &DMatrix<f64>| {
             let mut moved = DMatrix::zeros(matrix.nrows(), columns.len());
@@ -93,6 +96,26 @@ impl<'a> Sharing<'a> {
             }
         }
         self.free = &self.free * left;
+    }
+
+    /// The same where there is one equation, in which every column counts by how much it does.
+    fn give_way_alone(&mut self, columns: &[Column<'_>], hold: bool) {
+        let equation = self.equations.as_slice();
+        let (mut size, mut moved) = (0.0, DVector::zeros(self.map.nrows()));
+        for (rows, form) in columns {
+            let along: f64 = rows.iter().zip(form).map(|(&row, part)| part * equation[row]).sum();
+            if along != 0.0 {
+                size += along * along;
+                rows.iter().zip(form).for_each(|(&row, part)| moved.axpy(along * part, &self.map.column(row), 1.0));
+            }
+        }
+        if size > 0.0 {
+            if !hold {
+                moved.unscale_mut(size);
+                self.map.ger(-1.0, &moved, &self.equations.row(0).transpose(), 1.0);
+            }
+            self.free = DMatrix::zeros(1, 0);
+        }
     }
 
     /// Takes multiples of the equations from the map.
@@ -135,11 +158,12 @@ impl System<'_> {
     ) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, map);
         let tied = || self.elements.iter().zip(&balance.given).filter(|(element, _)| Self::is_tied(element, c));
-        let force = |element: &Element| Self::along(element, &balance.forces);
-        let largest = tied().fold(0.0, |most: f64, (element, _)| most.max(element.kind.push(&force(element))));
-        let ways: Vec<(&Element, Way)> = tied()
-            .map(|(element, given)| (element, element.kind.way(&force(element), given, largest, least)))
+        let pushed: Vec<(&Element, Option<Sides>)> = tied()
+            .map(|(element, given)| (element, element.kind.sides(&Self::on(element, &balance.forces), given)))
             .collect();
+        let largest = pushed.iter().filter_map(|(_, sides)| Some(sides.as_ref()?.push())).fold(0.0, f64::max);
+        let way = |sides: Option<Sides>| sides.map_or_else(Way::default, |sides| sides.way(largest, least));
+        let ways: Vec<(&Element, Way)> = pushed.into_iter().map(|(element, sides)| (element, way(sides))).collect();
         let open = ways.iter().filter(|(_, way)| !way.open.is_empty()).flat_map(|(element, way)| {
             let spread = spread(element);
             way.open.iter().map(move |l| (&*element.columns, std::array::from_fn(|k| spread[k] * l[k])))
