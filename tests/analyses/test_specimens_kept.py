@@ -5,6 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import jointplay as jp
+from jointplay.analyses.nominal import nominal
+from jointplay.analyses.subset import LOOSE
 from jointplay.cli import run
 
 NAMES = ("four-bar", "slider-crank", "delta-by-hand")
@@ -50,6 +52,23 @@ def test_those_outside_are_beyond_a_limit(contact):
         assert_array_equal(numbers[numbers >= 0], np.flatnonzero(row))
         assert_array_equal(result.specimen_error[k, : row.sum()], every.specimen_error[k].values[row])
         assert np.isnan(result.specimen_error[k, row.sum() :]).all()
+
+
+@pytest.mark.parametrize("name", ["six-bar", "slider-crank-cases"])
+def test_the_load_presses_them_side_by_side_where_it_presses_single_ones(name):
+    m = example(name).first
+    at = nominal(m).at(1)
+    m = m.running_under(1, at.drives, at.poses)
+    limits, options = m.limits.bounds(m.quantities), {"loaded": True, "partly": True, "sampling": "plain", "keep": True}
+    # Two blocks of lanes, the second of them not full.
+    found = m.core.random(at.drives, at.poses, 13, 5, np.array([0.5]), limits, None, 1, **options)
+    parameters = found["kept_parameters"].reshape(13, -1)
+    is_offset = np.array([m.source_kinds[s] in LOOSE for s, _ in m.core.parameters], dtype=bool)
+    for u, error in zip(parameters, found["kept_errors"].reshape(13, -1), strict=True):
+        known = np.where(is_offset, m.centre, u)[None]
+        assert_allclose(m.core.loaded_specimens(at.drives, at.poses, known)["offset"][0], u, rtol=1e-9, atol=1e-15)
+        assert_allclose(m.core.errors_of(at.drives, at.poses, u[None])[0], error, rtol=1e-9, atol=1e-12)
+    assert len(np.unique(parameters, axis=0)) == 13
 
 
 def test_an_over_constrained_mechanism():

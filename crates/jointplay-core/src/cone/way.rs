@@ -24,24 +24,10 @@ pub(crate) struct Way {
 }
 
 impl Kind {
-    /// The most that a force does along one of the set's own coordinates.
-    pub(crate) fn push(&self, force: &[f64]) -> f64 {
-        let own = self.set().map(Own::of);
-        let columns = own.iter().flat_map(Own::columns);
-        columns.fold(0.0, |most: f64, column| most.max(inner(column, force).abs()))
-    }
-
-    /// How an offset gives way under a force on it; how what is elastic does is [`Self::compliance`] whatever the force is.
-    /// An offset is free to move where the force does less along
-    /// that than the part of `largest` that the distance from the set's nearest side is of the set, or than the part
-    /// `least`.
-    pub(crate) fn way(&self, force: &[f64], displacement: &[f64], largest: f64, least: f64) -> Way {
-        match self {
-            Self::Clearance(set) | Self::Fixed(set) => {
-                Sides::new(set, force, displacement).way(|slack| largest * slack.max(least))
-            }
-            Self::Spring(_) => Way::default(),
-        }
+    /// The set of a clearance under a force on its offset. How what is elastic gives way is [`Self::compliance`] whatever the
+    /// force is.
+    pub(crate) fn sides(&self, force: &[f64], offset: &[f64]) -> Option<Sides> {
+        self.set().map(|set| Sides::new(set, &force[..set.size()], offset))
     }
 
     /// How every offset of the set gives way where nothing pushes it.
@@ -68,7 +54,7 @@ impl Kind {
 }
 
 /// A set with the force and the offset in its own coordinates.
-struct Sides {
+pub(crate) struct Sides {
     own: Own,
     force: Form,
     at: Form,
@@ -88,7 +74,15 @@ impl Sides {
         std::array::from_fn(|k| parts.clone().map(|(c, part)| part * self.own.columns()[c][k]).sum())
     }
 
-    fn way(&self, negligible: impl Fn(f64) -> f64) -> Way {
+    /// The most that the force does along one of the own coordinates.
+    pub(crate) fn push(&self) -> f64 {
+        self.force.iter().fold(0.0, |most: f64, along| most.max(along.abs()))
+    }
+
+    /// How the offset gives way. It is free to move where the force does less along that than the part of `largest` that the
+    /// distance from the set's nearest side is of the set, or than the part `least`.
+    pub(crate) fn way(&self, largest: f64, least: f64) -> Way {
+        let negligible = |slack: f64| largest * slack.max(least);
         let mut way = Way::default();
         for (first, atom) in self.own.atoms() {
             let range = first..first + atom.size();

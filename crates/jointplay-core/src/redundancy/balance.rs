@@ -20,3 +20,10 @@ pub(crate) struct Balance {
     /// What the program answered.
     pub answer: Option<Answer>,
 }
+
+impl Balance {
+    /// That of displacements which forces alone decide.
+    pub const fn free(given: Vec<Vec<f64>>, forces: DVector<f64>) -> Self {
+        Self { given, forces, factor: 1.0, gap: 0.0, solved: true, answer: None }
+    }
+}

@@ -104,13 +104,16 @@ impl Ties {
             put_stress(basis, row, multipliers, |r, stress| equations[(k, r)] = stress);
         }
         let mut load = DVector::zeros(n);
-        basis.rows.iter().zip(bound.multipliers(Borne::Load)).for_each(|(&r, block)| load[r] = block.0[lane]);
-        for (row, slope) in bound.slopes() {
-            equations.column_mut(row).scale_mut(slope.0[lane]);
-            load[row] *= slope.0[lane];
-        }
+        Self::put_load(basis, bound, lane, &mut load);
+        bound.slopes().for_each(|(row, slope)| equations.column_mut(row).scale_mut(slope.0[lane]));
         let misfit = DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]);
         Self { equations, misfit, load }
+    }
+
+    /// Puts the load's forces at such a lane; those on no row of the basis stay zero.
+    pub fn put_load(basis: &Basis, bound: &Bound<'_>, lane: usize, load: &mut DVector<f64>) {
+        basis.rows.iter().zip(bound.multipliers(Borne::Load)).for_each(|(&r, block)| load[r] = block.0[lane]);
+        bound.slopes().for_each(|(row, slope)| load[row] *= slope.0[lane]);
     }
 
     /// What displacements beside the known ones must add up to, the state being closed for others, its own.
@@ -121,8 +124,10 @@ impl Ties {
     /// What all displacements add up to.
     pub fn sum(&self, displacements: impl Iterator<Item = f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(self.equations.nrows());
-        for (j, d) in displacements.enumerate() {
-            (0..sum.len()).for_each(|k| sum[k] += self.equations[(k, j)] * d);
+        if !sum.is_empty() {
+            for (column, d) in self.equations.as_slice().chunks_exact(sum.len()).zip(displacements) {
+                sum.iter_mut().zip(column).for_each(|(sum, a)| *sum += a * d);
+            }
         }
         sum
     }

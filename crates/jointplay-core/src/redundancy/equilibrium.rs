@@ -7,6 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::clearance::offset::inner;
 use crate::clearance::undecided::UNDECIDED;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::lanes::layout::Question;
@@ -134,14 +135,7 @@ impl System<'_> {
 
     /// Where nothing ties displacements to each other, forces alone decide them.
     fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
-        Balance {
-            given: self.given(c, forces, &[]),
-            forces: forces.clone(),
-            factor: 1.0,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        }
+        Balance::free(self.given(c, forces, &[]), forces.clone())
     }
 
     /// What the answer of the program of the tied elements says of all of them.
@@ -271,7 +265,8 @@ impl System<'_> {
 
     /// The middle of what is open among the tied elements; `None` where nothing is.
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
-        let open = |element: &Element| self.face(element, c, forces).is_some_and(|face| !face.is_point());
+        let face = self.faces(c, forces);
+        let open = |element: &Element| face(element).is_some_and(|face| !face.is_point());
         let any = self.elements.iter().any(|element| Self::is_tied(element, c) && open(element));
         if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
@@ -284,13 +279,15 @@ impl System<'_> {
             if Self::is_tied(element, c) {
                 return tied.next().cloned().unwrap_or_default();
             }
-            let force = Self::along(element, forces);
             match &element.kind {
-                Kind::Clearance(set) | Kind::Fixed(set) => set.face(&force, tolerance).centre[..force.len()].to_vec(),
-                Kind::Spring(compliance) => compliance
-                    .chunks_exact(force.len())
-                    .map(|row| row.iter().zip(&force).map(|(c, f)| c * f).sum())
-                    .collect(),
+                Kind::Clearance(set) | Kind::Fixed(set) => {
+                    let force = Self::on(element, forces);
+                    set.face(&force[..set.size()], tolerance).centre[..set.size()].to_vec()
+                }
+                Kind::Spring(compliance) => {
+                    let force = Self::along(element, forces);
+                    compliance.chunks_exact(force.len()).map(|row| inner(row, &force)).collect()
+                }
             }
         };
         self.elements.iter().map(of).collect()

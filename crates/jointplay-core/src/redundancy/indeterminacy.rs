@@ -21,7 +21,8 @@ const CLEARLY: f64 = 1e-4;
 impl System<'_> {
     /// Whether forces leave anything open.
     pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
-        self.elements.iter().any(|element| self.face(element, c, forces).is_some_and(|face| !face.is_point()))
+        let face = self.faces(c, forces);
+        self.elements.iter().any(|element| face(element).is_some_and(|face| !face.is_point()))
     }
 
     /// Widens what every source leaves open in the output, source by source where that is wanted, tells which sources
@@ -39,8 +40,9 @@ impl System<'_> {
         let map = &c.output.parameters;
         let mut widths = vec![0.0; size];
         let mut together = false;
+        let face = self.faces(c, &balance.forces);
         for element in &self.elements {
-            let (Some(face), Some(source)) = (self.face(element, c, &balance.forces), element.source) else { continue };
+            let (Some(face), Some(source)) = (face(element), element.source) else { continue };
             decided[source] &= face.is_point();
             if Self::is_tied(element, c) {
                 together |= !face.is_point();
@@ -76,10 +78,9 @@ impl System<'_> {
         let program = self.program(c, right, &c.load);
         let all = self.elements.iter().zip(&balance.given);
         let tied: Vec<(&Element, &Vec<f64>)> = all.filter(|(element, _)| Self::is_tied(element, c)).collect();
-        let open_faces: Vec<Option<Face>> = tied
-            .iter()
-            .map(|(element, _)| self.face(element, c, &balance.forces).filter(|face| !face.is_point()))
-            .collect();
+        let face = self.faces(c, &balance.forces);
+        let open_faces: Vec<Option<Face>> =
+            tied.iter().map(|(element, _)| face(element).filter(|face| !face.is_point())).collect();
         let optimal = OnceCell::new();
         for k in 0..size {
             let row = |element: &Element| row_of(element, &c.output.parameters, k);

@@ -28,10 +28,8 @@ impl System<'_> {
         balance: &Balance,
         limits: &[f64],
     ) -> bool {
-        let faces = self
-            .elements
-            .iter()
-            .filter_map(|element| Some(Open { element, face: self.face(element, c, &balance.forces)? }));
+        let face = self.faces(c, &balance.forces);
+        let faces = self.elements.iter().filter_map(|element| Some(Open { element, face: face(element)? }));
         let open: Vec<Open<'_>> = faces.filter(|open| !open.face.is_point()).collect();
         if open.is_empty() {
             return false;

@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::cone::bodies::Form;
-use crate::cone::way::Way;
+use crate::cone::way::{Sides, Way};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
@@ -55,6 +55,9 @@ impl<'a> Sharing<'a> {
         let f = self.free.ncols();
         if columns.is_empty() || f == 0 {
             return;
+        }
+        if self.equations.nrows() == 1 {
+            return self.give_way_alone(columns, hold);
         }
         let of = |matrix: &DMatrix<f64>| {
             let mut moved = DMatrix::zeros(matrix.nrows(), columns.len());
@@ -95,6 +98,26 @@ impl<'a> Sharing<'a> {
         self.free = &self.free * left;
     }
 
+    /// The same where there is one equation, in which every column counts by how much it does.
+    fn give_way_alone(&mut self, columns: &[Column<'_>], hold: bool) {
+        let equation = self.equations.as_slice();
+        let (mut size, mut moved) = (0.0, DVector::zeros(self.map.nrows()));
+        for (rows, form) in columns {
+            let along: f64 = rows.iter().zip(form).map(|(&row, part)| part * equation[row]).sum();
+            if along != 0.0 {
+                size += along * along;
+                rows.iter().zip(form).for_each(|(&row, part)| moved.axpy(along * part, &self.map.column(row), 1.0));
+            }
+        }
+        if size > 0.0 {
+            if !hold {
+                moved.unscale_mut(size);
+                self.map.ger(-1.0, &moved, &self.equations.row(0).transpose(), 1.0);
+            }
+            self.free = DMatrix::zeros(1, 0);
+        }
+    }
+
     /// Takes multiples of the equations from the map.
     fn take(&mut self, multiples: DMatrix<f64>) {
         self.map -= multiples * self.equations;
@@ -102,6 +125,9 @@ impl<'a> Sharing<'a> {
 
     /// Everything gives way alike where nothing else does.
     fn least(mut self, system: &System<'_>) -> DMatrix<f64> {
+        if self.free.ncols() == 0 {
+            return self.map;
+        }
         let rows: Vec<usize> = (0..system.mechanism.n_rows()).collect();
         let column = |row: &'_ usize| {
             let mut form = Form::default();
@@ -132,11 +158,12 @@ impl System<'_> {
     ) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, map);
         let tied = || self.elements.iter().zip(&balance.given).filter(|(element, _)| Self::is_tied(element, c));
-        let force = |element: &Element| Self::along(element, &balance.forces);
-        let largest = tied().fold(0.0, |most: f64, (element, _)| most.max(element.kind.push(&force(element))));
-        let ways: Vec<(&Element, Way)> = tied()
-            .map(|(element, given)| (element, element.kind.way(&force(element), given, largest, least)))
+        let pushed: Vec<(&Element, Option<Sides>)> = tied()
+            .map(|(element, given)| (element, element.kind.sides(&Self::on(element, &balance.forces), given)))
             .collect();
+        let largest = pushed.iter().filter_map(|(_, sides)| Some(sides.as_ref()?.push())).fold(0.0, f64::max);
+        let way = |sides: Option<Sides>| sides.map_or_else(Way::default, |sides| sides.way(largest, least));
+        let ways: Vec<(&Element, Way)> = pushed.into_iter().map(|(element, sides)| (element, way(sides))).collect();
         let open = ways.iter().filter(|(_, way)| !way.open.is_empty()).flat_map(|(element, way)| {
             let spread = spread(element);
             way.open.iter().map(move |l| (&*element.columns, std::array::from_fn(|k| spread[k] * l[k])))
@@ -151,14 +178,8 @@ impl System<'_> {
 
     /// The same where no force holds the clearances.
     pub fn derivatives_loose(&self, c: &Compatibility, spread: impl Fn(&Element) -> Form) -> DMatrix<f64> {
-        let nothing = Balance {
-            given: self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect(),
-            forces: DVector::zeros(c.load.len()),
-            factor: 1.0,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        };
+        let given = self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect();
+        let nothing = Balance::free(given, DVector::zeros(c.load.len()));
         self.derivatives_by(c, &c.output.parameters, &nothing, 0.0, spread)
     }
 

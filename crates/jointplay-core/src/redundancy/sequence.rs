@@ -275,8 +275,7 @@ impl System<'_> {
             let change = self.difference(own, &target);
             let size = self.difference(known, &target).max(self.difference(known, own));
             // Stiff springs make small changes of what would be larger ones.
-            let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
-                || change * stiffness.max(1.0) <= NOISE * size && change >= last;
+            let still = self.is_still(change * stiffness.max(1.0), last * stiffness.max(1.0), size);
             if still && pull > 0.0 && rested.is_none() {
                 // Springs leave what nothing pushes where it is. It is put in the middle of its play, if that is a place of rest,
                 // too.
@@ -299,9 +298,7 @@ impl System<'_> {
                     _ => rest,
                 });
             }
-            // Changes shrink by as much as the displacements are beside the dimensions, one like the other.
-            slowest = slowest.max(change / last).max(size);
-            let next = if slowest < SHRINKS { change * slowest } else { change };
+            let next = foreseen(&mut slowest, change, last, size);
             if foresees && pull == 0.0 && rested.is_none() && next <= self.mechanism.still() * size {
                 let (place, part) = place.step(&target, 1.0).await?;
                 return Ok(Reached { place, balance, steps: steps + 1, still: part >= 1.0 });
@@ -334,10 +331,16 @@ impl System<'_> {
         }
     }
 
+    /// Whether a change after another one is none, beside displacements of a size.
+    pub(super) fn is_still(&self, change: f64, last: f64, size: f64) -> bool {
+        change <= self.mechanism.still() * size || change <= NOISE * size && change >= last
+    }
+
     /// The middle of every set that no equation ties and that forces leave open as a whole.
     fn middles_of_open(&self, c: &Ties, forces: &DVector<f64>) -> Middles {
+        let face = self.faces(c, forces);
         let middle = |element: &Element| {
-            let open = self.face(element, c, forces).filter(|face| face.is_whole() && !Self::is_tied(element, c));
+            let open = face(element).filter(|face| face.is_whole() && !Self::is_tied(element, c));
             open.map(|face| face.centre[..element.columns.len()].to_vec())
         };
         self.elements.iter().map(middle).collect()
@@ -360,8 +363,16 @@ impl System<'_> {
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
     pub(crate) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
-        a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
+        let differ = a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b);
+        differ.map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
     }
+}
+
+/// What the next change will be after this one: changes shrink by as much as the displacements are beside the dimensions,
+/// one like the other.
+pub(super) fn foreseen(slowest: &mut f64, change: f64, last: f64, size: f64) -> f64 {
+    *slowest = slowest.max(change / last).max(size);
+    if *slowest < SHRINKS { change * *slowest } else { change }
 }
 
 /// A linearisation, as much of it as is needed.

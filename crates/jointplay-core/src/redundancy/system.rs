@@ -124,6 +124,13 @@ impl<'m> System<'m> {
         element.columns.iter().map(|&column| forces[column]).collect()
     }
 
+    /// The same of a clearance, filled up with zeros.
+    pub(crate) fn on(element: &Element, forces: &DVector<f64>) -> Form {
+        let mut force = Form::default();
+        force.iter_mut().zip(&element.columns).for_each(|(f, &column)| *f = forces[column]);
+        force
+    }
+
     /// All displacements as the basis keeps them, offset and deformation together, beside the known ones.
     pub fn displacements(&self, balance: &Balance) -> Vec<f64> {
         let mut displacements = vec![0.0; self.basis.all.n_parameters()];
@@ -144,14 +151,17 @@ impl<'m> System<'m> {
         })
     }
 
-    /// The face of a clearance that the forces expose.
-    pub(crate) fn face(&self, element: &Element, c: &Ties, forces: &DVector<f64>) -> Option<Face> {
-        let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&element.kind, element.source) else {
-            return None;
-        };
-        let force: Vec<f64> = element.columns.iter().map(|&row| forces[row]).collect();
-        let part = if Self::is_tied(element, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
-        let source = &self.mechanism.sources[number];
-        Some(set.face(&force, source.undecided(part * self.force_scale(forces))))
+    /// The faces of elements that the forces expose; of what is elastic there is none.
+    pub(crate) fn faces(&self, c: &Ties, forces: &DVector<f64>) -> impl Fn(&Element) -> Option<Face> {
+        let scale = self.force_scale(forces);
+        move |element| {
+            let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&element.kind, element.source) else {
+                return None;
+            };
+            let force = Self::on(element, forces);
+            let part = if Self::is_tied(element, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
+            let tolerance = self.mechanism.sources[number].undecided(part * scale);
+            Some(set.face(&force[..set.size()], tolerance))
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Pseudo-random numbers, one stream per lane.
 
+use std::sync::LazyLock;
+
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
 use crate::clearance::draw::truncated::Truncated;
@@ -7,6 +9,9 @@ use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, ln, sin_cos_eighths};
 use crate::math::sobol::mix;
+
+/// The law that most sets have.
+static THREE_SIGMAS: LazyLock<Truncated> = LazyLock::new(|| Truncated::new(1.0 / SIGMAS));
 
 /// One xoshiro256++ generator per lane (Blackman and Vigna, ACM Trans. Math. Softw. 47, 2021, 36).
 #[derive(Clone)]
@@ -30,7 +35,7 @@ impl Stream {
                 part[lane] = mix(word);
             }
         }
-        Self { state, spare: None, truncated: Truncated::new(1.0 / SIGMAS) }
+        Self { state, spare: None, truncated: *THREE_SIGMAS }
     }
 
     #[inline(always)]

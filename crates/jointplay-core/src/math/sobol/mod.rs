@@ -54,6 +54,7 @@ fn directions(line: &str) -> [u64; DIGITS] {
 }
 
 /// The finaliser of splitmix64: a hash that leaves no pattern of its argument.
+#[inline]
 pub const fn mix(seed: u64) -> u64 {
     let z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -4,6 +4,7 @@
 //! its programs and for the closure of its basis, which is done lane by lane on the recorded iteration; where a lane is
 //! in doubt, or nothing has been recorded, plainly.
 
+pub(crate) mod pressed;
 pub(crate) mod sequence;
 
 use std::cell::RefCell;
@@ -163,17 +164,12 @@ impl<'a> Together<'a> {
         let mut taken = Vec::with_capacity(displacements.len());
         for block in displacements.chunks(LANES) {
             interrupt::check();
-            for lane in 0..LANES {
-                // Idle lanes repeat the last specimen.
-                let own = block[lane.min(block.len() - 1)];
-                bound.parameters().iter_mut().zip(own).for_each(|(block, d)| block.0[lane] = *d);
-            }
-            let good = dispatch(Close { bound: &mut *bound, statics });
+            let good = Self::close_block(bound, block.len(), |lane| block[lane], statics);
             let first = taken.len();
             let of = |lane: usize| {
                 let closed = Closed {
                     misfit: DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]),
-                    error: (0..bound.n_outputs()).map(|k| bound.error(k).0[lane]).collect(),
+                    error: error_of_lane(bound, lane),
                     plainly: false,
                 };
                 (closed, take(first + lane, bound, lane))
@@ -181,6 +177,21 @@ impl<'a> Together<'a> {
             taken.extend((0..block.len()).map(|lane| good[lane].then(|| of(lane))));
         }
         taken
+    }
+
+    /// Closes a block of so many specimens by their displacements; tells which lanes are closed.
+    fn close_block<'s>(
+        bound: &mut Bound<'_>,
+        specimens: usize,
+        displacements: impl Fn(usize) -> &'s [f64],
+        statics: bool,
+    ) -> [bool; LANES] {
+        for lane in 0..LANES {
+            // Idle lanes repeat the last specimen.
+            let own = displacements(lane.min(specimens - 1));
+            bound.parameters().iter_mut().zip(own).for_each(|(block, d)| block.0[lane] = *d);
+        }
+        dispatch(Close { bound, statics })
     }
 
     /// Closes the basis for the displacements of one specimen, on the branch of all.
@@ -195,6 +206,11 @@ impl<'a> Together<'a> {
         let basis = self.system.basis;
         Closed { misfit: basis.misfit(state), error: basis.kept.error(state, self.nominal.state), plainly: true }
     }
+}
+
+/// Error of the output, at one lane.
+fn error_of_lane(bound: &Bound<'_>, lane: usize) -> Vec<f64> {
+    (0..bound.n_outputs()).map(|k| bound.error(k).0[lane]).collect()
 }
 
 /// What displacements do to the output, at one lane.

@@ -69,7 +69,7 @@ pub(crate) struct SpecimenSolution {
     pub first: Option<Balance>,
     pub balance: Balance,
     pub ties: Ties,
-    /// What displacements do to the output.
+    /// What displacements do to the output, where a load was asked for.
     pub output: DMatrix<f64>,
     /// Whether the displacements have converged and the last program was solved to the end.
     pub still: bool,
@@ -114,7 +114,7 @@ impl Together<'_> {
             system.settle_by(rounds, start, known, true, |_, _| ask.clone()).await.ok()?;
         // Those of the last program, of which its offsets are a part.
         let displacements = system.target(known, &balance);
-        let (closed, Linearised { ties, output }) = self.linearise(&displacements, true).await.ok()?;
+        let (closed, Linearised { ties, output }) = self.linearise(&displacements, !ask.is_unloaded()).await.ok()?;
         let (error, plainly) = (closed.error, closed.plainly);
         // The caller puts the first order in.
         let first = None;

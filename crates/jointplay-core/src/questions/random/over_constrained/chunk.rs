@@ -10,15 +10,15 @@ use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::questions::columns::Sample;
+use crate::questions::random::over_constrained::directions::Directions;
 use crate::questions::random::over_constrained::room::least_displacements;
 use crate::questions::random::over_constrained::specimen::{Job, Specimen};
 use crate::questions::random::parts::{CHUNK, Part};
 use crate::questions::random::tally::{Ranges, Sums, Tally};
-use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
 
 /// Specimens that are solved together.
-const GROUP: usize = 256;
+const GROUP: usize = 64;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -52,16 +52,41 @@ impl Count {
     }
 }
 
+/// A sum of columns, without those that are zero.
+struct Sum {
+    places: Vec<usize>,
+    columns: Directions,
+    rows: usize,
+}
+
+impl Sum {
+    fn new(matrix: &DMatrix<f64>) -> Self {
+        let places: Vec<usize> = (0..matrix.ncols()).filter(|&j| matrix.column(j).amax() > 0.0).collect();
+        Self { columns: Directions::new(&matrix.select_columns(&places)), places, rows: matrix.nrows() }
+    }
+
+    /// Of so many times each.
+    fn of(&self, times: impl Iterator<Item = f64>) -> Vec<f64> {
+        let times: Vec<f64> = times.collect();
+        let times: Vec<f64> = self.places.iter().map(|&j| times[j]).collect();
+        let mut sum = vec![0.0; self.columns.coordinates()];
+        self.columns.combine(&times, &mut sum);
+        sum.truncate(self.rows);
+        sum
+    }
+}
+
 /// The error to first order at the nominal pose, and whose part of it is how large.
 pub struct Linear<'a> {
     mechanism: &'a Mechanism,
-    compatibility: &'a Compatibility,
-    /// What drive values and the nominal misfit do to the output.
-    constant: Vec<f64>,
+    /// What drive values and the nominal misfit do to the output, and displacements; with the sizes of all terms.
+    error: Sum,
+    sizes: Sum,
     /// What displacements must add up to.
     right: &'a DVector<f64>,
-    /// What makes displacements that are compatible elsewhere so at the nominal pose.
-    correction: DMatrix<f64>,
+    /// What displacements add up to, and what makes those that are compatible elsewhere so at the nominal pose.
+    ties: Sum,
+    correction: Sum,
     /// What displacements do to the output where no force holds the clearances.
     loose: DMatrix<f64>,
     /// Place of every parameter among the displacements.
@@ -76,12 +101,16 @@ impl<'a> Linear<'a> {
         let m = job.system.mechanism;
         let misfit = &c.shared * &c.misfit;
         let shift = m.drive_shift(&c.output, case, job.nominal.state);
+        // What is constant comes first.
+        let mut map = c.output.parameters.clone().insert_column(0, 0.0);
+        map.column_mut(0).iter_mut().zip(shift.iter().zip(misfit.iter())).for_each(|(d, (s, m))| *d = s - m);
         Self {
             mechanism: m,
-            compatibility: c,
-            constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
+            sizes: Sum::new(&map.abs()),
+            error: Sum::new(&map),
             right: &job.nominal.right,
-            correction: least_displacements(&job.system, &c.equations, &job.tied),
+            ties: Sum::new(&c.equations),
+            correction: Sum::new(&least_displacements(&job.system, &c.equations, &job.tied)),
             loose: job.system.derivatives_loose(c, |element| job.spread(element)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
             pressed: None,
@@ -95,17 +124,13 @@ impl<'a> Linear<'a> {
 
     /// For compatible displacements.
     pub fn error(&self, displacements: &[f64]) -> Vec<f64> {
-        let map = &self.compatibility.output.parameters;
-        let of = |(i, constant): (usize, &f64)| {
-            let (mut sum, mut size) = (*constant, constant.abs());
-            for (m, d) in map.row(i).iter().zip(displacements) {
-                sum += m * d;
-                size += (m * d).abs();
-            }
+        let terms = || std::iter::once(1.0).chain(displacements.iter().copied());
+        let (mut errors, sizes) = (self.error.of(terms()), self.sizes.of(terms().map(f64::abs)));
+        for (sum, size) in errors.iter_mut().zip(&sizes) {
             // What rounding leaves of terms that cancel each other is no error.
-            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
-        };
-        self.constant.iter().enumerate().map(of).collect()
+            *sum = if sum.abs() <= ROUNDING * size { 0.0 } else { *sum };
+        }
+        errors
     }
 
     /// The error of a specimen, the parts of the sources, and what is left of every joint's.
@@ -114,27 +139,26 @@ impl<'a> Linear<'a> {
         let m = self.mechanism;
         let n = m.size();
         let mut own = displacements.clone();
-        let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
-        let off = self.right - self.compatibility.sum(displacements.iter().copied());
-        for (row, d) in (&self.correction * off).iter().enumerate() {
-            own[row] += d;
+        if !self.right.is_empty() {
+            let sum = self.ties.of(displacements.iter().copied());
+            let change = self.correction.of(self.right.iter().zip(sum).map(|(right, sum)| right - sum));
+            own.iter_mut().zip(change).for_each(|(own, d)| *own += d);
         }
+        let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
         for source in m.sources().iter().filter(|source| source.is_clearance) {
             source.range().for_each(|p| offsets[p] += own[self.places[p]] - displacements[self.places[p]]);
         }
-        let map = held.as_ref().unwrap_or(&self.loose);
+        let map = held.as_ref().unwrap_or(&self.loose).as_slice();
         let mut parts = self.error(&own);
-        let add = |parts: &mut [f64], place: usize, d: f64| {
-            (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
-        };
         let first = n * (1 + m.sources.len());
         parts.resize(first + n * m.n_joints(), 0.0);
+        let add = |parts: &mut [f64], place: usize, d: f64| {
+            parts.iter_mut().zip(&map[n * place..n * (place + 1)]).for_each(|(part, m)| *part += m * d);
+        };
         for (s, source) in m.sources().iter().enumerate() {
             for (k, p) in source.range().enumerate() {
-                let to = |s: usize, part: f64| {
-                    let own = n * (1 + s);
-                    add(&mut parts[own..own + n], self.places[p], part);
-                };
+                let place = self.places[p];
+                let to = |s: usize, part: f64| add(&mut parts[n * (1 + s)..n * (2 + s)], place, part);
                 match &self.pressed {
                     Some(pressed) => m.split_pressed(s, k, offsets[p], pressed, &specimen.parameters, to),
                     None => source.split(s, k, offsets[p], to),

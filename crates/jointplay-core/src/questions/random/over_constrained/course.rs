@@ -1,13 +1,20 @@
 //! The course of a specimen: from what has been drawn for it to what becomes of it.
 
+use std::borrow::Cow;
+
+use nalgebra::DVector;
+
 use crate::cone::scheduler::Rounds;
 use crate::mechanism::status::Status;
 use crate::questions::random::over_constrained::room::Room;
 use crate::questions::random::over_constrained::specimen::{Fit, Job, Specimen};
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::FITS;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Together;
+use crate::redundancy::specimen_batch::pressed::Pressed;
+use crate::redundancy::system::System;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
 /// of the order of the displacements over the dimensions.
@@ -23,15 +30,60 @@ const DRAWS: usize = 8;
 impl Job<'_> {
     /// Solves specimens with what has been drawn for them, of which the first has the given number.
     pub fn solve(&self, together: &Together<'_>, drawn: &[Vec<f64>], first: u64) -> Vec<Specimen> {
-        together.each(drawn.iter().zip(0..), async |rounds, (drawn, number)| {
-            let own = self.of_specimen(drawn);
-            let job = own.as_deref().unwrap_or(self);
-            let mut specimen = job.drawn(drawn, first.wrapping_add(number));
-            if let Err(status) = job.place(rounds, together, &mut specimen).await {
-                (specimen.status, specimen.error) = (status, None);
-            }
-            specimen
-        })
+        let numbered = || drawn.iter().zip((0..).map(|k| first.wrapping_add(k)));
+        let pressed = self.pressed(together, numbered());
+        let left = numbered().zip(&pressed).filter(|(_, pressed)| pressed.is_none()).map(|(one, _)| one);
+        let mut settled = together
+            .each(left, async |rounds, (drawn, number)| {
+                let own = self.of_specimen(drawn);
+                let job = own.as_deref().unwrap_or(self);
+                let mut specimen = job.drawn(&job.system, drawn, number);
+                if let Err(status) = job.place(rounds, together, &mut specimen).await {
+                    (specimen.status, specimen.error) = (status, None);
+                }
+                specimen
+            })
+            .into_iter();
+        pressed.into_iter().filter_map(|pressed| pressed.or_else(|| settled.next())).collect()
+    }
+
+    /// Specimens that the forces of the load alone decide, side by side without courses.
+    fn pressed<'d>(
+        &self,
+        together: &Together<'_>,
+        drawn: impl Iterator<Item = (&'d Vec<f64>, u64)>,
+    ) -> Vec<Option<Specimen>> {
+        let c = self.nominal.compatibility;
+        if !self.request.loaded || !self.rigid || c.equations.nrows() > 0 {
+            return drawn.map(|_| None).collect();
+        }
+        let (systems, specimens): (Vec<_>, Vec<Specimen>) = drawn
+            .map(|(drawn, number)| {
+                let system = self.system.of_specimen(drawn).map_or(Cow::Borrowed(&self.system), Cow::Owned);
+                let specimen = self.drawn(&system, drawn, number);
+                (system, specimen)
+            })
+            .unzip();
+        let displacements = specimens.iter().map(|specimen| specimen.displacements.as_slice());
+        let known: Vec<(&System<'_>, &[f64])> = systems.iter().map(Cow::as_ref).zip(displacements).collect();
+        let pressed = together.press(&known, &self.observable);
+        // What is open to first order at the nominal pose is so for all specimens of the same sets.
+        let first = |system: &System<'_>| {
+            let balance = Balance::free(Vec::new(), c.load.clone());
+            let nothing = DVector::zeros(0);
+            system.is_observable(c, &c.output.parameters, &nothing, &balance, &self.observable)
+        };
+        let of_all = first(&self.system);
+        let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<Pressed>))| {
+            let Pressed { displacements, offsets, error, observable } = pressed?;
+            let offsets = system.elements.iter().zip(&offsets);
+            offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
+            (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);
+            let observable = observable || if let Cow::Owned(system) = system { first(system) } else { of_all };
+            specimen.status = if observable { Status::Undetermined } else { Status::Ok };
+            Some(specimen)
+        };
+        systems.iter().zip(specimens.into_iter().zip(pressed)).map(take).collect()
     }
 
     /// Puts a specimen where it can be assembled.
@@ -72,17 +124,17 @@ impl Job<'_> {
     /// Draws offsets that have room in a specimen by their laws; whether there are any. Those that the exact closure takes
     /// outside their sets are drawn again.
     async fn scatter(&self, together: &Together<'_>, room: &Room<'_>, specimen: &mut Specimen) -> Result<bool, Status> {
-        let before = specimen.placed();
+        let before = room.has_flanks().then(|| specimen.placed());
         let mut dice = self.dice(specimen);
         for _ in 0..DRAWS {
             if !self.draw(room, &mut dice, specimen) {
                 break;
             }
             let corrected = self.correct(together, specimen, room).await;
-            if !room.has_flanks() || corrected.is_ok() && self.is_within(room, specimen) {
-                return corrected.map(|()| true);
+            match &before {
+                Some(before) if corrected.is_err() || !self.is_within(room, specimen) => specimen.put_back(before),
+                _ => return corrected.map(|()| true),
             }
-            specimen.put_back(&before);
         }
         Ok(false)
     }
@@ -99,7 +151,7 @@ impl Job<'_> {
         if is_apart(settled.balance.factor) {
             return Err(Status::NotAssemblable);
         }
-        self.put_all(room, &self.offsets_of_tied(&settled.balance), specimen);
+        self.put_all(room, self.tied.iter().map(|&g| settled.balance.given[g].as_slice()), specimen);
         self.correct(together, specimen, room).await
     }
 

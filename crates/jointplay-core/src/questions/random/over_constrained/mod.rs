@@ -134,7 +134,7 @@ impl Mechanism {
         let moments = &count.first_order;
         let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
         // Every part varies with the component that it is a part of.
-        let parts = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k)[(k - n) % n]).collect();
+        let parts = |range: std::ops::Range<usize>| moments.with_leading(range).collect();
         let first = n + sources * n;
         let quantiles = |sketch: &crate::math::stats::sketch::Sketch| -> Vec<f64> {
             request.probabilities.iter().map(|&p| sketch.quantile(p)).collect()

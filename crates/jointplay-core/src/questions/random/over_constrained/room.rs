@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 
 use crate::cone::Kind;
+use crate::cone::bodies::Form;
 use crate::math::decomposition::pseudo_inverse;
 use crate::mechanism::Mechanism;
 use crate::questions::random::over_constrained::section::{Interior, Member, Section};
@@ -23,7 +24,7 @@ pub struct Room<'r> {
     /// The numbers of their elements.
     pub numbers: Cow<'r, [usize]>,
     /// Their offsets in the displacements of the specimen before they are drawn.
-    pub at_rest: Vec<Vec<f64>>,
+    pub at_rest: Vec<Form>,
     /// What the offsets have to add up to.
     pub right: DVector<f64>,
     /// The gaps of the flanks among them where all are in the middle of their sets.

@@ -6,6 +6,7 @@ use nalgebra::DVector;
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::cone::Kind;
+use crate::cone::bodies::Form;
 use crate::questions::random::over_constrained::dice::Dice;
 use crate::questions::random::over_constrained::room::{Room, least_displacements, section};
 use crate::questions::random::over_constrained::section::Interior;
@@ -24,7 +25,7 @@ impl Job<'_> {
         // With the part of the misfit that leaves as much room as there is on the exact closure.
         let right = misfit * loosest.part;
         let interior = loosest.interior.map(|interior| interior.scaled(loosest.part));
-        let at_rest = vec![vec![0.0; MAX_SIZE]; self.tied.len()];
+        let at_rest = vec![Form::default(); self.tied.len()];
         Room {
             section: Cow::Borrowed(&self.section),
             gaps: self.gaps(self.openings.as_ref(), &self.tied, &at_rest, specimen),
@@ -39,7 +40,7 @@ impl Job<'_> {
 
     /// The gaps of flanks where the clearances of some elements are in the middle of their sets, beside what offsets they
     /// have in the displacements of a specimen.
-    fn gaps(&self, openings: Option<&Openings>, numbers: &[usize], has: &[Vec<f64>], specimen: &Specimen) -> Vec<f64> {
+    fn gaps(&self, openings: Option<&Openings>, numbers: &[usize], has: &[Form], specimen: &Specimen) -> Vec<f64> {
         let Some(openings) = openings else { return Vec::new() };
         let mut displacements = specimen.displacements.clone();
         for (&g, has) in numbers.iter().zip(has) {
@@ -58,15 +59,15 @@ impl Job<'_> {
         let interior = || room.interior.clone().or_else(|| self.loosest(&room.right).interior);
         let drawn = room.section.draw(&room.right, &room.gaps, dice, interior);
         drawn.is_some_and(|offsets| {
-            self.put_all(room, &offsets, specimen);
+            self.put_all(room, offsets.iter().map(Form::as_slice), specimen);
             true
         })
     }
 
     /// Notes offsets within a room.
-    pub fn put_all(&self, room: &Room<'_>, offsets: &[Vec<f64>], specimen: &mut Specimen) {
+    pub fn put_all<'o>(&self, room: &Room<'_>, offsets: impl Iterator<Item = &'o [f64]>, specimen: &mut Specimen) {
         for ((&g, offset), before) in room.numbers.iter().zip(offsets).zip(&room.at_rest) {
-            self.put(g, offset, specimen);
+            self.put(&self.system.elements[g], offset, specimen);
             for ((&row, d), before) in self.system.elements[g].columns.iter().zip(offset).zip(before) {
                 specimen.displacements[row] += d - before;
             }
@@ -103,7 +104,9 @@ impl Job<'_> {
         });
         let equations = openings.as_ref().map_or(&c.equations, |openings| &openings.equations);
         let section = section(&self.system, equations, openings.as_ref(), &loose, self.request);
-        let gaps = self.gaps(openings.as_ref(), &loose, &given, specimen);
+        let at_rest = given.iter().map(|given| std::array::from_fn(|k| given.get(k).copied().unwrap_or_default()));
+        let at_rest: Vec<Form> = at_rest.collect();
+        let gaps = self.gaps(openings.as_ref(), &loose, &at_rest, specimen);
         let interior = if gaps.is_empty() { Interior::Linear(given.clone()) } else { Interior::Exact(given.clone()) };
         if !gaps.is_empty() {
             rest = section.adds_up_to(&given, &gaps).unwrap_or(rest);
@@ -113,7 +116,7 @@ impl Job<'_> {
             gaps,
             correction: Cow::Owned(least_displacements(&self.system, equations, &loose)),
             numbers: Cow::Owned(loose),
-            at_rest: given,
+            at_rest,
             right: rest,
             interior: Some(interior),
             openings: openings.map(Cow::Owned),

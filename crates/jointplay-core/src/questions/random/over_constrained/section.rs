@@ -13,8 +13,10 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::Set;
+use crate::clearance::draw::shapes::Draw as _;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
+use crate::cone::bodies::Form;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::questions::random::over_constrained::dice::Dice;
@@ -214,11 +216,12 @@ impl Section {
         gaps: &[f64],
         dice: &mut Dice,
         interior: impl FnOnce() -> Option<Interior>,
-    ) -> Option<Vec<Vec<f64>>> {
+    ) -> Option<Vec<Form>> {
         let constant = &self.from_right * self.beside_the_middle(right, gaps);
         if let Some(proposals) = self.opened.proposals(gaps, &constant) {
+            let mut own = vec![Block::splat(0.0); self.places.len()];
             for _ in 0..BLOCKS {
-                if let Some(u) = self.reject(&constant, gaps, &proposals, dice) {
+                if let Some(u) = self.reject(&constant, gaps, &proposals, dice, &mut own) {
                     return Some(self.offsets(&u));
                 }
             }
@@ -246,30 +249,19 @@ impl Section {
         beside
     }
 
-    /// A block of proposals, by what they have in common; the first that is accepted.
+    /// A block of proposals, by what they have in common, made in `own`; the first that is accepted.
     pub(crate) fn reject(
         &self,
         constant: &DVector<f64>,
         gaps: &[f64],
         proposals: &Proposals,
         dice: &mut Dice,
+        own: &mut [Block],
     ) -> Option<Vec<f64>> {
-        let mut own = vec![Block::splat(0.0); self.places.len()];
-        let mut drawn = [Block::splat(0.0); MAX_SIZE];
-        for ((member, range), is_bound) in self.members.iter().zip(&self.ranges).zip(&self.is_bound) {
-            if *is_bound {
-                // Their joint density with the bound coordinates is judged on acceptance.
-                range.clone().for_each(|j| own[j] = dice.symmetric());
-                continue;
-            }
-            dice.draw_own(&member.set, member.law, &mut drawn[..member.set.size()]);
-            range.clone().for_each(|j| own[j] = drawn[self.places[j].k]);
-        }
-        let luck = dice.uniform();
-        let near = dispatch(Complete { section: self, constant, gaps, proposals, own: &mut own });
+        let (near, luck) = dispatch(Propose { section: self, constant, gaps, proposals, dice, own });
         let (mut u, mut closed, mut room) = (vec![0.0; self.places.len()], gaps.to_vec(), Vec::new());
         for lane in (0..LANES).filter(|lane| near.has(*lane)) {
-            u.iter_mut().zip(&own).for_each(|(u, block)| *u = block.0[lane]);
+            u.iter_mut().zip(&*own).for_each(|(u, block)| *u = block.0[lane]);
             closed.copy_from_slice(gaps);
             if !self.opened.close(&mut closed, &mut u) || !self.is_inside(&u) {
                 continue;
@@ -306,7 +298,11 @@ impl Section {
     /// Own coordinates of a member.
     pub(crate) fn of_member(&self, m: usize, u: &[f64]) -> [f64; MAX_SIZE] {
         let mut at = [0.0; MAX_SIZE];
-        self.ranges[m].clone().for_each(|j| at[self.places[j].k] = u[j]);
+        if self.moves_whole(m) {
+            at[..self.ranges[m].len()].copy_from_slice(&u[self.ranges[m].clone()]);
+        } else {
+            self.ranges[m].clone().for_each(|j| at[self.places[j].k] = u[j]);
+        }
         at
     }
 
@@ -316,28 +312,45 @@ impl Section {
         self.places.iter().map(|place| own[place.member][place.k]).collect()
     }
 
-    fn offsets(&self, u: &[f64]) -> Vec<Vec<f64>> {
-        let offset =
-            |(m, member): (usize, &Member)| member.set.of_unit(&self.of_member(m, u))[..member.set.size()].to_vec();
+    fn offsets(&self, u: &[f64]) -> Vec<Form> {
+        let offset = |(m, member): (usize, &Member)| member.set.of_unit(&self.of_member(m, u));
         self.members.iter().enumerate().map(offset).collect()
     }
 }
 
-/// The bound coordinates of a block of proposals; gives where none is beyond its set by itself.
-struct Complete<'a> {
+/// A block of proposals: the free coordinates by their laws, and the bound ones; gives where none of these is beyond its
+/// set by itself, and what luck each has.
+struct Propose<'a> {
     section: &'a Section,
     constant: &'a DVector<f64>,
     gaps: &'a [f64],
     proposals: &'a Proposals,
+    dice: &'a mut Dice,
     own: &'a mut [Block],
 }
 
-impl Kernel for Complete<'_> {
-    type Output = Mask;
+impl Kernel for Propose<'_> {
+    type Output = (Mask, Block);
 
     #[inline(always)]
-    fn run(self) -> Mask {
-        let Self { section, constant, gaps, proposals, own } = self;
+    fn run(self) -> (Mask, Block) {
+        let Self { section, constant, gaps, proposals, dice, own } = self;
+        let stream = &mut dice.stream;
+        let mut drawn = [Block::splat(0.0); MAX_SIZE];
+        for ((member, range), is_bound) in section.members.iter().zip(&section.ranges).zip(&section.is_bound) {
+            if *is_bound {
+                // Their joint density with the bound coordinates is judged on acceptance.
+                for j in range.clone() {
+                    own[j] = stream.symmetric();
+                }
+                continue;
+            }
+            stream.draw_own(&member.set, member.law, &mut drawn[..member.set.size()]);
+            for j in range.clone() {
+                own[j] = drawn[section.places[j].k];
+            }
+        }
+        let luck = stream.unit();
         let mut near = section.opened.open_free(proposals, own);
         for (r, &j) in section.bound.iter().enumerate() {
             let mut moved = Block::splat(0.0);
@@ -352,7 +365,7 @@ impl Kernel for Complete<'_> {
                 near.0[lane] &= bits_if(own[j].0[lane].abs() <= most.0[lane]);
             }
         }
-        near
+        (near, luck)
     }
 }
 

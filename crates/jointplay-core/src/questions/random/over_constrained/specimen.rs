@@ -35,7 +35,7 @@ pub struct Job<'a> {
     pub solver: &'a Solver<'a>,
     built: &'a State,
     /// How far the output moves at least where that is observable.
-    observable: Vec<f64>,
+    pub observable: Vec<f64>,
     /// The linearisation where the basis is closed for the known deviations.
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
@@ -48,7 +48,7 @@ pub struct Job<'a> {
     /// How these take up a misfit, without the misfit.
     rigid_program: Program,
     /// Whether nothing is elastic.
-    rigid: bool,
+    pub rigid: bool,
 }
 
 /// With how little clearance a specimen can be assembled rigidly.
@@ -184,10 +184,10 @@ impl<'a> Job<'a> {
     }
 
     /// A specimen with what has been drawn for it, as far as its parts scatter one by one.
-    pub fn drawn(&self, drawn: &[f64], number: u64) -> Specimen {
+    pub fn drawn(&self, system: &System<'_>, drawn: &[f64], number: u64) -> Specimen {
         let m = self.mechanism();
         let mut parameters = drawn.to_vec();
-        for source in self.system.elements.iter().filter_map(|element| element.source) {
+        for source in system.elements.iter().filter_map(|element| element.source) {
             m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
         }
         Specimen {
@@ -218,9 +218,9 @@ impl<'a> Job<'a> {
     }
 
     /// Notes the offset of a clearance.
-    pub fn put(&self, element: usize, offset: &[f64], specimen: &mut Specimen) {
+    pub fn put(&self, element: &Element, offset: &[f64], specimen: &mut Specimen) {
         let m = self.mechanism();
-        let Some(source) = self.system.elements[element].source else { return };
+        let Some(source) = element.source else { return };
         m.sources[source].range().zip(offset).for_each(|(p, d)| specimen.parameters[p] = m.centre[p] + d);
     }
 
@@ -324,12 +324,16 @@ impl<'a> Job<'a> {
         let SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly } = rested;
         specimen.plainly |= plainly;
         specimen.error = Some(error);
-        specimen.forces.clone_from(&balance.forces);
         let c = self.nominal.compatibility;
-        let forces = first.as_ref().unwrap_or(&balance);
-        let spread = |element: &Element| self.spread(element);
-        specimen.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
-        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, specimen));
+        // Where no equation ties displacements, what they do to the output does not depend on forces.
+        if c.equations.nrows() > 0 {
+            let forces = first.as_ref().unwrap_or(&balance);
+            let spread = |element: &Element| self.spread(element);
+            let held = self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread);
+            specimen.held = Some(held);
+        }
+        let given = self.system.elements.iter().zip(&balance.given);
+        given.for_each(|(element, given)| self.put(element, given, specimen));
         let right = ties.right(&displacements, &known);
         specimen.displacements = displacements;
         specimen.status = if is_apart(specimen.factor) {
@@ -345,8 +349,10 @@ impl<'a> Job<'a> {
         };
         let loose = self.loose(&balance);
         if loose.is_empty() {
+            specimen.forces = balance.forces;
             return None;
         }
+        specimen.forces.clone_from(&balance.forces);
         let mut rest = right;
         for (g, (element, given)) in self.system.elements.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
@@ -370,8 +376,8 @@ impl<'a> Job<'a> {
         }
         let reach = |&g: &usize| {
             let element = &self.system.elements[g];
-            let force: Vec<f64> = element.columns.iter().map(|&row| balance.forces[row]).collect();
-            if let Kind::Clearance(set) = &element.kind { set.reach(&force) } else { 0.0 }
+            let force = System::on(element, &balance.forces);
+            if let Kind::Clearance(set) = &element.kind { set.reach(&force[..set.size()]) } else { 0.0 }
         };
         let most = self.tied.iter().map(reach).fold(0.0, f64::max);
         self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()

@@ -44,10 +44,11 @@ fn a_chain_has_the_law_of_rejection() {
             let constant = &section.from_right * (&right - &section.middle);
             let proposals = section.opened.proposals(&[], &constant).unwrap();
             let (mut rejected, mut walked) = (Vec::new(), Vec::new());
+            let mut own = vec![Block::splat(0.0); section.places.len()];
             for specimen in 0..count {
                 let mut dice = Dice::new(1, specimen);
                 rejected.push(
-                    std::iter::repeat_with(|| section.reject(&constant, &[], &proposals, &mut dice))
+                    std::iter::repeat_with(|| section.reject(&constant, &[], &proposals, &mut dice, &mut own))
                         .flatten()
                         .next()
                         .unwrap(),
@@ -58,7 +59,7 @@ fn a_chain_has_the_law_of_rejection() {
                 let left = &section.matrix * DVector::from_vec(u.clone()) + &section.middle - &right;
                 assert!(left.amax() < 1e-12, "{set:?}");
                 for (member, offset) in section.members.iter().zip(section.offsets(u)) {
-                    assert!(member.set.contains(&offset, 1e-9), "{set:?} {law:?}");
+                    assert!(member.set.contains(&offset[..member.set.size()], 1e-9), "{set:?} {law:?}");
                 }
             }
             let (a, b) = (moments(&rejected), moments(&walked));
@@ -97,9 +98,10 @@ fn a_chain_has_the_law_of_rejection_where_flanks_open() {
             let proposals = section.opened.proposals(&gaps, &constant).unwrap();
             let start: Vec<f64> = (section.matrix.transpose() * (0.2 / section.matrix.norm_squared())).data.into();
             let (mut rejected, mut walked) = (Vec::new(), Vec::new());
+            let mut own = vec![Block::splat(0.0); section.places.len()];
             for specimen in 0..count {
                 let mut dice = Dice::new(1, specimen);
-                let drawn = || section.reject(&constant, &gaps, &proposals, &mut dice);
+                let drawn = || section.reject(&constant, &gaps, &proposals, &mut dice, &mut own);
                 rejected.push(std::iter::repeat_with(drawn).flatten().next().unwrap());
                 let y = section.walk(start.clone(), &gaps, &mut Dice::new(2, specimen)).unwrap();
                 walked.push(section.opened.closed(&gaps, &y));
@@ -107,7 +109,13 @@ fn a_chain_has_the_law_of_rejection_where_flanks_open() {
             for x in rejected.iter().chain(&walked) {
                 let y = section.opened.opened(&gaps, x).unwrap();
                 assert!((&section.matrix * DVector::from_vec(y) - &right).amax() < 1e-12);
-                assert!(section.members.iter().zip(section.offsets(x)).all(|(m, d)| m.set.contains(&d, 1e-9)));
+                assert!(
+                    section
+                        .members
+                        .iter()
+                        .zip(section.offsets(x))
+                        .all(|(m, d)| m.set.contains(&d[..m.set.size()], 1e-9))
+                );
             }
             for place in 0..4 {
                 let of =
