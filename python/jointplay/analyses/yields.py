@@ -198,9 +198,15 @@ def _worst_offsets(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats, l
 def _farthest(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats) -> Floats:
     """Parameters at which the first-order size of some components is largest, specimen by specimen."""
     best, size = drawn @ slopes.T + shift, np.full(len(drawn), -np.inf)
-    for direction in _fan(len(slopes)):
-        u = m.core.at_supports(drawn, np.tile(direction @ slopes, (len(drawn), 1)))
-        error = u @ slopes.T + shift
+    fan = _fan(len(slopes)) @ slopes
+    if "size" in m.source_kinds:
+        every = (m.core.at_supports(drawn, np.tile(way, (len(drawn), 1))) @ slopes.T + shift for way in fan)
+    else:
+        # All specimens have the same clearances.
+        built = m.core.with_offsets_of(drawn, np.tile(m.centre, (len(drawn), 1)))
+        moves = (m.core.at_supports(np.tile(drawn[0], (len(fan), 1)), fan) - built[0]) @ slopes.T
+        every = (built @ slopes.T + shift + move for move in moves)
+    for error in every:
         reached = size_of(error)
         better = reached > size
         best[better], size[better] = error[better], reached[better]
