@@ -8,26 +8,24 @@ without a network.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.basics import pages
 from jointplay.basics.arrays import Flags, Floats, Texts
 from jointplay.errors import JointplayError, one_line
+from jointplay.result import Variable
 
 from .cells import boundaries, cell_edges, crossings
 from .isosurface import isosurface
-from .layers import Layers
+from .layers import Field, Layers
 from .shades import stops
 from .style import mixed, theme
 from .words import is_plan
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: nodes without a trusted number: how much of the grey their colour has, the rest is paper
 UNTRUSTED = {
@@ -80,7 +78,7 @@ def figure_of(layers: Layers, span: tuple[float, float]) -> Any:
     between = (layers.contact_change, layers.singular)
     shown = Shown(_escaped(layers.value), layers.status, *between, span, layers.bounds)
     title, value = escape(one_line(layers.title)), shown.value
-    figure = (_line, _heat, _slices)[value.ndim - 1](shown, title)
+    figure = (_line, _heat, _slices)[len(value.dims) - 1](shown, title)
     look = theme()
     figure.update_layout(paper_bgcolor=look.paper, plot_bgcolor=look.paper, font={"color": look.ink})
     figure.update_xaxes(gridcolor=look.faint, linecolor=look.ink, showline=True, zeroline=False)
@@ -92,7 +90,7 @@ def figure_of(layers: Layers, span: tuple[float, float]) -> Any:
 class Shown:
     """What is drawn over a grid, or over a slice of one."""
 
-    value: xr.DataArray
+    value: Field
     status: Texts
     contact_change: Flags
     singular: Floats
@@ -110,36 +108,33 @@ class Shown:
     def slice(self, k: int) -> Shown:
         """A slice across the last axis."""
         between = (self.contact_change[:, :, k, :2], self.singular[:, :, k, :2])
-        return Shown(self.value[:, :, k], self.status[:, :, k], *between, self.span, self.bounds)
+        return Shown(self.value.slice(k), self.status[:, :, k], *between, self.span, self.bounds)
 
 
-def valueless(value: xr.DataArray, status: Texts) -> Flags:
+def valueless(value: Field, status: Texts) -> Flags:
     """The nodes that are in order, or only strained, and have no value."""
     lacking: Flags = np.isnan(value.values) & ~np.isin(status, [*UNTRUSTED, ""])
     return lacking
 
 
-def _escaped(value: xr.DataArray) -> xr.DataArray:
+def _escaped(value: Field) -> Field:
     """With names that say themselves: in a page `<` begins a tag."""
-    names = {dim: escape(one_line(str(dim))) for dim in value.dims}
-    value = value.rename({dim: name for dim, name in names.items() if dim != name})
-    for array in (value, *value.coords.values()):
-        for key in ("long_name", "units"):
-            array.attrs[key] = escape(one_line(str(array.attrs[key])))
-    return value
+
+    def said(array: Any) -> Any:
+        return replace(array, long_name=escape(one_line(array.long_name)), units=escape(one_line(array.units)))
+
+    return said(replace(value, axes=tuple(said(axis) for axis in value.axes)))
 
 
-def _named(array: xr.DataArray) -> str:
-    unit = str(array.attrs["units"])
-    return f"{array.attrs['long_name']} [{unit}]" if unit else str(array.attrs["long_name"])
+def _named(array: Variable) -> str:
+    return f"{array.long_name} [{array.units}]" if array.units else array.long_name
 
 
-def _hover(value: xr.DataArray, names: list[str]) -> str:
+def _hover(value: Field) -> str:
+    names = [axis.long_name for axis in value.axes]
     lines = [f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xyz", strict=False)]
-    number = "y" if value.ndim == 1 else "z"
-    lines[len(lines) if value.ndim > 1 else 1 :] = [
-        f"{value.attrs['long_name']}: %{{{number}:.5g}} {value.attrs['units']}"
-    ]
+    number = "y" if len(names) == 1 else "z"
+    lines.append(f"{value.long_name}: %{{{number}:.5g}} {value.units}")
     return "<br>".join([*lines, "%{customdata}"]) + "<extra></extra>"
 
 
@@ -147,8 +142,8 @@ def _line(shown: Shown, title: str) -> Any:
     import plotly.graph_objects as go
 
     value = shown.value
-    along = value[value.dims[0]]
-    hover = _hover(value, [str(along.name)])
+    (along,) = value.axes
+    hover = _hover(value)
     colour = {"color": theme().colours[0]}
     line = go.Scatter(
         x=along.values, y=value.values, customdata=shown.words, hovertemplate=hover, mode="lines+markers",
@@ -193,8 +188,8 @@ def singular_places(x: Floats, parts: Floats) -> list[float]:
     return [float(x[k] + parts[k, 0] * (x[k + 1] - x[k])) for k in known.tolist()]
 
 
-def _limit(value: xr.DataArray, bound: float) -> str:
-    return f"limit {bound:g} {value.attrs['units']}".rstrip()
+def _limit(value: Field, bound: float) -> str:
+    return f"limit {bound:g} {value.units}".rstrip()
 
 
 def _key(name: str, colour: str) -> Any:
@@ -251,8 +246,8 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
     import plotly.graph_objects as go
 
     value = shown.value
-    across, up = (value[dim] for dim in value.dims)
-    names = [str(across.name), str(up.name)]
+    across, up = value.axes
+    names = [across.long_name, up.long_name]
     low, high = shown.span
     if bool((value.values > high).any()):
         # As the arrow at the end of the colours does on paper.
@@ -261,7 +256,7 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
         go.Heatmap(
             x=across.values, y=up.values, z=value.values.T, customdata=shown.words.T, zmin=low, zmax=high,
             colorscale=stops(), colorbar={"title": {"text": label, "side": "right"}, "x": bar},
-            hovertemplate=_hover(value, names), hoverongaps=False, name=str(value.attrs["long_name"]),
+            hovertemplate=_hover(value), hoverongaps=False, name=value.long_name,
         )
     ]  # fmt: skip
     hover = "<br>".join(f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xy", strict=True))
@@ -295,11 +290,11 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
     return traces
 
 
-def _label(figure: Any, value: xr.DataArray) -> None:
-    across, up = (value[dim] for dim in value.dims[:2])
+def _label(figure: Any, value: Field) -> None:
+    across, up = value.axes[:2]
     figure.update_xaxes(title=_named(across), constrain="domain", showgrid=False)
     figure.update_yaxes(title=_named(up), constrain="domain", showgrid=False)
-    if is_plan(value):
+    if is_plan(across, up):
         figure.update_yaxes(scaleanchor="x")
 
 
@@ -308,8 +303,9 @@ def _slices(shown: Shown, title: str) -> Any:
     from plotly.subplots import make_subplots
 
     value = shown.value
-    third = value[value.dims[2]]
-    picks = np.unique(np.linspace(0, third.size - 1, min(third.size, MOST_SLICES)).round().astype(int)).tolist()
+    third = value.axes[2]
+    count = third.values.size
+    picks = np.unique(np.linspace(0, count - 1, min(count, MOST_SLICES)).round().astype(int)).tolist()
     figure = make_subplots(
         1, 2, specs=[[{"type": "heatmap"}, {"type": "scene"}]], column_widths=[0.42, 0.58], horizontal_spacing=0.12
     )
@@ -325,23 +321,22 @@ def _slices(shown: Shown, title: str) -> Any:
     for surface in surfaces:
         figure.add_trace(surface, 1, 2)
     always = [True] * (len(rest) + len(surfaces))
-    unit = str(third.attrs["units"])
     steps = [
         {
             "method": "update",
-            "label": f"{float(third[k]):g}",
+            "label": f"{third.values[k]:g}",
             "args": [{"visible": [own == k for own in owner] + always}],
         }
         for k in picks
     ]
-    prefix = {"prefix": f"{third.name} = ", "suffix": f" {unit}"}
+    prefix = {"prefix": f"{third.long_name} = ", "suffix": f" {third.units}"}
     axis = {"backgroundcolor": theme().paper, "gridcolor": theme().faint, "color": theme().ink}
     figure.update_layout(
         title=f"{title}: {_named(value)}",
         sliders=[{"active": len(picks) // 2, "steps": steps, "currentvalue": prefix, "len": 0.42}],
         scene={
-            f"{letter}axis": {"title": {"text": _named(value[dim])}, **axis}
-            for letter, dim in zip("xyz", value.dims, strict=True)
+            f"{letter}axis": {"title": {"text": _named(along)}, **axis}
+            for letter, along in zip("xyz", value.axes, strict=True)
         },
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
     )
@@ -355,9 +350,9 @@ def _surfaces(shown: Shown) -> Any:
 
     value, (low, high) = shown.value, shown.span
     known = value.values[np.isfinite(value.values)]
-    axes = tuple(value[dim].values for dim in value.dims)
+    axes = tuple(axis.values for axis in value.axes)
     quantiles = np.quantile(known, LEVELS).tolist() if known.size else []
-    names = {level: f"{level:.4g} {value.attrs['units']}" for level in quantiles}
+    names = {level: f"{level:.4g} {value.units}" for level in quantiles}
     for level, name in (names | {bound: _limit(value, bound) for bound in shown.bounds}).items():
         points, triangles = isosurface(axes, value.values, level)
         if not len(triangles):

@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import xarray as xr
+from jointplay.result import Variable
+
+
+@dataclass(frozen=True, eq=False)
+class Field(Variable):
+    """A quantity over a grid, or over a slice of one; importing xarray takes longer than drawing it.
+
+    Attributes
+    ----------
+    axes : tuple of Variable
+        The coordinates along its dimensions, in their order.
+    """
+
+    axes: tuple[Variable, ...] = ()
+
+    def slice(self, k: int) -> Field:
+        """Across the last of three axes."""
+        return Field(self.dims[:2], self.values[:, :, k], self.units, self.long_name, self.axes[:2])
 
 
 @dataclass(frozen=True)
@@ -17,7 +33,7 @@ class Layers:
 
     Attributes
     ----------
-    value : xarray.DataArray
+    value : Field
         The quantity; nan where there is no trusted number.
     status : ndarray of str
     contact_change : ndarray of bool
@@ -29,7 +45,7 @@ class Layers:
         The limits of the quantity.
     """
 
-    value: xr.DataArray
+    value: Field
     status: np.ndarray[Any, np.dtype[np.str_]]
     contact_change: np.ndarray[Any, np.dtype[np.bool_]]
     singular: np.ndarray[Any, np.dtype[np.float64]]
@@ -40,4 +56,4 @@ class Layers:
     def limit(self) -> str:
         """The limits in words."""
         told = ", ".join(f"{bound:g}" for bound in self.bounds)
-        return f"limit {told} {self.value.attrs['units']}".rstrip()
+        return f"limit {told} {self.value.units}".rstrip()

@@ -23,7 +23,7 @@ from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, qu
 
 from .cells import boundaries, cell_edges, crossings
 from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless
-from .layers import Layers
+from .layers import Field, Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
@@ -95,12 +95,12 @@ def map(
         When it is not a map, or has no such variable.
     """
     shown = layers(result, variable)
-    dims = shown.value.ndim
+    dims = len(shown.value.dims)
     if axes is not None and dims == 3:
         raise InputError("slices need a figure of their own; leave axes out", key="axes")
     with using(style) as chosen:
         columns = min(SLICES, max(2, columns_of(chosen, SLICE)))
-        scale = _scale(shown) if dims == 2 and is_plan(shown.value) else None
+        scale = _scale(shown) if dims == 2 and is_plan(*shown.value.axes) else None
         size = (6.4, 3.6) if dims == 1 else _of_slices(shown, columns) if dims == 3 else _fitting(shown, scale)
         figure = chosen.figure(*size) if axes is None else axes.get_figure()
         assert isinstance(figure, Figure)
@@ -133,8 +133,6 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
         label = str(_values(result, dim)[0])
         result = result.isel(dim, 0) if isinstance(result, Result) else result.isel({dim: 0})
         title = f"{title} | {dim.replace('_', ' ')} {label}"
-    import xarray as xr
-
     found = quantity(result, variable)
     status = _values(result, "status").astype(str)
     dims = str(result.attrs["grid"]).split(", ")
@@ -146,13 +144,12 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     if CROSSING in variables:
         singular = _values(result, CROSSING)
     trusted = np.isin(status, [*HATCHED, ""], invert=True)
-    coords = {dim: _coordinate(result, dim) for dim in dims}
-    attrs = {"long_name": found.long_name, "units": found.units}
     values = np.where(trusted, found.values, np.nan)
     if found.units in (*LENGTHS, *ANGLES) and np.nanmax(np.abs(values), initial=0.0) <= rounding(result, found.units):
         # Errors of which all are rounding are none.
         values = np.where(np.isfinite(values), 0.0, values)
-    value = xr.DataArray(values, coords, dims, attrs=attrs)
+    axes = tuple(_coordinate(result, dim) for dim in dims)
+    value = Field(tuple(dims), values, found.units, found.long_name, axes)
     return Layers(value, status, changes, singular, title, bounds(result, variable))
 
 
@@ -160,11 +157,9 @@ def _values(result: Result | xr.Dataset, name: str) -> np.ndarray[Any, np.dtype[
     return np.asarray(result.get(name) if isinstance(result, Result) else result[name].values)
 
 
-def _coordinate(result: Result | xr.Dataset, dim: str) -> tuple[str, Any, dict[str, str]]:
-    if isinstance(result, Result):
-        found: Variable = result.coords[dim]
-        return (dim, found.values, {"units": found.units, "long_name": dim})
-    return (dim, result[dim].values, {"units": str(result[dim].attrs.get("units", "")), "long_name": dim})
+def _coordinate(result: Result | xr.Dataset, dim: str) -> Variable:
+    unit = result.coords[dim].units if isinstance(result, Result) else str(result[dim].attrs.get("units", ""))
+    return Variable((dim,), _values(result, dim), unit, dim)
 
 
 def _fitting(shown: Layers, scale: float | None) -> tuple[float, float]:
@@ -185,7 +180,7 @@ def _scale(shown: Layers) -> float:
 
 def _sides(shown: Layers) -> tuple[float, float]:
     """How far the first two axes go."""
-    wide, high = (float(np.ptp(cell_edges(shown.value[dim].values))) for dim in shown.value.dims[:2])
+    wide, high = (float(np.ptp(cell_edges(axis.values))) for axis in shown.value.axes[:2])
     return wide, high
 
 
@@ -201,25 +196,24 @@ def _of_slices(shown: Layers, columns: int) -> tuple[float, float]:
     whole = SLICE * columns if given is None else given / INCH
     wide, high = _sides(shown)
     each = max((whole - BAR * letters) / columns - LEFT * letters, 0.5)
-    share = high / wide if is_plan(shown.value) else 0.8
+    share = high / wide if is_plan(*shown.value.axes[:2]) else 0.8
     return whole, -(-SLICES // columns) * (share * each + ABOVE * letters) + ABOVE * letters
 
 
-def _words(value: xr.DataArray) -> str:
+def _words(value: Variable) -> str:
     """What the colours mean."""
-    return labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))
+    return labelled(value.long_name, value.units)
 
 
 def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None) -> list[Any]:
     value = shown.value
-    across, up = value.dims
     colours = colours or shades(value.values)
-    x, y = value[across].values, value[up].values
+    x, y = (axis.values for axis in value.axes)
     # What a logarithm cannot show is below its scale.
     drawn = np.where(value.values <= 0.0, 0.5 * colours.low, value.values) if current().log else value.values
     mesh = axes.pcolormesh(cell_edges(x), cell_edges(y), drawn.T, rasterized=True, **colours.look)
-    words = [labelled(str(dim), str(value[dim].attrs["units"])) for dim in value.dims]
-    axes.set(xlabel=words[0], ylabel=words[1])
+    xlabel, ylabel = (_words(axis) for axis in value.axes)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
     if bar:
         _bar(axes.get_figure(), mesh, axes, value, colours)
     axes.grid(False)
@@ -247,7 +241,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
         axes.add_collection(LineCollection(lines, path_effects=behind, **style))
         handles.append(Line2D([], [], **look, path_effects=behind, label=SINGULAR))
     handles += _limits(shown, axes)
-    if is_plan(value):
+    if is_plan(*value.axes):
         axes.set_aspect("equal")
         if isinstance(figure := axes.get_figure(), StyledFigure):
             # The colours stand beside the plan, and not beside the room that it might have.
@@ -257,7 +251,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, colours: Shades | None = None
     return handles
 
 
-def _bar(figure: Any, mesh: Any, axes: Any, value: xr.DataArray, colours: Shades) -> None:
+def _bar(figure: Any, mesh: Any, axes: Any, value: Variable, colours: Shades) -> None:
     """What the colours mean, beside axes."""
     assert isinstance(figure, Figure)
     put_bar(figure, mesh, axes, beside(figure.get_figheight(), _words(value)), colours)
@@ -265,7 +259,7 @@ def _bar(figure: Any, mesh: Any, axes: Any, value: xr.DataArray, colours: Shades
 
 def _limits(shown: Layers, axes: Axes) -> list[Line2D]:
     """Draw where the quantity is at a limit; the entry of a legend for it."""
-    x, y = (shown.value[dim].values for dim in shown.value.dims)
+    x, y = (axis.values for axis in shown.value.axes)
     known = shown.value.values[np.isfinite(shown.value.values)]
     levels = [bound for bound in shown.bounds if known.min(initial=np.inf) < bound < known.max(initial=-np.inf)]
     if not levels:
@@ -283,11 +277,11 @@ def _behind() -> list[AbstractPathEffect]:
 
 def _line(shown: Layers, axes: Axes) -> None:
     value = shown.value
-    along = value.dims[0]
-    value.plot.line(x=along, ax=axes, color=series(0)["color"], marker="o" if value.size <= 60 else None)
+    (along,) = value.axes
+    x = along.values
+    axes.plot(x, value.values, color=series(0)["color"], marker="o" if x.size <= 60 else None)
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
-    x = value[along].values
     edges = cell_edges(x)
     if current().log:
         axes.set_yscale("log")
@@ -296,7 +290,9 @@ def _line(shown: Layers, axes: Axes) -> None:
         axes.set_ylim(*scale)
     for level in levels if isinstance(levels, tuple) else ():
         axes.axhline(level, color=theme().grey, linewidth=0.8)
-    axes.set(xlim=(edges.min(), edges.max()), ylabel=beside(figure.get_figheight(), _words(value)))
+    axes.set(
+        xlim=(edges.min(), edges.max()), xlabel=_words(along), ylabel=beside(figure.get_figheight(), _words(value))
+    )
     for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
         axes.axvspan(
             edges[k],
@@ -331,18 +327,17 @@ def _line(shown: Layers, axes: Axes) -> None:
 def _slices(shown: Layers, figure: Figure, columns: int) -> None:
     """Slices along the last axis, with one scale of colours."""
     value = shown.value
-    third = value.dims[2]
-    picks = np.unique(np.linspace(0, value.shape[2] - 1, SLICES).round().astype(int))
+    third = value.axes[2]
+    picks = np.unique(np.linspace(0, third.values.size - 1, SLICES).round().astype(int))
     colours = shades(value.values)
     handles: dict[Any, Any] = {}
     rows = -(-len(picks) // columns)
     every = [figure.add_subplot(rows, columns, k + 1) for k in range(len(picks))]
     for axes, k in zip(every, picks.tolist(), strict=True):
         between = (shown.contact_change[:, :, k], shown.singular[:, :, k])
-        cut = Layers(value[:, :, k], shown.status[:, :, k], *between, "", shown.bounds)
+        cut = Layers(value.slice(k), shown.status[:, :, k], *between, "", shown.bounds)
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, colours=colours)}
-        unit = str(value[third].attrs["units"])
-        said, size = f"{third} = {float(value[third][k]):g} {unit}".rstrip(), current().font_size_used
+        said, size = f"{third.long_name} = {third.values[k]:g} {third.units}".rstrip(), current().font_size_used
         # A title takes no room in a layout.
         wide = 72.0 * (figure.get_figwidth() - BAR * size / USUAL) / columns - size
         axes.set_title(wrapped(said, wide, size), fontsize=size)

@@ -17,7 +17,7 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.result import SEVERAL, Result, commanded, from_dataset, split, unit_of
+from jointplay.result import SEVERAL, Result, Variable, commanded, from_dataset, split, unit_of
 
 from .measure import extent_of
 from .style import AGAINST, current
@@ -272,8 +272,7 @@ def automatic(extent: float, size: float) -> float:
     return round_factor(MOST_TIMES if extent > MOST_TIMES * size else extent / size) if size > 0.0 else 0.0
 
 
-def is_plan(value: xr.DataArray) -> bool:
+def is_plan(across: Variable, up: Variable) -> bool:
     """Whether both axes of a map have the same scale: with the same unit, unless that leaves a narrow strip."""
-    across, up = (value[dim] for dim in value.dims[:2])
     sides = [float(np.ptp(side.values)) for side in (across, up)]
-    return bool(across.attrs["units"] == up.attrs["units"]) and max(sides) <= STRIP * min(sides)
+    return across.units == up.units and max(sides) <= STRIP * min(sides)
