@@ -363,8 +363,8 @@ impl System<'_> {
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
     pub(crate) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
-        let differ = a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b);
-        differ.map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
+        let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).enumerate().filter(|(_, apart)| *apart > 0.0);
+        apart.map(|(k, apart)| apart / self.basis.unit(k)).fold(0.0, f64::max)
     }
 }
 

@@ -20,7 +20,7 @@ use crate::redundancy::system::System;
 const ROUNDS: usize = 6;
 
 /// Where a load has pressed a specimen.
-pub(crate) struct Pressed {
+pub(crate) struct PressedSpecimen {
     /// Displacements of the rows and values of the parameters, as the basis takes them.
     pub displacements: Vec<f64>,
     /// The offset of every element.
@@ -32,7 +32,7 @@ pub(crate) struct Pressed {
 }
 
 /// A specimen on its way.
-struct Lane<'k> {
+struct OnItsWay<'k> {
     system: &'k System<'k>,
     known: &'k [f64],
     displacements: Vec<f64>,
@@ -48,7 +48,7 @@ struct Lane<'k> {
 impl Together<'_> {
     /// Presses specimens, each with what gives way in it and the displacements that are known of it; `limits` are how far
     /// the output moves at least where that is observable.
-    pub fn press(&self, specimens: &[(&System<'_>, &[f64])], limits: &[f64]) -> Vec<Option<Pressed>> {
+    pub fn press(&self, specimens: &[(&System<'_>, &[f64])], limits: &[f64]) -> Vec<Option<PressedSpecimen>> {
         let basis = self.system.basis;
         let mut bound = self.bound.borrow_mut();
         let Some(bound) = bound.as_mut() else { return specimens.iter().map(|_| None).collect() };
@@ -63,12 +63,21 @@ impl Together<'_> {
         for block in specimens.chunks(LANES) {
             interrupt::check();
             let good = Self::close_block(bound, block.len(), |lane| block[lane].1, false);
-            let mut lanes: Vec<Lane<'_>> = Vec::with_capacity(block.len());
+            let mut lanes: Vec<OnItsWay<'_>> = Vec::with_capacity(block.len());
             for (&(system, known), good) in block.iter().zip(good) {
                 let forces = self.nominal.compatibility.load.clone();
                 let (displacements, offsets) = (known.to_vec(), vec![Form::default(); system.elements.len()]);
-                let mut lane =
-                    Lane { system, known, displacements, offsets, forces, last: 0.0, slowest: 0.0, rests: false, good };
+                let mut lane = OnItsWay {
+                    system,
+                    known,
+                    displacements,
+                    offsets,
+                    forces,
+                    last: 0.0,
+                    slowest: 0.0,
+                    rests: false,
+                    good,
+                };
                 // They begin where the first order at the nominal pose takes them.
                 lane.last = lane.push()[0];
                 lanes.push(lane);
@@ -89,9 +98,9 @@ impl Together<'_> {
             let good = Self::close_block(bound, lanes.len(), |lane| &lanes[lane].displacements, true);
             pressed.extend(lanes.into_iter().enumerate().map(|(k, lane)| {
                 let rests = lane.good && lane.rests && good[k];
-                rests.then(|| Pressed {
+                rests.then(|| PressedSpecimen {
                     error: error_of_lane(bound, k),
-                    observable: self.leaves_observable(bound, k, &untied, &lane, limits),
+                    observable: lane.leaves_observable(bound, k, &untied, limits),
                     displacements: lane.displacements,
                     offsets: lane.offsets,
                 })
@@ -99,26 +108,9 @@ impl Together<'_> {
         }
         pressed
     }
-
-    /// Whether what the load leaves open moves the output where a lane rests.
-    fn leaves_observable(
-        &self,
-        bound: &Bound<'_>,
-        number: usize,
-        untied: &Ties,
-        lane: &Lane<'_>,
-        limits: &[f64],
-    ) -> bool {
-        let system = lane.system;
-        system.leaves_open(untied, &lane.forces) && {
-            let balance = Balance::free(Vec::new(), lane.forces.clone());
-            let output = map_of_lane(system.basis, bound, number);
-            system.is_observable(untied, &output, &untied.misfit, &balance, limits)
-        }
-    }
 }
 
-impl Lane<'_> {
+impl OnItsWay<'_> {
     /// Puts every offset where the forces push it; gives the largest change of a displacement, and the largest one beside the
     /// known ones.
     fn push(&mut self) -> [f64; 2] {
@@ -137,5 +129,14 @@ impl Lane<'_> {
             }
         }
         [change, size]
+    }
+
+    /// Whether what the load leaves open moves the output where the specimen rests at a lane.
+    fn leaves_observable(&self, bound: &Bound<'_>, number: usize, untied: &Ties, limits: &[f64]) -> bool {
+        self.system.leaves_open(untied, &self.forces) && {
+            let balance = Balance::free(Vec::new(), self.forces.clone());
+            let output = map_of_lane(self.system.basis, bound, number);
+            self.system.is_observable(untied, &output, &untied.misfit, &balance, limits)
+        }
     }
 }

@@ -53,13 +53,13 @@ impl Count {
 }
 
 /// A sum of columns, without those that are zero.
-struct Sum {
+struct ColumnSum {
     places: Vec<usize>,
     columns: Directions,
     rows: usize,
 }
 
-impl Sum {
+impl ColumnSum {
     fn new(matrix: &DMatrix<f64>) -> Self {
         let places: Vec<usize> = (0..matrix.ncols()).filter(|&j| matrix.column(j).amax() > 0.0).collect();
         Self { columns: Directions::new(&matrix.select_columns(&places)), places, rows: matrix.nrows() }
@@ -80,13 +80,13 @@ impl Sum {
 pub struct Linear<'a> {
     mechanism: &'a Mechanism,
     /// What drive values and the nominal misfit do to the output, and displacements; with the sizes of all terms.
-    error: Sum,
-    sizes: Sum,
+    error: ColumnSum,
+    sizes: ColumnSum,
     /// What displacements must add up to.
     right: &'a DVector<f64>,
     /// What displacements add up to, and what makes those that are compatible elsewhere so at the nominal pose.
-    ties: Sum,
-    correction: Sum,
+    ties: ColumnSum,
+    correction: ColumnSum,
     /// What displacements do to the output where no force holds the clearances.
     loose: DMatrix<f64>,
     /// Place of every parameter among the displacements.
@@ -106,11 +106,11 @@ impl<'a> Linear<'a> {
         map.column_mut(0).iter_mut().zip(shift.iter().zip(misfit.iter())).for_each(|(d, (s, m))| *d = s - m);
         Self {
             mechanism: m,
-            sizes: Sum::new(&map.abs()),
-            error: Sum::new(&map),
+            sizes: ColumnSum::new(&map.abs()),
+            error: ColumnSum::new(&map),
             right: &job.nominal.right,
-            ties: Sum::new(&c.equations),
-            correction: Sum::new(&least_displacements(&job.system, &c.equations, &job.tied)),
+            ties: ColumnSum::new(&c.equations),
+            correction: ColumnSum::new(&least_displacements(&job.system, &c.equations, &job.tied)),
             loose: job.system.derivatives_loose(c, |element| job.spread(element)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
             pressed: None,

@@ -13,7 +13,7 @@ use crate::redundancy::compatibility::FITS;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Together;
-use crate::redundancy::specimen_batch::pressed::Pressed;
+use crate::redundancy::specimen_batch::pressed::PressedSpecimen;
 use crate::redundancy::system::System;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
@@ -74,8 +74,8 @@ impl Job<'_> {
             system.is_observable(c, &c.output.parameters, &nothing, &balance, &self.observable)
         };
         let of_all = first(&self.system);
-        let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<Pressed>))| {
-            let Pressed { displacements, offsets, error, observable } = pressed?;
+        let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<PressedSpecimen>))| {
+            let PressedSpecimen { displacements, offsets, error, observable } = pressed?;
             let offsets = system.elements.iter().zip(&offsets);
             offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
             (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);

@@ -15,9 +15,9 @@ pub struct Dice {
 }
 
 /// A block of numbers, uniform from 0 to 1, compiled for every width.
-struct Unit<'a>(&'a mut Stream);
+struct UniformBlock<'a>(&'a mut Stream);
 
-impl Kernel for Unit<'_> {
+impl Kernel for UniformBlock<'_> {
     type Output = Block;
 
     #[inline(always)]
@@ -34,7 +34,7 @@ impl Dice {
     /// One number, uniform from 0 to 1.
     pub fn next_uniform(&mut self) -> f64 {
         if self.uniform.1 == LANES {
-            self.uniform = (dispatch(Unit(&mut self.stream)), 0);
+            self.uniform = (dispatch(UniformBlock(&mut self.stream)), 0);
         }
         self.uniform.1 += 1;
         self.uniform.0.0[self.uniform.1 - 1]
