@@ -8,7 +8,7 @@ without a network.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from importlib.util import find_spec
 from typing import Any
@@ -119,11 +119,13 @@ def valueless(value: Field, status: Texts) -> Flags:
 
 def _escaped(value: Field) -> Field:
     """With names that say themselves: in a page `<` begins a tag."""
+    axes = tuple(Variable(axis.dims, axis.values, *_words(axis)) for axis in value.axes)
+    return Field(value.dims, value.values, *_words(value), axes)
 
-    def said(array: Any) -> Any:
-        return replace(array, long_name=escape(one_line(array.long_name)), units=escape(one_line(array.units)))
 
-    return said(replace(value, axes=tuple(said(axis) for axis in value.axes)))
+def _words(array: Variable) -> tuple[str, str]:
+    """Unit and name."""
+    return escape(one_line(array.units)), escape(one_line(array.long_name))
 
 
 def _named(array: Variable) -> str:
