@@ -221,7 +221,7 @@ def _sizes(m: Mechanism, known: Result | None) -> Result:
 
     factors = FACTORS if m.core.isostatic else STRAINED_FACTORS
     found = [*map(at, factors)]
-    along = Variable(("factor",), np.array(factors), "", "factor of all clearances and tolerances")
+    along = Variable(("factor",), np.array(factors), "", "factor of all sizes")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
 
 

@@ -228,7 +228,7 @@ def _sizes(chapter: Chapter) -> str:
     figures = [_drawn(plot.sweep, result)]
     if result.sizes["configuration"] > 1:
         steps = {
-            f"sizes × {factor:g}": result.isel("factor", k) for k, factor in enumerate(result.coords["factor"].values)
+            f"× {factor:g}": result.isel("factor", k) for k, factor in enumerate(result.coords["factor"].values)
         }
         figures.append(_drawn(plot.error, steps))
     said = "Largest position error with all clearances and tolerances of the file times a factor."
