@@ -29,7 +29,7 @@ ENDS = ("", "_low", "_high", "_method")
 #: asks a part of the mechanism at its configurations
 Asker = Callable[[Mechanism, Nominal | None, int, Progress | None], Result]
 #: specimens that are drawn first, and where somebody waits for a page
-FEW, FEWER = 16_384, 2048
+FEW, FEWER = 16_384, 1024
 
 
 def counts_too(m: Mechanism) -> bool:

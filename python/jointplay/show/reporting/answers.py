@@ -42,16 +42,18 @@ JUDGED = ("worst", "loaded", "random", "structural", "forces")
 SAMPLES, STRAINED = 32_768, 8192
 #: factors of all clearances and tolerances against which the error is drawn
 FACTORS = (0.0, 0.5, 1.0, 1.5, 2.0)
-#: the same of an over-constrained mechanism, of which each takes ten times as long
-STRAINED_FACTORS = (0.0, 1.0, 2.0)
+#: the same of an over-constrained mechanism, of which each takes ten times as long, and from how many starts
+STRAINED_FACTORS, STRAINED_STARTS = (0.0, 1.0, 2.0), 6
 #: specimens that are drawn as points
 CLOUD = 300
 #: configurations between which the slider of the page moves
 MOST_SHOWN = 121
 #: directions in which the region is looked for: enough for a drawing
 IN_PLANE, IN_SPACE = 36, 66
+#: the same for an over-constrained mechanism
+STRAINED_IN_PLANE, STRAINED_IN_SPACE = 24, 42
 #: sizes that are tried for all outputs of a page to find how large they may be; none of another source after that
-LOOKS_IN_PLANE, LOOKS_IN_SPACE = 40, 24
+LOOKS_IN_PLANE, LOOKS_IN_SPACE = 30, 24
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
@@ -183,7 +185,8 @@ def usual(m: Mechanism) -> int:
 
 def directions(m: Mechanism) -> int:
     """In how many directions the region of the error is looked for."""
-    return IN_PLANE if m.pose_size != poses.SPATIAL else IN_SPACE
+    in_plane, in_space = (IN_PLANE, IN_SPACE) if m.core.isostatic else (STRAINED_IN_PLANE, STRAINED_IN_SPACE)
+    return in_plane if m.pose_size != poses.SPATIAL else in_space
 
 
 def _ask(chapter: Chapter, questions: Mapping[str, Callable[[], Result]], seed: int, step: Callable[[], None]) -> None:
@@ -217,9 +220,10 @@ def _sizes(m: Mechanism, known: Result | None) -> Result:
     def at(factor: float) -> Result:
         if factor == 1.0 and known is not None:
             return known
-        return worst.compute(base.with_(times(sources, factor)))
+        return worst.compute(base.with_(times(sources, factor)), starts=starts)
 
-    factors = FACTORS if m.core.isostatic else STRAINED_FACTORS
+    is_quick = m.core.isostatic
+    factors, starts = (FACTORS, worst.STARTS) if is_quick else (STRAINED_FACTORS, STRAINED_STARTS)
     found = [*map(at, factors)]
     along = Variable(("factor",), np.array(factors), "", "factor of all sizes")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
