@@ -82,7 +82,7 @@ def yields(
         shift = m.core.given(drives, poses, m.centre[None])["error_first_order"][0] - slopes @ m.centre
         # Those that are out already are not looked at again.
         left = np.flatnonzero(anywhere)
-        for part in np.array_split(left, max(1, len(left) // CHUNK)):
+        for part in np.array_split(left, max(1, len(left) // CHUNK)) if left.size else ():
             for u in _worst_offsets(m, few[part], slopes, shift, limits):
                 anywhere[part] &= within_limits(m, m.core.errors_of(drives, poses, u), limits)
     return Yields(int(path.sum()), len(path), int(anywhere.sum()) * (count // len(few)), count)
