@@ -194,15 +194,16 @@ impl Mechanism {
                 looked_at += atlas.cells.len() as u64;
             }
             for k in 0..bounds.len() {
-                if !bounds[k].is_within(GOOD) {
+                // In space, cells of the sets and cells of directions together are more than a search can go through.
+                let is_left = divisions > 1 && assembled && self.space == Space::Spatial && k >= 2 * self.size();
+                if !bounds[k].is_within(GOOD) && !is_left {
                     let end = |c: usize| Interval::new(-bounds[2 * c].value, bounds[2 * c + 1].value);
                     bounds[k].sought.within = bounds[k].sought.components.clone().map(end).collect();
                     looked_at += bounds[k].lower(&errors, &atlas);
                 }
             }
             assembled = true;
-            // In space, cells take much time and bring little.
-            if self.space == Space::Spatial || bounds.iter().all(|bound| bound.is_within(GOOD)) {
+            if bounds.iter().all(|bound| bound.is_within(GOOD)) {
                 break;
             }
         }
