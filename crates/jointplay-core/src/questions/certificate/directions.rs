@@ -77,12 +77,12 @@ impl Direction {
         (corners, norm(&middle) / least * (1.0 + OUTSIDE))
     }
 
-    /// Leaves the directions of vectors in a box; false where there are none.
-    pub fn leave(&mut self, vector: &[Interval]) -> bool {
-        let largest = vector[self.axis].scaled(self.sign);
-        if largest.high <= 0.0 {
-            return false;
-        }
+    /// Leaves the directions of vectors in a box that are longer than this; false where there are none.
+    pub fn leave(&mut self, vector: &[Interval], longer: f64) -> bool {
+        // No component is larger than this one.
+        let least = longer.max(0.0) / (vector.len() as f64).sqrt() * (1.0 - OUTSIDE);
+        let largest = vector[self.axis].scaled(self.sign).common(Interval::new(least, f64::INFINITY));
+        let Some(largest) = largest.filter(|largest| largest.high > 0.0) else { return false };
         let others = (0..vector.len()).filter(|&k| k != self.axis);
         let ratios: Option<Vec<Interval>> =
             self.ratios.iter().zip(others).map(|(a, k)| a.common(vector[k] / largest)).collect();

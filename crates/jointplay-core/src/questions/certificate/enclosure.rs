@@ -20,6 +20,8 @@
 mod gradient;
 mod straight;
 
+use std::cell::Cell;
+
 use crate::closure::newton::State;
 use crate::math::affine::{Form, Forms, Group, Rooms, Unknowns};
 use crate::math::interval::Interval;
@@ -86,6 +88,8 @@ pub(super) struct Encloser<'m> {
     sources: &'m [Source],
     /// The parameters that the offsets of the sources add to.
     centre: Vec<f64>,
+    /// Whether a box of components did not hold some poses.
+    is_soft: Cell<bool>,
     /// Memory of forms that are done with.
     rooms: Rooms,
 }
@@ -144,7 +148,14 @@ impl<'m> Encloser<'m> {
     /// About a closed state at its drive values, for offsets of some sources from given parameters.
     pub fn new(m: &'m Mechanism, state: &State, sources: &'m [Source], centre: &[f64]) -> Self {
         let chart = Chart::new(m, &state.inputs.drives, &state.coordinates);
-        Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), rooms: Rooms::default() }
+        Self {
+            chart,
+            product: Product::of(sources),
+            sources,
+            centre: centre.to_vec(),
+            is_soft: Cell::new(false),
+            rooms: Rooms::default(),
+        }
     }
 
     /// Divides the sets along what moves most, as seen from a point; false where nothing does.
@@ -252,7 +263,12 @@ impl<'m> Encloser<'m> {
             let bent = self.bent(&modes, part, at, &straight, &derivatives);
             self.enclosed(forms, part, at, (&slopes, modes, &bent))
         };
-        enclosed(Modes::components(&inverse)).or_else(|| enclosed(Modes::singular(self.chart.mechanism, &inverse)?))
+        let components = || enclosed(Modes::components(&inverse));
+        let soft = || enclosed(Modes::soft(self.chart.mechanism, &inverse)?);
+        if self.is_soft.get() {
+            return soft().or_else(components);
+        }
+        components().or_else(|| soft().inspect(|_| self.is_soft.set(true)))
     }
 
     /// The same in given coordinates.

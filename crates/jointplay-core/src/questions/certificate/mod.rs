@@ -38,7 +38,7 @@ use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::directions::Direction;
 use crate::questions::certificate::errors::{Errors, Refused};
 use crate::questions::certificate::fan::fan;
-use crate::questions::certificate::search::{Bounded, Search, Sought};
+use crate::questions::certificate::search::{Search, Sought};
 use crate::questions::columns::Certificate;
 use crate::questions::form::Form;
 
@@ -51,10 +51,11 @@ const ROUNDING: f64 = 1e-13;
 const DIVISIONS: [u32; 4] = [1, 5, 9, 15];
 const GOOD: f64 = 0.01;
 
-/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near,
-/// or close enough.
+/// The bound of a size that is above this after a quarter of its parts is left as it is.
 const POOR: f64 = 0.1;
-const NEAR: f64 = 0.002;
+
+/// Parts for a single direction of a size.
+const ALONE: u64 = 4;
 
 /// Drive values closer than this are the same: those of a nominal pose are read off it.
 const SAME_DRIVE: f64 = 1e-12;
@@ -107,32 +108,38 @@ impl Bound {
 
     /// Lowers it by expansions over all of the sets; how many parts were looked at.
     fn lower(&mut self, errors: &Errors<'_>, atlas: &Atlas) -> u64 {
-        let (sought, is_size, before) = (self.sought.clone(), self.sought.components.len() > 1, self.left);
-        // Cells of slabs and cells of directions together are more than a search can go through.
-        if !is_size || atlas.cells.len() == 1 {
-            let poor = self.beside(if is_size { POOR } else { f64::INFINITY });
-            let (enough, budget) = (self.beside(self.close), self.left);
-            let found = Search { errors, atlas, sought: &sought, enough, poor, budget }.run();
-            self.take(&found);
+        let (sought, enough, budget) = (&self.sought, self.beside(self.close), self.left);
+        let is_size = sought.components.len() > 1;
+        let (poor, least) = if is_size {
+            (self.beside(POOR), 0.5 * (self.attained + enough))
+        } else {
+            (f64::INFINITY, f64::NEG_INFINITY)
+        };
+        let found = Search { errors, atlas, sought, enough, poor, least, budget }.run();
+        self.value = self.value.min(found.bound);
+        self.left = budget.saturating_sub(found.parts);
+        if is_size && !self.is_within(GOOD) && atlas.cells.len() == 1 {
+            self.fan_out(errors, atlas, (enough, least));
         }
-        if is_size && !self.is_within(GOOD) {
-            let (enough, left) = (self.beside(self.close.max(NEAR)), Cell::new(self.left));
-            let along = |direction: &[f64]| {
-                let sought = &Sought::along(sought.components.clone(), Direction::of(direction));
-                let (enough, poor, budget) = (0.5 * (self.attained + enough), f64::INFINITY, left.get());
-                let found = Search { errors, atlas, sought, enough, poor, budget }.run();
-                left.set(budget.saturating_sub(found.parts));
-                found.bound
-            };
-            self.value = self.value.min(fan(&sought.directions, enough, along));
-            self.left = left.get();
-        }
-        before - self.left
+        budget - self.left
     }
 
-    fn take(&mut self, found: &Bounded) {
-        self.value = self.value.min(found.bound);
-        self.left = self.left.saturating_sub(found.parts);
+    /// Lowers the bound of a size by single directions, which a few parts bound where a cell of them needs many.
+    fn fan_out(&mut self, errors: &Errors<'_>, atlas: &Atlas, (enough, least): (f64, f64)) {
+        let (left, components) = (Cell::new(self.left), &self.sought.components);
+        let along = |direction: &[f64]| {
+            let sought = &Sought::along(components.clone(), Direction::of(direction));
+            let budget = left.get().min(ALONE);
+            let (enough, poor, none) = (0.5 * (self.attained + enough), f64::INFINITY, f64::NEG_INFINITY);
+            let found = Search { errors, atlas, sought, enough, poor, least: none, budget }.run();
+            left.set(left.get().saturating_sub(found.parts));
+            found.bound
+        };
+        let longer = |mut cell: Direction| cell.leave(&self.sought.within, least).then_some(cell);
+        let cells: Vec<Direction> = self.sought.directions.iter().cloned().filter_map(longer).collect();
+        let bound = if cells.is_empty() { least } else { fan(&cells, enough, along).max(least) };
+        self.value = self.value.min(bound);
+        self.left = left.get();
     }
 }
 
@@ -186,8 +193,14 @@ impl Mechanism {
             if divisions > 1 {
                 looked_at += atlas.cells.len() as u64;
             }
-            for bound in bounds.iter_mut().filter(|bound| !bound.is_within(GOOD)) {
-                looked_at += bound.lower(&errors, &atlas);
+            for k in 0..bounds.len() {
+                // In space, cells of the sets and cells of directions together are more than a search can go through.
+                let is_left = divisions > 1 && assembled && self.space == Space::Spatial && k >= 2 * self.size();
+                if !bounds[k].is_within(GOOD) && !is_left {
+                    let end = |c: usize| Interval::new(-bounds[2 * c].value, bounds[2 * c + 1].value);
+                    bounds[k].sought.within = bounds[k].sought.components.clone().map(end).collect();
+                    looked_at += bounds[k].lower(&errors, &atlas);
+                }
             }
             assembled = true;
             if bounds.iter().all(|bound| bound.is_within(GOOD)) {

@@ -2,8 +2,9 @@
 //!
 //! Motions z are enclosed by a box of their own components first. Near a singular pose a mechanism has a few motions in
 //! which all of its bodies move together and which small offsets make large; a box of components forgets that they do.
-//! With C the inverse of the closure Jacobian in lengths of the mechanism's own size, and `C = U D V^T`, the box is one of
-//! the coordinates k of `z = U k` then.
+//! With C the inverse of the closure Jacobian in lengths of the mechanism's own size, the box is one of the coordinates k of
+//! `z = U k` then: the columns of U are the left singular vectors of C that belong to its largest singular values, and units
+//! for all components but as many, so that what moves little in one body stays there.
 
 use nalgebra::DMatrix;
 
@@ -11,6 +12,10 @@ use crate::math::decomposition::singular_values;
 use crate::math::interval::Interval;
 use crate::mechanism::Mechanism;
 use crate::questions::certificate::inverse::Inverse;
+
+/// Motions that are this part of the softest, or more, are coordinates; so many of them at most.
+const LARGE: f64 = 0.1;
+const MOST: usize = 6;
 
 /// Coordinates k of motions `z = U k`.
 pub(super) struct Modes {
@@ -53,13 +58,26 @@ impl Modes {
         Self { n: inverse.n, are_components: true, motions: one(), back: one(), off: 0.0, corrections }
     }
 
-    /// Along the singular directions of a mechanism's closure.
-    pub fn singular(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
+    /// The motions in which the closure of a mechanism is softest, and components for the others.
+    pub fn soft(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
         let (n, units) = (inverse.n, units(m));
         let scaled = |i: usize, row: usize| inverse.at(i, row) * m.unit(m.rows[row].component) / units[i];
-        let u = singular_values(DMatrix::from_fn(n, n, scaled), true, false)?.u?;
-        let motions = table(n, |i, j| units[i] * u[(i, j)]);
-        let back = table(n, |j, i| u[(i, j)] / units[i]);
+        let svd = singular_values(DMatrix::from_fn(n, n, scaled), true, false)?;
+        let (mut u, sizes) = (svd.u?, svd.singular_values);
+        let mut basis = DMatrix::identity(n, n);
+        for k in (0..n).take_while(|&k| sizes[k] > LARGE * sizes[0]).take(MOST) {
+            // It stands for the component that is largest in what of it the others before it do not have.
+            let pivot = u.column(k).icamax();
+            basis.set_column(pivot, &u.column(k));
+            for later in k + 1..n {
+                let part = u[(pivot, later)] / u[(pivot, k)];
+                let column = u.column(k) * part;
+                u.set_column(later, &(u.column(later) - column));
+            }
+        }
+        let inverted = basis.clone().try_inverse()?;
+        let motions = table(n, |i, j| units[i] * basis[(i, j)]);
+        let back = table(n, |j, i| inverted[(j, i)] / units[i]);
         let corrections = inverse.transposed_rows(&back);
         let mut off = vec![Interval::ZERO; n];
         for j in 0..n {

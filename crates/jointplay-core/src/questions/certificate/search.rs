@@ -45,6 +45,8 @@ const SEEN: u64 = 50;
 pub(super) struct Sought {
     pub components: std::ops::Range<usize>,
     pub directions: Vec<Direction>,
+    /// What is known of the components of an error.
+    pub within: Vec<Interval>,
 }
 
 impl Sought {
@@ -55,13 +57,14 @@ impl Sought {
 
     /// The component of some components along a direction.
     pub fn along(components: std::ops::Range<usize>, direction: Direction) -> Self {
-        Self { components, directions: vec![direction] }
+        let within = vec![Interval::LINE; components.len()];
+        Self { components, directions: vec![direction], within }
     }
 
     /// The size of some components.
     pub fn size(components: std::ops::Range<usize>) -> Self {
-        let directions = Direction::all(components.len());
-        Self { components, directions }
+        let (directions, within) = (Direction::all(components.len()), vec![Interval::LINE; components.len()]);
+        Self { components, directions, within }
     }
 }
 
@@ -109,6 +112,8 @@ pub(super) struct Search<'s, 'm> {
     /// A bound below this is good enough; one above this after a quarter of the parts is left as it is.
     pub enough: f64,
     pub poor: f64,
+    /// Vectors that are not longer are left out with their directions.
+    pub least: f64,
     /// Parts that may be expanded.
     pub budget: u64,
 }
@@ -123,7 +128,7 @@ impl Search<'_, '_> {
         let cells = |direction| self.atlas.cells.iter().map(move |cell| node(direction, cell));
         let mut open: BinaryHeap<Node> = self.sought.directions.iter().flat_map(cells).collect();
         // Of the parts that were bounded well enough, and of those that could not be looked at.
-        let (mut closed, mut parts, mut seen) = (f64::NEG_INFINITY, 0, 0);
+        let (mut closed, mut parts, mut seen) = (self.least, 0, 0);
         // The largest bound when progress was last looked at, and when it is looked at again.
         let (mut before, mut checked, mut is_stuck) = (f64::INFINITY, CHECKED, false);
         while let Some(mut node) = open.pop() {
@@ -175,7 +180,9 @@ impl Search<'_, '_> {
                 return true;
             }
             let spread = |part: &Part| product.spread(part, &g, &expansion.x).width();
-            if !(spread(&node.part) < SHRUNK * spread(&expansion.enclosure.part)) {
+            let is_narrower = |(x, of): (&Interval, &Interval)| x.width() < SHRUNK * of.width();
+            let mut slabs = node.part.x.iter().zip(&expansion.enclosure.part.x).skip(product.n);
+            if !slabs.any(is_narrower) && !(spread(&node.part) < SHRUNK * spread(&expansion.enclosure.part)) {
                 return true;
             }
             *parts += 1;
@@ -224,14 +231,16 @@ impl Search<'_, '_> {
         width > wide || width > FINEST && along_middle() <= self.enough
     }
 
-    /// Leaves of the directions those of the errors on the part.
+    /// Leaves of the directions those of the errors on the part that are not left out.
     fn leave_directions(&self, node: &mut Node, expansion: &Expansion) -> bool {
         let product = &self.errors.encloser.product;
-        let reached = |c: usize| {
+        let reached = |(c, within): (usize, &Interval)| {
             let g = expansion.gradient(&(c..c + 1), &[Interval::ONE]);
-            expansion.error[c] + product.spread(&node.part, &g, &expansion.x)
+            within.common(expansion.error[c] + product.spread(&node.part, &g, &expansion.x))
         };
-        node.direction.leave(&self.sought.components.clone().map(reached).collect::<Vec<_>>())
+        let vector: Option<Vec<Interval>> =
+            self.sought.components.clone().zip(&self.sought.within).map(reached).collect();
+        vector.is_some_and(|vector| node.direction.leave(&vector, self.least))
     }
 
     /// Two parts of a part that has not shrunk enough; to halve what is expanded counts, too.
