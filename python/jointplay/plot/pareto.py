@@ -67,7 +67,8 @@ def pareto(
         axes.axvline(100.0, color=theme().grey, linewidth=0.8, linestyle="--")
         axes.set_yticks(where, names)
         axes.invert_yaxis()
-        axes.set_xlabel(f"share in the {words_of(quantity)} [%]")
+        whole = "variance of the " if part.attrs["question"] == "random" else ""
+        axes.set_xlabel(f"share in the {whole}{words_of(quantity)} [%]")
         low = min([0.0, *values])
         axes.set_xlim(1.05 * low, max(105.0, 1.05 * float(sums.max(initial=0.0))))
         legend(axes)
