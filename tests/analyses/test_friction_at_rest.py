@@ -79,6 +79,76 @@ def test_play_that_nothing_pushes_lies_anywhere_once(rubs):
     assert_allclose(result.margin.sel(quantity="x"), 0.7, atol=1e-12)
 
 
+#: a pin that is pressed across its axis, and may slide along it
+ALONG = """
+format = 1
+space = "spatial"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.A]
+type = "revolute"
+on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, arm = [0, 0, 0] }
+clearance = { radial = 0.1, axial = 0.3, length = 40 }
+friction = { coefficient = 0.2, diameter = 20 }
+[drives.q]
+joint = "A"
+values = [0]
+[output]
+body = "arm"
+at = [100, 0, 0]
+[[loads]]
+body = "arm"
+at = [50, 0, 0]
+force = [0, -10, 0]
+"""
+
+#: a pin of a link without a load, that friction elsewhere presses along the link
+ACROSS = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.J1]
+type = "revolute"
+bodies = ["ground", "crank"]
+at = [0, 0]
+[joints.J2]
+type = "revolute"
+bodies = ["crank", "coupler"]
+at = [0, 100]
+clearance = { radial = 0.1 }
+[joints.J3]
+type = "revolute"
+bodies = ["coupler", "rocker"]
+at = [100, 100]
+[joints.J4]
+type = "revolute"
+bodies = ["ground", "rocker"]
+at = [100, 0]
+friction = { torque = 1.0 }
+[drives.q]
+joint = "J1"
+values = [0]
+[output]
+body = "coupler"
+at = [50, 100]
+[[loads]]
+body = "crank"
+at = [0, 50]
+force = [5, 0]
+"""
+
+
+@pytest.mark.parametrize("text", [ALONG, ACROSS, ACROSS.replace("torque = 1.0", "torque = 0.0")])
+def test_what_is_open_without_friction_is_so_where_friction_holds_nothing(text):
+    """Play was left out of which friction pushes any part; without any friction the search broke off.
+
+    Widths are those of first order.
+    """
+    result = jp.loaded(jp.loads(text), approach="rest")
+    open_ = result.undetermined
+    assert float(open_.max()) > 0.04
+    assert (result.friction_low <= result.error - 0.999 * open_).all()
+    assert (result.friction_high >= result.error + 0.999 * open_).all()
+
+
 PENDULUM = """
 format = 1
 space = "planar"
@@ -139,7 +209,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
     solved = equilibrium(task)
     at = EquilibriumAt(task, solved.y, solved.held, solved.offset, solved.part)
     error = at.error[solved.part == 1.0]
-    found = friction.held(setting, np.zeros((1, len(m.sources), len(m.components))))
+    found = friction.held(setting)
     units = {"length": (m.length, m.units.length), "angle": (1.0, m.units.angle)}
     scale, factors = np.transpose([units["length" if name in "xyz" else "angle"] for name in m.components])
     missed = 1e-9 * scale + MISSED.get(seed, 0.02) * (found.high - found.low)

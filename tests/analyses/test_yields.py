@@ -244,3 +244,10 @@ def test_specimens_with_offsets_drawn_anew_are_those_that_are_closed_row_by_row(
     found = m.core.within_redrawn(drives, poses, drawn, 2, limits)
     assert 0 < expected.sum() < n
     np.testing.assert_array_equal(found, expected)
+
+
+def test_specimens_that_are_out_everywhere_are_not_looked_at_again() -> None:
+    """The second configuration had none to look at."""
+    m = jp.loads(jp.examples.text("four-bar")).with_({"limits.position": 1e-9})
+    result = jp.random(m, samples=64)
+    assert float(result.yield_specimen) == 0.0

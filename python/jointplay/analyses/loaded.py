@@ -196,7 +196,7 @@ def compute(
     if asked is not None and approach in sides:
         friction.add(builder, sides, approach, details=details)
     elif asked is not None:
-        friction.add_rest(builder, friction.held(asked, found["undetermined_contribution"]))
+        friction.add_rest(builder, friction.held(asked))
     if motion is not None and bodies is not None:
         motion = motion.first(done)
         add_motion(m, builder, motion, bodies.first(done), details=details)
@@ -255,7 +255,7 @@ def _plays(
                 half = np.max([side["undetermined"] for side in every], axis=0)
                 ends = reached([side["error"] for side in every], half, m.components)
             else:
-                held = friction.held(asked, found["undetermined_contribution"])
+                held = friction.held(asked)
                 ends = of_sizes(held.low, held.high, held.position, held.rotation)
         known = np.all([np.isin(STATUSES[at.first(done).worse(of["status"])], READABLE) for of in every], axis=0)
         lowest[:done][known], highest[:done][known] = (end[known] for end in ends)

@@ -5,7 +5,7 @@ At rest a joint holds any part q of its friction, from -1 to 1 (of a ball, a vec
 as low and as high as q can make it. The search begins at all corners, or at some where they are many, and at some
 points inside, where contacts that change sides can have an extreme. From the best of both it goes on along the
 derivatives by Newton's steps of each q by itself, within the bounds. What it ends at is an extreme nearby; that there
-is none beyond is not proved. Play that neither the load nor any friction pushes lies anywhere on top of that.
+is none beyond is not proved. Play that nothing pushes in a state lies anywhere on top of it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from jointplay.core.compile import LENGTHS
 
 from .balance import Equilibrium, EquilibriumAt, SlidingTask, equilibrium, solve
 from .laws import FLANK
-from .states import Setting, torque
+from .states import Setting, open_widths, torque
 
 #: corners at which the search begins, in opposite pairs where there are more, and points inside
 CORNERS = 32
@@ -53,29 +53,20 @@ class RestRange:
     torque_high: Floats
 
 
-def held(asked: Setting, open_: Floats) -> RestRange:
+def held(asked: Setting) -> RestRange:
     """What friction can hold at rest.
 
     Parameters
     ----------
     asked : Setting
-    open_ : ndarray
-        Part of every source in what the load leaves open without friction, shape (configuration, source, component).
     """
     m, count = asked.m, len(asked.at)
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)
     dims = sum(_size(contact.kind) for contact in asked.contacts if contact.rubs)
     many = max(1, TOGETHER // max(4 * low.shape[1], min(2**dims, CORNERS) + CORNERS))
-    own = slice(0, components)
     for places in asked.parts(many):
-        search = Search(asked, places)
-        low[places], high[places] = search.extremes()
-        rest = np.where(search.pushed[:, :, None], 0.0, open_[places]).sum(axis=1)
-        low[places, own] -= rest
-        high[places, own] += rest
-        for k, part in enumerate(search.parts()):
-            high[places, components + k] += np.linalg.norm(rest[:, part], axis=1)
+        low[places], high[places] = Search(asked, places).extremes()
     position, rotation = high[:, components : components + 2].T
     torques = slice(components + 2, None)
     return RestRange(low[:, :components], high[:, :components], position, rotation, low[:, torques], high[:, torques])
@@ -86,13 +77,7 @@ def _size(kind: str) -> int:
 
 
 class Search:
-    """The search in some configurations.
-
-    Attributes
-    ----------
-    pushed : ndarray of bool
-        Which sources friction moves, shape (configuration, source), once the extremes are known.
-    """
+    """The search in some configurations."""
 
     def __init__(self, asked: Setting, places: NDArray[np.intp]) -> None:
         self.m = asked.m
@@ -104,6 +89,7 @@ class Search:
         self.columns = [slice(a, b) for a, b in pairwise(ends)]
         self.dims = ends[-1]
         self.across = {k: self._across(k) for k in self.rubs if self.of.contacts[k].kind == "ball"}
+        self.widths = [(row, width) for _, row, width in open_widths(self.m, self.of)]
 
     def _across(self, k: int) -> Floats:
         """Two directions across the force of a ball without friction, shape (configuration, 2, 3)."""
@@ -119,37 +105,46 @@ class Search:
         starts = np.vstack([corners, inside])
         which, q = np.repeat(np.arange(count), len(starts)), self.inside(np.tile(starts, (count, 1)))
         solved = equilibrium(self.task(which, q))
-        at = self._at(which, q, solved)
-        values = self._values(at)
-        values[solved.part < 1.0] = np.nan
-        self.pushed = self._pushed(np.where(solved.part[:, None] < 1.0, np.nan, at.u).reshape(count, len(starts), -1))
-        n = values.shape[1]
-        signs = np.repeat([-1.0, 1.0], n)
-        reached = np.nan_to_num(signs * np.tile(values, 2), nan=-np.inf).reshape(count, len(starts), 2 * n)
-        kinds = np.split(np.arange(len(starts)), [len(corners)])
-        best = np.stack([kind[reached[:, kind].argmax(axis=1)] for kind in kinds], axis=1)
-        rows = (np.arange(count)[:, None, None] * len(starts) + best).ravel()
-        value, each = np.tile(np.arange(2 * n) % n, 2 * count), np.repeat(np.arange(count), 4 * n)
-        climb = _Climb(self, each, value, np.tile(signs, 2 * count))
-        state, begun = q[rows], solved.chosen(rows)
-        ends = climb.best(state, begun, np.take_along_axis(reached, best, axis=1).ravel())
-        # Where the climb of one value ends may be better for another one than where its own has.
-        others = signs * np.tile(self._values(self._at(each, state, begun)), 2)
-        others[~np.isfinite(ends)] = -np.inf
-        others = others.reshape(count, 4 * n, 2 * n)
-        rows = (np.arange(count)[:, None] * 4 * n + others.argmax(axis=1)).ravel()
-        again = _Climb(
-            self, np.repeat(np.arange(count), 2 * n), np.tile(np.arange(2 * n) % n, count), np.tile(signs, count)
-        )
-        last = again.best(state[rows], begun.chosen(rows), others.max(axis=1).ravel()).reshape(count, 2, n)
-        ends = np.fmax(last, np.fmax(*ends.reshape(count, 2, 2, n).swapaxes(0, 1)))
-        return -ends[:, 0], ends[:, 1]
+        at, is_good = self._at(which, q, solved), solved.part == 1.0
+        n = len(self.m.components) + 2 + len(self.m.drives)
+        farthest = self._farthest(which, at, is_good).reshape(count, len(starts), 2 * n).max(axis=1)
+        if self.dims:
+            signs = np.repeat([-1.0, 1.0], n)
+            reached = np.where(is_good[:, None], signs * np.tile(self._values(at), 2), -np.inf)
+            reached = np.nan_to_num(reached, nan=-np.inf).reshape(count, len(starts), 2 * n)
+            kinds = np.split(np.arange(len(starts)), [len(corners)])
+            best = np.stack([kind[reached[:, kind].argmax(axis=1)] for kind in kinds], axis=1)
+            rows = (np.arange(count)[:, None, None] * len(starts) + best).ravel()
+            value, each = np.tile(np.arange(2 * n) % n, 2 * count), np.repeat(np.arange(count), 4 * n)
+            climb = _Climb(self, each, value, np.tile(signs, 2 * count))
+            state, begun = q[rows], solved.chosen(rows)
+            ends = climb.best(state, begun, np.take_along_axis(reached, best, axis=1).ravel())
+            # Where the climb of one value ends may be better for another one than where its own has.
+            at, is_good = self._at(each, state, begun), np.isfinite(ends)
+            farthest = np.fmax(farthest, self._farthest(each, at, is_good).reshape(count, 4 * n, 2 * n).max(axis=1))
+            others = np.where(is_good[:, None], signs * np.tile(self._values(at), 2), -np.inf)
+            others = others.reshape(count, 4 * n, 2 * n)
+            rows = (np.arange(count)[:, None] * 4 * n + others.argmax(axis=1)).ravel()
+            value, each = np.tile(np.arange(2 * n) % n, count), np.repeat(np.arange(count), 2 * n)
+            again = _Climb(self, each, value, np.tile(signs, count))
+            state, begun = state[rows], begun.chosen(rows)
+            last = again.best(state, begun, others.max(axis=1).ravel())
+            at = self._at(each, state, begun)
+            ended = self._farthest(each, at, np.isfinite(last)).reshape(count, 2 * n, 2 * n)
+            farthest = np.fmax(farthest, ended.max(axis=1))
+        low, high = np.split(np.where(np.isfinite(farthest), farthest, np.nan), 2, axis=1)
+        return -low, high
 
-    def _pushed(self, offsets: Floats) -> NDArray[np.bool_]:
-        """Which sources are elsewhere in some states, by all offsets, shape (configuration, state, parameter)."""
-        spread = np.fmax.reduce(offsets, axis=1) - np.fmin.reduce(offsets, axis=1)
-        moves, of = spread > STILL * self.m.length, self.m.parameter_source
-        return np.stack([moves[:, of == k].any(axis=1) for k in range(len(self.m.sources))], axis=1)
+    def _farthest(self, which: NDArray[np.intp], at: EquilibriumAt, is_good: NDArray[np.bool_]) -> Floats:
+        """How far down and up all values go in some states, with what nothing pushes there; none in those that fail."""
+        half = np.zeros(at.error.shape)
+        for row, width in self.widths:
+            half += np.where(at.held[:, [row]], width[which], 0.0)
+        sizes = [np.linalg.norm(np.abs(at.error[:, part]) + half[:, part], axis=1) for part in self._parts()]
+        torques = torque(self.m, at.multipliers)
+        low, high = at.error - half, at.error + half
+        found = np.column_stack([-low, *sizes, -torques, high, *sizes, torques])
+        return np.where(is_good[:, None], np.nan_to_num(found, nan=-np.inf), -np.inf)
 
     def _at(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> EquilibriumAt:
         """Equilibrium of some states that was found."""
@@ -176,7 +171,7 @@ class Search:
         offset, multiplier = at.by_motions(changes)
         error = self.m.core.sensitivity(at.of.drives, at.poses)["source"] @ offset
         sizes = []
-        for part in self.parts():
+        for part in self._parts():
             size = np.linalg.norm(at.error[:, part], axis=1)[:, None]
             along = np.einsum("nc,ncd->nd", at.error[:, part], error[:, part])
             sizes.append(along / np.where(size > 0.0, size, 1.0))
@@ -214,14 +209,14 @@ class Search:
                 found[:, own] = slope[:, own] / np.where(size > 0.0, size, 1.0)
         return found
 
-    def parts(self) -> tuple[list[int], list[int]]:
+    def _parts(self) -> tuple[list[int], list[int]]:
         """The components of the position and of the rotation."""
         names = list(self.m.components)
         moves = [k for k, name in enumerate(names) if name in LENGTHS]
         return moves, [k for k in range(len(names)) if k not in moves]
 
     def _values(self, at: EquilibriumAt) -> Floats:
-        sizes = [np.linalg.norm(at.error[:, part], axis=1) for part in self.parts()]
+        sizes = [np.linalg.norm(at.error[:, part], axis=1) for part in self._parts()]
         return np.column_stack([at.error, *sizes, torque(self.m, at.multipliers)])
 
 

@@ -7,7 +7,7 @@ the larger where the motor works, and where the load drives it, what arrives of 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -352,6 +352,16 @@ def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates
     return found
 
 
+def open_widths(m: Mechanism, of: SlidingTask) -> Iterator[tuple[int, int, Floats]]:
+    """How far each part of every clearance can move the output where nothing decides it: source, row, half-widths."""
+    maps = m.core.sensitivity(of.drives, of.nominal)["source"]
+    for contact in (contact for contact in of.contacts if contact.source >= 0):
+        by_unknown = maps[:, :, contact.parameters] @ np.linalg.inv(contact.transform)
+        for begin, end, low, high in contact.parts:
+            half = high if end - begin > 1 else (high - low) / 2.0
+            yield contact.source, contact.rows[begin], np.linalg.norm(by_unknown[:, :, begin:end], axis=2) * half
+
+
 def _put(
     found: Loaded, m: Mechanism, of: SlidingTask, solved: Equilibrium, last: EquilibriumAt, places: NDArray[np.intp]
 ) -> None:
@@ -366,16 +376,11 @@ def _put(
     found["error_first_order"][places] = contribution.sum(axis=1)
     found["iterations"][places] = solved.steps
     decided, left = found["decided"][places], np.zeros_like(contribution)
-    for contact in of.contacts:
-        if contact.source < 0:
-            continue
+    for contact in (contact for contact in of.contacts if contact.source >= 0):
         faces = contact.rows[: contact.parts[-1][1]]
         decided[:, contact.source] = ~solved.held[:, faces].any(axis=1)
-        by_unknown = maps[:, :, contact.parameters] @ np.linalg.inv(contact.transform)
-        for begin, end, low, high in contact.parts:
-            half = high if end - begin > 1 else (high - low) / 2.0
-            half = np.linalg.norm(by_unknown[:, :, begin:end], axis=2) * half
-            left[:, contact.source] += np.where(solved.held[:, contact.rows[begin], None], half, 0.0)
+    for source, row, width in open_widths(m, of):
+        left[:, source] += np.where(solved.held[:, [row]], width, 0.0)
     found["decided"][places], found["undetermined_contribution"][places] = decided, left
     found["undetermined"][places] = left.sum(axis=1)
     some = left.sum(axis=1).max(axis=1) > UNMOVED * m.length
