@@ -265,10 +265,12 @@ impl<'m> Encloser<'m> {
         };
         let components = || enclosed(Modes::components(&inverse));
         let soft = || enclosed(Modes::soft(self.chart.mechanism, &inverse)?);
-        if self.is_soft.get() {
-            return soft().or_else(components);
-        }
-        components().or_else(|| soft().inspect(|_| self.is_soft.set(true)))
+        let found = if self.is_soft.get() {
+            soft().or_else(components)
+        } else {
+            components().or_else(|| soft().inspect(|_| self.is_soft.set(true)))
+        };
+        found.or_else(|| enclosed(Modes::singular(self.chart.mechanism, &inverse)?))
     }
 
     /// The same in given coordinates.

@@ -60,22 +60,38 @@ impl Modes {
 
     /// The motions in which the closure of a mechanism is softest, and components for the others.
     pub fn soft(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
+        Self::along(m, inverse, |u, sizes| {
+            let mut basis = DMatrix::identity(sizes.len(), sizes.len());
+            for k in (0..sizes.len()).take_while(|&k| sizes[k] > LARGE * sizes[0]).take(MOST) {
+                // It stands for the component that is largest in what of it the others before it do not have.
+                let pivot = u.column(k).icamax();
+                basis.set_column(pivot, &u.column(k));
+                for later in k + 1..sizes.len() {
+                    let part = u[(pivot, later)] / u[(pivot, k)];
+                    let column = u.column(k) * part;
+                    u.set_column(later, &(u.column(later) - column));
+                }
+            }
+            let inverted = basis.clone().try_inverse()?;
+            Some((basis, inverted))
+        })
+    }
+
+    /// Along all singular directions of the closure.
+    pub fn singular(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
+        Self::along(m, inverse, |u, _| Some((u.clone(), u.transpose())))
+    }
+
+    /// Along the columns of a basis that is made of left singular vectors, beside its inverse; by singular values.
+    fn along(
+        m: &Mechanism,
+        inverse: &Inverse,
+        basis: impl FnOnce(&mut DMatrix<f64>, &[f64]) -> Option<(DMatrix<f64>, DMatrix<f64>)>,
+    ) -> Option<Self> {
         let (n, units) = (inverse.n, units(m));
         let scaled = |i: usize, row: usize| inverse.at(i, row) * m.unit(m.rows[row].component) / units[i];
         let svd = singular_values(DMatrix::from_fn(n, n, scaled), true, false)?;
-        let (mut u, sizes) = (svd.u?, svd.singular_values);
-        let mut basis = DMatrix::identity(n, n);
-        for k in (0..n).take_while(|&k| sizes[k] > LARGE * sizes[0]).take(MOST) {
-            // It stands for the component that is largest in what of it the others before it do not have.
-            let pivot = u.column(k).icamax();
-            basis.set_column(pivot, &u.column(k));
-            for later in k + 1..n {
-                let part = u[(pivot, later)] / u[(pivot, k)];
-                let column = u.column(k) * part;
-                u.set_column(later, &(u.column(later) - column));
-            }
-        }
-        let inverted = basis.clone().try_inverse()?;
+        let (basis, inverted) = basis(&mut svd.u?, svd.singular_values.as_slice())?;
         let motions = table(n, |i, j| units[i] * basis[(i, j)]);
         let back = table(n, |j, i| inverted[(j, i)] / units[i]);
         let corrections = inverse.transposed_rows(&back);
