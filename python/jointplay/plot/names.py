@@ -55,7 +55,8 @@ def corners(
     >>> corners(np.array([[50.0, 50.0], [50.0, 45.0]]), ["A", "B"], np.array([0.0, 0.0, 100.0, 100.0]))
     [(1, 1, 6.0), (1, -1, 6.0)]
     """
-    marks = np.column_stack([np.vstack([places, obstacles]) - MARK, np.vstack([places, obstacles]) + MARK])
+    spots = np.vstack([places, obstacles])
+    marks = np.column_stack([spots - MARK, spots + MARK])
     middle = places.mean(axis=0)
     taken = np.empty((len(texts), 4))
     chosen: list[Corner] = []

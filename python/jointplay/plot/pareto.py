@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError
-from jointplay.result import Result, blame
+from jointplay.result import Result, blame, is_of_variance
 
 from .figures import check_size, words_of
 from .style import Style, canvas, series, theme
@@ -67,7 +67,7 @@ def pareto(
         axes.axvline(100.0, color=theme().grey, linewidth=0.8, linestyle="--")
         axes.set_yticks(where, names)
         axes.invert_yaxis()
-        whole = "variance of the " if part.attrs["question"] == "random" else ""
+        whole = "variance of the " if is_of_variance(part) else ""
         axes.set_xlabel(f"share in the {whole}{words_of(quantity)} [%]")
         low = min([0.0, *values])
         axes.set_xlim(1.05 * low, max(105.0, 1.05 * float(sums.max(initial=0.0))))

@@ -79,9 +79,14 @@ def in_words(sources: Sequence[str], share: float) -> str:
     return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 
+def is_of_variance(result: Result) -> bool:
+    """Whether shares are those of a variance: what scatters may be a small part of the error."""
+    return "random" in (result.attrs.get("question"), result.attrs.get("asked"))
+
+
 def blamed_for(result: Result) -> str:
-    """What stands in front of the causes with the largest shares: what scatters may be a small part of the error."""
-    return "of the variance" if "random" in (result.attrs.get("question"), result.attrs.get("asked")) else "to blame"
+    """What stands in front of the causes with the largest shares."""
+    return "of the variance" if is_of_variance(result) else "to blame"
 
 
 def blame(result: Result) -> Blame:
@@ -99,7 +104,7 @@ def blame(result: Result) -> Blame:
         causes, values = parts_by_cause(result)
         components = result.labels("component")
         chosen = [values[:, :, [components.index(c) for c in kind]] for kind in split(components)]
-        if str(result.attrs.get("question", "")) == "random":
+        if is_of_variance(result):
             found = [shares(part.sum(axis=2)) for part in chosen]
         else:
             found = [shares(np.einsum("nsc,nc->ns", part, np.nansum(part, axis=1))) for part in chosen]

@@ -89,7 +89,8 @@ class Search:
         self.columns = [slice(a, b) for a, b in pairwise(ends)]
         self.dims = ends[-1]
         self.across = {k: self._across(k) for k in self.rubs if self.of.contacts[k].kind == "ball"}
-        self.widths = [(row, width) for _, row, width in open_widths(self.m, self.of)]
+        maps = self.m.core.sensitivity(self.of.drives, self.of.nominal)["source"]
+        self.widths = [(row, width) for _, row, width in open_widths(self.of, maps)]
 
     def _across(self, k: int) -> Floats:
         """Two directions across the force of a ball without friction, shape (configuration, 2, 3)."""
@@ -110,8 +111,7 @@ class Search:
         farthest = self._farthest(which, at, is_good).reshape(count, len(starts), 2 * n).max(axis=1)
         if self.dims:
             signs = np.repeat([-1.0, 1.0], n)
-            reached = np.where(is_good[:, None], signs * np.tile(self._values(at), 2), -np.inf)
-            reached = np.nan_to_num(reached, nan=-np.inf).reshape(count, len(starts), 2 * n)
+            reached = _of_good(signs * np.tile(self._values(at), 2), is_good).reshape(count, len(starts), 2 * n)
             kinds = np.split(np.arange(len(starts)), [len(corners)])
             best = np.stack([kind[reached[:, kind].argmax(axis=1)] for kind in kinds], axis=1)
             rows = (np.arange(count)[:, None, None] * len(starts) + best).ravel()
@@ -122,8 +122,7 @@ class Search:
             # Where the climb of one value ends may be better for another one than where its own has.
             at, is_good = self._at(each, state, begun), np.isfinite(ends)
             farthest = np.fmax(farthest, self._farthest(each, at, is_good).reshape(count, 4 * n, 2 * n).max(axis=1))
-            others = np.where(is_good[:, None], signs * np.tile(self._values(at), 2), -np.inf)
-            others = others.reshape(count, 4 * n, 2 * n)
+            others = _of_good(signs * np.tile(self._values(at), 2), is_good).reshape(count, 4 * n, 2 * n)
             rows = (np.arange(count)[:, None] * 4 * n + others.argmax(axis=1)).ravel()
             value, each = np.tile(np.arange(2 * n) % n, count), np.repeat(np.arange(count), 2 * n)
             again = _Climb(self, each, value, np.tile(signs, count))
@@ -144,7 +143,7 @@ class Search:
         torques = torque(self.m, at.multipliers)
         low, high = at.error - half, at.error + half
         found = np.column_stack([-low, *sizes, -torques, high, *sizes, torques])
-        return np.where(is_good[:, None], np.nan_to_num(found, nan=-np.inf), -np.inf)
+        return _of_good(found, is_good)
 
     def _at(self, which: NDArray[np.intp], q: Floats, solved: Equilibrium) -> EquilibriumAt:
         """Equilibrium of some states that was found."""
@@ -218,6 +217,11 @@ class Search:
     def _values(self, at: EquilibriumAt) -> Floats:
         sizes = [np.linalg.norm(at.error[:, part], axis=1) for part in self._parts()]
         return np.column_stack([at.error, *sizes, torque(self.m, at.multipliers)])
+
+
+def _of_good(values: Floats, is_good: NDArray[np.bool_]) -> Floats:
+    """Values of states, those of states that fail, and unknown ones, below all others."""
+    return np.where(is_good[:, None] & ~np.isnan(values), values, -np.inf)
 
 
 class _Climb:

@@ -352,9 +352,8 @@ def _spent(m: Mechanism, every: Sequence[JointContact], at: EquilibriumAt, rates
     return found
 
 
-def open_widths(m: Mechanism, of: SlidingTask) -> Iterator[tuple[int, int, Floats]]:
+def open_widths(of: SlidingTask, maps: Floats) -> Iterator[tuple[int, int, Floats]]:
     """How far each part of every clearance can move the output where nothing decides it: source, row, half-widths."""
-    maps = m.core.sensitivity(of.drives, of.nominal)["source"]
     for contact in (contact for contact in of.contacts if contact.source >= 0):
         by_unknown = maps[:, :, contact.parameters] @ np.linalg.inv(contact.transform)
         for begin, end, low, high in contact.parts:
@@ -379,7 +378,7 @@ def _put(
     for contact in (contact for contact in of.contacts if contact.source >= 0):
         faces = contact.rows[: contact.parts[-1][1]]
         decided[:, contact.source] = ~solved.held[:, faces].any(axis=1)
-    for source, row, width in open_widths(m, of):
+    for source, row, width in open_widths(of, maps):
         left[:, source] += np.where(solved.held[:, [row]], width, 0.0)
     found["decided"][places], found["undetermined_contribution"][places] = decided, left
     found["undetermined"][places] = left.sum(axis=1)

@@ -77,8 +77,6 @@ class Chapter:
         Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
     shared : dict
         Pictures that all chapters of a page have in common, by what they are of.
-    share : float
-        Its share of what a reader waits for.
     """
 
     m: Mechanism
@@ -88,7 +86,6 @@ class Chapter:
     reasons: dict[str, str] = field(default_factory=dict)
     cloud: Floats | None = None
     shared: dict[object, str] = field(default_factory=dict)
-    share: float = 1.0
 
     def parts(self, question: str) -> list[tuple[str, Result]]:
         """The answer to a question, load case by load case, each with what it is called."""
@@ -133,8 +130,8 @@ def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None 
         own = m.only(name or None, None)
         first = own.first
         place = at if first.of == m.first.of else carried(at, m.first, first)
-        chapters.append(Chapter(own, name, place, shared=shared, share=1.0 / max(len(m.outputs), 1)))
-    asked = [_questions(chapter, samples, seed) for chapter in chapters]
+        chapters.append(Chapter(own, name, place, shared=shared))
+    asked = [_questions(chapter, samples, seed, 1.0 / len(chapters)) for chapter in chapters]
     steps = sum(map(len, asked)) + 2
     done = 0
 
@@ -159,8 +156,8 @@ def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None 
     return answers
 
 
-def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callable[[], Result]]:
-    """What is asked about an output."""
+def _questions(chapter: Chapter, samples: int, seed: int, share: float) -> Mapping[str, Callable[[], Result]]:
+    """What is asked about an output, which has a share of what a reader waits for."""
     m, first = chapter.m, chapter.m.first
     wears = any(joint.wears is not None for joint in m.data.joints.values())
     return {
@@ -171,7 +168,7 @@ def _questions(chapter: Chapter, samples: int, seed: int) -> Mapping[str, Callab
         "region": lambda: region.compute(first, directions=directions(first), at=chapter.at),
         "sizes": lambda: _sizes(first, chapter.results.get("worst")),
         "singularities": lambda: singularities.compute(first),
-        "allow": lambda: _allowed(first, chapter.results.get("worst"), chapter.share),
+        "allow": lambda: _allowed(first, chapter.results.get("worst"), share),
         **({"life": lambda: life.compute(m)} if wears else {}),
         **({"forces": lambda: forces.compute(m)} if m.limits.forces else {}),
         **({"structural": lambda: structural.compute(m)} if m.has_target else {}),
