@@ -6,12 +6,14 @@ import base64
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from html import escape
 from typing import Any
 
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
+from matplotlib.textpath import TextToPath
 
 from jointplay.plot import style, ticks
 from jointplay.plot.style import USUAL_STYLE, LayoutEngine, StyledFigure, as_far_as_it_goes, escape_texts
@@ -22,6 +24,8 @@ from . import decimals
 
 #: rows of a file of numbers that is within the page
 MOST_NUMBERS = 20_000
+#: texts whose size and letters are kept from one figure to the next
+MOST_TEXTS = 4096
 
 
 @contextmanager
@@ -58,6 +62,7 @@ class _PageCanvas(FigureCanvasSVG):
         width, height = figure.get_size_inches()
         size = width * self.fixed_dpi, height * self.fixed_dpi
         vectors = RendererSVG(*size, self._content, image_dpi=dpi, metadata={"Date": None})  # type: ignore[no-untyped-call]
+        vectors._text2path = _Texts()
         self._renderer: Any = MixedModeRenderer(figure, width, height, dpi, vectors)  # type: ignore[no-untyped-call]
 
     def get_renderer(self) -> Any:
@@ -69,6 +74,27 @@ class _PageCanvas(FigureCanvasSVG):
         self.figure.draw(self._renderer)
         self._renderer.finalize()
         return self._content.getvalue()
+
+
+class _Texts(TextToPath):
+    """Texts as outlines, each measured and laid out once: most stand in several figures of a page."""
+
+    def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
+        """Size of a text, points; as `matplotlib.textpath.TextToPath.get_text_width_height_descent`."""
+        return _measured(s, prop.copy(), ismath)
+
+    def get_glyphs_with_font(
+        self, font: Any, s: str, glyph_map: Any = None, return_new_glyphs_only: bool = False, **look: Any
+    ) -> Any:
+        """Letters of a text, their outlines and lines; as `matplotlib.textpath.TextToPath.get_glyphs_with_font`."""
+        if not return_new_glyphs_only or any(look.values()):
+            return super().get_glyphs_with_font(font, s, glyph_map, return_new_glyphs_only, **look)
+        places, outlines, lines = _laid_out(font, s)
+        return places, {name: outline for name, outline in outlines.items() if name not in glyph_map}, lines
+
+
+_measured: Any = lru_cache(MOST_TEXTS)(TextToPath().get_text_width_height_descent)
+_laid_out: Any = lru_cache(MOST_TEXTS)(TextToPath().get_glyphs_with_font)
 
 
 def picture(figures: Figure | Sequence[Figure], words: str, numbers: Mapping[str, str] | None = None) -> str:

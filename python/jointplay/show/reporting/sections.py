@@ -225,12 +225,13 @@ def _shares(every: Sequence[tuple[str, Result]], at: int) -> ResultTable:
 
 def _sizes(chapter: Chapter) -> str:
     result = chapter.results["sizes"]
-    figures = [_drawn(plot.sweep, result)]
     if result.sizes["configuration"] > 1:
         steps = {f"× {factor:g}": result.isel("factor", k) for k, factor in enumerate(result.coords["factor"].values)}
-        figures.append(_drawn(plot.error, steps))
+        figure = _drawn(plot.error, steps)
+    else:
+        figure = _drawn(plot.sweep, result)
     said = "Largest position error with all clearances and tolerances of the file times a factor."
-    return picture(figures, said, {"sizes.csv": numbers(result, ("worst_position", "worst_rotation"))})
+    return picture(figure, said, {"sizes.csv": numbers(result, ("worst_position", "worst_rotation"))})
 
 
 def _scatter(chapter: Chapter) -> str:
