@@ -14,8 +14,8 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.result import SIZES, Result, parts
 
 from .assembly import assembly
-from .layout import lay_out
-from .panels import Sheet, kind_of
+from .layout import Panel, lay_out
+from .panels import Kind, Sheet, kind_of
 from .put import check_path, put
 from .style import AGAINST, USUAL_STYLE, Style, using
 from .words import headline
@@ -103,10 +103,8 @@ def sheet(m: Mechanism, results: Mapping[str, Result], choice: Drawn | None = No
         first = next(iter(results.values()))
         if "assemble" in results:
             return assembly(m, first, step=choice.panel)
-        kind = kind_of(["sweep"] if "sweep" in first.attrs else results)
-        own = Sheet(m, [*results], results, choice)
-        made = {name: entry.make(own, name) for entry in kind.entries for name in entry.of(own) or ()}
-        panels = {name: panel for name, panel in made.items() if panel is not None}
+        kind = _kind(results)
+        panels = _panels(m, results, choice)
         if choice.panel is not None:
             if choice.panel not in panels:
                 raise InputError(not_known(choice.panel, "a panel of this sheet", panels), key="panel")
@@ -115,6 +113,24 @@ def sheet(m: Mechanism, results: Mapping[str, Result], choice: Drawn | None = No
         if "mechanism" not in panels:
             headline(figure, str(first.attrs["title"]))
     return figure
+
+
+def separate(m: Mechanism, results: Mapping[str, Result]) -> list[Figure]:
+    """The panels of the sheet of one output and load case, each as a figure of its own, which is laid out sooner."""
+    with using(USUAL_STYLE):
+        return [lay_out([panel]) for panel in _panels(m, results, Drawn()).values()]
+
+
+def _kind(results: Mapping[str, Result]) -> Kind:
+    """The sort of sheet that the results are drawn on."""
+    return kind_of(["sweep"] if "sweep" in next(iter(results.values())).attrs else results)
+
+
+def _panels(m: Mechanism, results: Mapping[str, Result], choice: Drawn) -> dict[str, Panel]:
+    """The panels that the results have something for, by name."""
+    own = Sheet(m, [*results], results, choice)
+    made = {name: entry.make(own, name) for entry in _kind(results).entries for name in entry.of(own) or ()}
+    return {name: panel for name, panel in made.items() if panel is not None}
 
 
 def _first_of_several(

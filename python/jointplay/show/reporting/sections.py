@@ -18,7 +18,7 @@ from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
-from jointplay.plot.sheet import sheet
+from jointplay.plot.sheet import separate, sheet
 from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, blame, figure, in_words, today
@@ -262,7 +262,7 @@ def _reactions(chapter: Chapter) -> str:
 def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
-    shown = picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv"))
+    shown = picture(_panels(chapter, "allow"), words, _all(result, "allow.csv"))
     found = set(result.labels("source"))
     rest = [one.name for one in sizings(chapter.m.first)[1] if one.name not in found]
     said = f"Of the sources with the largest shares; not looked for: {listed(rest)}, for which see `jointplay allow`."
@@ -279,7 +279,7 @@ def _forces(chapter: Chapter) -> str:
 def _structural(chapter: Chapter) -> str:
     result = chapter.results["structural"]
     words = "How far the nominal mechanism, without play, is from its target; dashed, the tolerance of the target."
-    picture_ = picture(sheet(chapter.m.first, {"structural": result}), words, _all(result, "structural.csv"))
+    picture_ = picture(_panels(chapter, "structural"), words, _all(result, "structural.csv"))
     return _concluded(result) + picture_ + _table(result)
 
 
@@ -307,7 +307,7 @@ def _compensation(chapter: Chapter) -> str:
 def _singularities(chapter: Chapter) -> str:
     result = chapter.results["singularities"]
     words = "The configuration that is nearest to a singularity, and how near all are to singularities of each kind."
-    shown = picture(_sheet(chapter, "singularities"), words, _all(result, "singularities.csv"))
+    shown = picture(_panels(chapter, "singularities"), words, _all(result, "singularities.csv"))
     return _concluded(result) + shown + _table(result)
 
 
@@ -325,8 +325,8 @@ def _all(result: Result, name: str) -> dict[str, str]:
     return {name: numbers(result, result.data)}
 
 
-def _sheet(chapter: Chapter, question: str) -> Figure:
-    return sheet(chapter.m.first, {question: chapter.results[question]})
+def _panels(chapter: Chapter, question: str) -> list[Figure]:
+    return separate(chapter.m.first, {question: chapter.results[question]})
 
 
 def _not_asked(chapter: Chapter) -> str:
