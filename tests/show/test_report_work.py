@@ -50,10 +50,10 @@ def test_a_figure_of_a_report_is_drawn_once(tmp_path: Path, monkeypatch: pytest.
     path = tmp_path / "page.html"
     jp.report(jp.loads(jp.examples.text("four-bar")), path, samples=FEW)
     images = len(re.findall(r"<img ", path.read_text(encoding="utf-8")))
-    assert images == 14
+    assert images == 15
     assert counts["__init__"] == images
-    # Twice what has texts in it, and the axes of a sheet; all others once.
-    assert counts["get_tightbbox"] <= 30
+    # Twice what has texts in it; all others once.
+    assert counts["get_tightbbox"] <= 29
     # All axes draw theirs at once.
     assert not counts["_copy_tick_props"]
 
