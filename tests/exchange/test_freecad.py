@@ -32,11 +32,6 @@ ELEMENTS = {
 SHAPE = shape(cylinder(3.0, 0.0, 10.0), "plane", "sphere", "line", "circle", "point")
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def away(one: Pose, other: Pose) -> Floats:
     return one.at - other.at
 
