@@ -26,25 +26,16 @@ FREE = 1.9
 
 @dataclass(frozen=True)
 class Contender:
-    """One program to be measured.
-
-    Attributes
-    ----------
-    name : str
-    run : callable
-        Does `amount` units of work. What it gives is not used.
-    amount : int
-        Samples or configurations of one call.
-    agreement : str
-        How far its numbers are from those of the reference, in words.
-    ours : bool
-        Whether it is jointplay, which is measured with the registers of AVX2, too.
-    """
+    """One program to be measured."""
 
     name: str
+    #: does `amount` units of work. What it gives is not used.
     run: Callable[[], object]
+    #: samples or configurations of one call
     amount: int
+    #: how far its numbers are from those of the reference, in words
     agreement: str = ""
+    #: whether it is jointplay, which is measured with the registers of AVX2, too
     ours: bool = False
 
     def narrow(self) -> Contender:

@@ -46,21 +46,14 @@ PARALLEL = ("Gepetto/example-parallel-robots", "52e64b31c2ef122feffa571b78134d45
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot of a repository.
+    """A robot of a repository."""
 
-    Attributes
-    ----------
-    name, has : str
-        What it is called, and what of it is read.
-    source : tuple of str
-        Repository and commit.
-    path : str
-        Its file.
-    """
-
+    #: `name`, `has`: what it is called, and what of it is read
     name: str
     has: str
+    #: repository and commit
     source: tuple[str, str]
+    #: its file
     path: str
 
 

@@ -251,82 +251,36 @@ def test_changes_make_the_mechanism_that_was_found(tmp_path, capsys):
 
 
 #: a press with loads whose rod has a price by formula, and a slider with a drive error that has none
-PRESS = """
-format = 1
-units = { length = "mm", angle = "deg", force = "kN" }
-[joints.main]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-clearance = { fit = "H7/f7", diameter = 50 }
-[joints.crankpin]
-type = "revolute"
-on = { crank = [25, 0], rod = [0, 0] }
-clearance = { fit = "H7/f7", diameter = 40 }
-[joints.wrist]
-type = "revolute"
-on = { rod = [160, 0], ram = [0, 0] }
-clearance = { fit = "H7/g6", diameter = 30 }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = [0, -1] }, ram = { at = [0, 0], axis = [0, -1] } }
-clearance = { fit = "H7/f7", nominal = 80, length = 120 }
-[start]
-crank = { angle = -90 }
-rod = { angle = -90 }
-[drives.crank]
-joint = "main"
-values = [-150]
-error = 0.17
-[output]
-body = "ram"
-at = [0, -60]
-[[loads]]
-force = [0.4, 8]
-[dimensions.rod]
-body = "rod"
-between = ["crankpin", "wrist"]
-tolerance = 0.03
-[limits]
-y = 0.1
-probability = 0.9973
-[costs.main]
-choices = [{ fit = "H7/g6", cost = 40 }, { fit = "H7/f7", cost = 25 }, { fit = "H8/e8", cost = 14 }]
-[costs.crankpin]
-choices = [{ fit = "H7/g6", cost = 38 }, { fit = "H7/f7", cost = 22 }, { fit = "H8/e8", cost = 12 }]
-[costs.wrist]
-choices = [{ fit = "H7/g6", cost = 30 }, { fit = "H7/f7", cost = 18 }, { fit = "H8/e8", cost = 10 }]
-[costs.rod]
-model = "reciprocal"
-b = 0.3
-from = 0.005
-to = 0.1
-"""
-SLIDE = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.P]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, s = { at = [0, 0], axis = 0 } }
-[drives.d]
-joint = "P"
-values = [100]
-error = 0.085
-[dimensions.arm]
-body = "s"
-between = ["P", "output"]
-tolerance = 0.03
-[output]
-body = "s"
-at = [50, 0]
-[limits]
-x = 0.1
-probability = 0.9973
-[costs.arm]
-model = "reciprocal"
-b = 0.3
-from = 0.005
-to = 0.1
-"""
+PRESS = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "kN"})
+PRESS.revolute("main", ground=(0, 0), crank=(0, 0), clearance=jp.fit("H7/f7", diameter=50))
+PRESS.revolute("crankpin", crank=(25, 0), rod=(0, 0), clearance=jp.fit("H7/f7", diameter=40))
+PRESS.revolute("wrist", rod=(160, 0), ram=(0, 0), clearance=jp.fit("H7/g6", diameter=30))
+PRESS.prismatic(
+    "guide",
+    ground={"at": (0, 0), "axis": (0, -1)},
+    ram={"at": (0, 0), "axis": (0, -1)},
+    clearance=jp.fit("H7/f7", nominal=80, length=120),
+)
+PRESS.start("crank", angle=-90)
+PRESS.start("rod", angle=-90)
+PRESS.drive("crank", joint="main", values=[-150], error=0.17)
+PRESS.output(body="ram", at=(0, -60))
+PRESS.load(force=(0.4, 8))
+PRESS.dimension("rod", body="rod", between=["crankpin", "wrist"], tolerance=0.03)
+PRESS.limits(y=0.1, probability=0.9973)
+PRESS.cost("main", choices=[{"fit": "H7/g6", "cost": 40}, {"fit": "H7/f7", "cost": 25}, {"fit": "H8/e8", "cost": 14}])
+PRESS.cost(
+    "crankpin", choices=[{"fit": "H7/g6", "cost": 38}, {"fit": "H7/f7", "cost": 22}, {"fit": "H8/e8", "cost": 12}]
+)
+PRESS.cost("wrist", choices=[{"fit": "H7/g6", "cost": 30}, {"fit": "H7/f7", "cost": 18}, {"fit": "H8/e8", "cost": 10}])
+PRESS.cost("rod", model="reciprocal", b=0.3, from_=0.005, to=0.1)
+SLIDE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDE.prismatic("P", ground={"at": (0, 0), "axis": 0}, s={"at": (0, 0), "axis": 0})
+SLIDE.drive("d", joint="P", values=[100], error=0.085)
+SLIDE.dimension("arm", body="s", between=["P", "output"], tolerance=0.03)
+SLIDE.output(body="s", at=(50, 0))
+SLIDE.limits(x=0.1, probability=0.9973)
+SLIDE.cost("arm", model="reciprocal", b=0.3, from_=0.005, to=0.1)
 
 
 def test_a_drive_that_fills_most_of_the_limit_leaves_what_is_there_to_the_arm():
@@ -335,7 +289,7 @@ def test_a_drive_that_fills_most_of_the_limit_leaves_what_is_there_to_the_arm():
     Outside are the corners of the drive's rectangle and the normal law of the arm, cut at three deviations:
     2 P(u + v > 0.1), u uniform up to 0.085.
     """
-    result = jp.allocate(jp.loads(SLIDE), "random")
+    result = jp.allocate(SLIDE.mechanism(), "random")
     assert result.status == "ok"
     v = np.linspace(-1.0, 1.0, 200_001)
     weight = np.exp(-0.5 * (3.0 * v) ** 2)
@@ -353,7 +307,7 @@ def test_a_drive_that_fills_most_of_the_limit_leaves_what_is_there_to_the_arm():
 
 def test_a_press_gets_the_fits_that_brute_force_finds():
     """All 27 combinations of fits with seven tolerances cost 116 at least; it was told to pay 168."""
-    m = jp.loads(PRESS)
+    m = PRESS.mechanism()
     result = jp.allocate(m, "random", contact="scattered", samples=16_384)
     assert result.status == "ok"
     assert result.choice.values.tolist() == ["H7/g6", "H7/g6", "H7/f7", ""]
@@ -364,7 +318,7 @@ def test_a_press_gets_the_fits_that_brute_force_finds():
 
 def test_an_answer_is_never_dearer_than_a_file_that_holds(tmp_path, capsys):
     """The limits held for 228, where the file that held them cost 100.33."""
-    m = jp.loads(PRESS).with_({"limits.y": 0.14, "dimensions.rod.tolerance": 0.031234})
+    m = PRESS.mechanism().with_({"limits.y": 0.14, "dimensions.rod.tolerance": 0.031234})
     result = jp.allocate(m, "random", contact="scattered", samples=8192)
     assert result.attrs["before"] == "holds"
     assert float(result.total_cost) <= float(result.total_cost_before)
@@ -376,7 +330,7 @@ def test_an_answer_is_never_dearer_than_a_file_that_holds(tmp_path, capsys):
 
 def test_a_plan_holds_whether_offsets_scatter_or_the_load_decides(tmp_path, capsys):
     """A press pressed to one side misses what its scatter keeps: the sentence says by which it is judged."""
-    m = jp.loads(PRESS).with_({"limits.y": 0.2, "costs.rod": None})
+    m = PRESS.mechanism().with_({"limits.y": 0.2, "costs.rod": None})
     both, scattered = (jp.allocate(m, "random", contact=c, samples=2048) for c in (None, "scattered"))
     assert both.attrs["contact"] == "scattered, loaded"
     assert float(both.total_cost) >= float(scattered.total_cost)
@@ -384,7 +338,7 @@ def test_a_plan_holds_whether_offsets_scatter_or_the_load_decides(tmp_path, caps
         held = jp.random(with_sizes(m, both), samples=2048, contact=contact)
         assert float(held.outside_high.max()) <= 0.0027
     path = tmp_path / "press.toml"
-    path.write_text(PRESS)
+    path.write_text(PRESS.text())
     command = ["allocate", str(path), "-q", "random", "--samples", "2048", "-s", "limits.y=0.1"]
     assert run(command) == 1
     out = " ".join(capsys.readouterr().out.split())
@@ -401,7 +355,7 @@ def test_a_plan_holds_whether_offsets_scatter_or_the_load_decides(tmp_path, caps
 def test_sizes_can_be_ordered():
     """Plus 0.006666666666666666 stood in the file; what is written has three digits, and holds as it is written."""
     rod = {"tolerance": {"plus": 0.02, "minus": 0.03}, "body": "rod", "between": ["crankpin", "wrist"]}
-    m = jp.loads(PRESS).with_({"dimensions.rod": rod, "limits.y": 0.3})
+    m = PRESS.mechanism().with_({"dimensions.rod": rod, "limits.y": 0.3})
     worst = jp.allocate(m)
     scattered = jp.allocate(m.with_({"limits.y": 0.12}), "random", contact="scattered", samples=8192)
     for result in (worst, scattered):

@@ -28,70 +28,29 @@ from jointplay.result.verdict import is_good
 
 TOLERANCE = 1e-4
 #: a mechanism whose worst case is a sum: the play of J2 shifts the output, that of J1 as well
-CHAIN = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J1]
-type = "revolute"
-on = { ground = [0, 0], upper = [0, 0] }
-clearance = { radial = 0.03 }
-[joints.J2]
-type = "revolute"
-on = { upper = [100, 0], lower = [0, 0] }
-clearance = { radial = 0.02 }
-[drives.a]
-joint = "J1"
-values = [0, 30, 60]
-[drives.b]
-joint = "J2"
-values = [20]
-[dimensions.reach]
-body = "lower"
-between = ["J2", "output"]
-tolerance = 0.01
-[output]
-body = "lower"
-at = [80, 0]
-[limits]
-position = 0.1
-"""
+CHAIN = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CHAIN.revolute("J1", ground=(0, 0), upper=(0, 0), clearance=jp.radial(0.03))
+CHAIN.revolute("J2", upper=(100, 0), lower=(0, 0), clearance=jp.radial(0.02))
+CHAIN.drive("a", joint="J1", values=(0, 30, 60))
+CHAIN.drive("b", joint="J2", values=[20])
+CHAIN.dimension("reach", body="lower", between=["J2", "output"], tolerance=0.01)
+CHAIN.output(body="lower", at=(80, 0))
+CHAIN.limits(position=0.1)
 
 #: a pin that the load presses down in its hole
-LOADED_PIN = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], c = [0, 0] }
-clearance = { fit = "H7/f7", diameter = 20 }
-[drives.d]
-joint = "A"
-values = [0]
-[output]
-body = "c"
-at = [50, 0]
-[[loads]]
-force = [0, -10]
-[limits]
-y = 0.025
-"""
+LOADED_PIN = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+LOADED_PIN.revolute("A", ground=(0, 0), c=(0, 0), clearance=jp.fit("H7/f7", diameter=20))
+LOADED_PIN.drive("d", joint="A", values=[0])
+LOADED_PIN.output(body="c", at=(50, 0))
+LOADED_PIN.load(force=(0, -10))
+LOADED_PIN.limits(y=0.025)
 
-SLIDER = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, slider = { at = [0, 0], axis = 0 } }
-clearance = { gap = 0.02, length = 40 }
-[drives.x]
-joint = "guide"
-values = [10]
-[output]
-body = "slider"
-at = [0, 0]
-"""
+SLIDER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDER.prismatic(
+    "guide", ground={"at": (0, 0), "axis": 0}, slider={"at": (0, 0), "axis": 0}, clearance=jp.gap(0.02, length=40)
+)
+SLIDER.drive("x", joint="guide", values=[10])
+SLIDER.output(body="slider", at=(0, 0))
 
 
 def one(m: jp.Mechanism, name: str) -> Sizing:
@@ -150,7 +109,7 @@ def check(m: jp.Mechanism, result: Any, question: str, tolerance: float = TOLERA
 
 def test_serial_chain_may_have_what_the_others_leave_of_the_limit() -> None:
     """The worst case of the chain is the sum of its sizes, the same in every configuration."""
-    m = jp.loads(CHAIN)
+    m = CHAIN.mechanism()
     result = jp.allow(m)
     sizes = {"J1": 0.03, "J2": 0.02, "reach": 0.01}
     for name, size in sizes.items():
@@ -165,7 +124,7 @@ def test_serial_chain_may_have_what_the_others_leave_of_the_limit() -> None:
 
 def test_slider_turns_as_far_as_its_guide_lets_it() -> None:
     """Rotation and shift share the gap: |y| + (length / 2) |angle| <= gap."""
-    m = jp.loads(SLIDER).with_({"limits.rotation": 0.1})
+    m = SLIDER.mechanism().with_({"limits.rotation": 0.1})
     result = jp.allow(m)
     assert float(result.allowed.sel(source="guide")) == pytest.approx(20 * math.radians(0.1), rel=2 * TOLERANCE)
     result = jp.allow(m.with_({"limits": {"y": [-0.03, 0.05]}}))
@@ -362,7 +321,7 @@ def test_specimens_keep_to_the_limits_at_allowed_sizes() -> None:
 
 
 def test_a_share_of_nearly_all_specimens_allows_less_than_a_share_of_half() -> None:
-    m = jp.loads(CHAIN).with_({"limits.position": 0.04})
+    m = CHAIN.mechanism().with_({"limits.position": 0.04})
     half, most = (jp.allow(m, "random", probability=p, samples=4000).allowed_factor.item() for p in (0.5, 0.99))
     worst = jp.allow(m).allowed_factor.item()
     assert worst < most < half
@@ -445,7 +404,7 @@ def test_where_nothing_is_strained_members_that_give_way_cost_no_more_looks(monk
 
 def test_loaded_limits_hold_with_every_size_of_a_fit() -> None:
     """An allowed fit was one whose largest play `error` said to miss the limit: only the middle size was asked."""
-    m = jp.loads(LOADED_PIN)
+    m = LOADED_PIN.mechanism()
     result = jp.allow(m, "loaded")
     # The load moves the pin by all of its play: 0.041 + 0.021 mm in diameter.
     assert float(result.used) == pytest.approx(0.031 / 0.025, rel=1e-6)
@@ -467,7 +426,7 @@ def test_loaded_limits_hold_with_every_size_of_a_fit() -> None:
 
 def test_why_no_fit_is_named() -> None:
     """One who had given H7/p6 and a diameter was told that the diameter is needed."""
-    pin = jp.loads(LOADED_PIN).with_({"limits": {"position": 0.01}})
+    pin = LOADED_PIN.mechanism().with_({"limits": {"position": 0.01}})
     for clearance, status, words in (
         ({"fit": "H7/p6", "diameter": 20}, "no_fit_holds", "with the tightest of the preferred clearance fits"),
         ({"radial": 0.02}, "no_diameter", "it needs the diameter"),
@@ -491,7 +450,7 @@ def test_source_that_matters_to_nothing_has_no_effect() -> None:
 
 
 def test_no_size_is_small_enough_where_the_others_miss_the_limit() -> None:
-    m = jp.loads(CHAIN).with_({"limits.position": 0.02})
+    m = CHAIN.mechanism().with_({"limits.position": 0.02})
     result = jp.allow(m)
     assert (result.status == "not_enough").all()
     assert float(result.allowed_factor) == pytest.approx(1.0 / 3.0, rel=2 * TOLERANCE)
@@ -513,7 +472,7 @@ def test_no_size_is_small_enough_where_the_others_miss_the_limit() -> None:
     ],
 )
 def test_bad_input_is_refused_by_name(changes: dict[str, object], options: dict[str, Any], words: str) -> None:
-    m = jp.loads(CHAIN, "chain.toml").with_(changes)
+    m = jp.loads(CHAIN.text(), "chain.toml").with_(changes)
     with pytest.raises(jp.InputError) as caught:
         jp.allow(m, **options)
     assert words in str(caught.value)
@@ -530,7 +489,7 @@ def test_interrupted_search_keeps_the_sources_that_are_done() -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted) as caught:
-        compute(jp.loads(CHAIN), progress=progress)
+        compute(CHAIN.mechanism(), progress=progress)
     assert caught.value.partial.labels("source") == ["J1", "J2"]
     assert caught.value.partial.attrs["incomplete"] == "interrupted after 2 of 3 sources"
 
@@ -541,7 +500,7 @@ def test_command_writes_and_draws(tmp_path: Path) -> None:
     from jointplay.cli.commands import program
 
     path = tmp_path / "chain.toml"
-    path.write_text(CHAIN, encoding="utf-8")
+    path.write_text(CHAIN.text(), encoding="utf-8")
     done = CliRunner().invoke(program(), ["allow", str(path), "--plot", str(tmp_path / "a.svg")], standalone_mode=False)
     assert done.return_value == 0
     assert "The limits hold: the position error uses 60 % of its limit" in done.output

@@ -16,29 +16,13 @@ from jointplay.cli import run
 from jointplay.result.conclusions import conclude
 from jointplay.result.table.allow import overview
 
-ARM = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J1]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.05 }
-[drives.a]
-joint = "J1"
-values = [0]
-[dimensions.reach]
-body = "arm"
-between = ["J1", "output"]
-tolerance = 0.001
-[output]
-body = "arm"
-at = [100, 0]
-[[loads]]
-force = [0, -10]
-[limits]
-y = 0.045
-probability = 0.9
-"""
+ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM.revolute("J1", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.05))
+ARM.drive("a", joint="J1", values=[0])
+ARM.dimension("reach", body="arm", between=["J1", "output"], tolerance=0.001)
+ARM.output(body="arm", at=(100, 0))
+ARM.load(force=(0, -10))
+ARM.limits(y=0.045, probability=0.9)
 
 
 def meshing(backlash: float) -> jp.Mechanism:
@@ -97,7 +81,7 @@ def test_a_size_that_holds_is_never_more_than_what_is_allowed(seed):
 
 def test_a_pin_is_as_large_as_both_assumptions_leave_it():
     """Play of 0.05 scatters within 0.045 for most arms; the load takes every one of them to 0.05."""
-    m = jp.loads(ARM)
+    m = ARM.mechanism()
     found = {c: jp.allow(m, "random", samples=2000, contact=c).sel(source="J1") for c in ("scattered", "loaded")}
     both = jp.allow(m, "random", samples=2000).sel(source="J1")
     assert float(found["scattered"].used) < 1.0 < float(both.used)

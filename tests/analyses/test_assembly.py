@@ -392,37 +392,17 @@ def test_what_cannot_be_closed_is_a_status() -> None:
 
 # --- ends where the next member will come -----------------------------------------------------------------------------
 
-BRACKET = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "fixed"
-bodies = ["ground", "panel"]
-at = [0, 0]
-angle = { deviation = 0.05 }
-[joints.B]
-type = "revolute"
-bodies = ["panel", "outer"]
-at = [200, 0]
-clearance = { radial = 0.02 }
-[drives.hinge]
-joint = "B"
-values = [0]
-[dimensions.length]
-body = "panel"
-between = ["A", "B"]
-tolerance = 0.1
-deviation = 0.03
-[output]
-body = "outer"
-at = [300, 0]
-[assembly]
-steps = [["panel"], ["outer"]]
-"""
+BRACKET = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+BRACKET.fixed("A", bodies=["ground", "panel"], at=(0, 0), angle={"deviation": 0.05})
+BRACKET.revolute("B", bodies=["panel", "outer"], at=(200, 0), clearance=jp.radial(0.02))
+BRACKET.drive("hinge", joint="B", values=[0])
+BRACKET.dimension("length", body="panel", between=["A", "B"], tolerance=0.1, deviation=0.03)
+BRACKET.output(body="outer", at=(300, 0))
+BRACKET.assembly(steps=[["panel"], ["outer"]])
 
 
 def test_the_free_end_of_a_link_is_told_before_the_next_one_is_there() -> None:
-    m = jp.loads(BRACKET)
+    m = BRACKET.mechanism()
     angle = np.radians(0.05)
     end = 200.03 * np.array([np.cos(angle), np.sin(angle)]) - [200.0, 0.0]
     unit = jp.assemble(m)

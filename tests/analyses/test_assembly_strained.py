@@ -247,28 +247,13 @@ def test_perfect_parts_without_play_go_together_without_anything(question: str) 
 def test_what_a_load_bends_is_there_in_all_questions() -> None:
     # A cantilever of two beams, 300 mm and 200 mm, under 5 N across its end: F l^3 / (3 E I), whatever is off.
     section = {"E": 210000.0, "area": 60.0, "inertia": 500.0}
-    m = jp.loads(
-        """
-        format = 1
-        units = { length = "mm", angle = "deg", force = "N" }
-        [joints.wall]
-        type = "fixed"
-        bodies = ["ground", "inner"]
-        at = [0, 0]
-        angle = { tolerance = 0.01 }
-        [joints.seam]
-        type = "fixed"
-        bodies = ["inner", "outer"]
-        at = [300, 0]
-        [output]
-        body = "outer"
-        at = [500, 0]
-        [[loads]]
-        force = [0, -5]
-        [assembly]
-        steps = [["inner"], ["outer"]]
-        """
-    ).with_({"bodies": {"inner": section, "outer": section}})
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.fixed("wall", bodies=["ground", "inner"], at=(0, 0), angle={"tolerance": 0.01})
+    b.fixed("seam", bodies=["inner", "outer"], at=(300, 0))
+    b.output(body="outer", at=(500, 0))
+    b.load(force=(0, -5))
+    b.assembly(steps=[["inner"], ["outer"]])
+    m = b.mechanism().with_({"bodies": {"inner": section, "outer": section}})
     down = 5.0 * 500.0**3 / (3.0 * 210000.0 * 500.0)
     at_seam = 5.0 * 300.0**2 * (3.0 * 500.0 - 300.0) / (6.0 * 210000.0 * 500.0)
     unit, worst = jp.assemble(m), jp.assemble(m, "worst")

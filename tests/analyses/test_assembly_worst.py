@@ -11,35 +11,18 @@ import jointplay as jp
 from helpers.answers import example
 from helpers.assemblies import assembly
 
-GROUND_BAR = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-bodies = ["ground", "bar"]
-at = [0, 0]
-clearance = { radial = 0.5 }
-[joints.B]
-type = "revolute"
-bodies = ["ground", "bar"]
-at = [100, 0]
-clearance = { radial = 0.5 }
-[dimensions.AB]
-body = "ground"
-between = ["A", "B"]
-tolerance = 0.2
-[output]
-body = "bar"
-at = "B"
-[assembly]
-steps = [["bar"]]
-"""
+GROUND_BAR = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+GROUND_BAR.revolute("A", bodies=["ground", "bar"], at=(0, 0), clearance=jp.radial(0.5))
+GROUND_BAR.revolute("B", bodies=["ground", "bar"], at=(100, 0), clearance=jp.radial(0.5))
+GROUND_BAR.dimension("AB", body="ground", between=["A", "B"], tolerance=0.2)
+GROUND_BAR.output(body="bar", at="B")
+GROUND_BAR.assembly(steps=[["bar"]])
 
 
 def test_a_pin_of_the_base_is_off_by_the_tolerance_of_its_place() -> None:
     """A bar on two pins of the ground: the step is redundant and no unit is strained, and the pin in B was said to be
     where it should be."""
-    m = jp.loads(GROUND_BAR)
+    m = GROUND_BAR.mechanism()
     step = jp.assemble(m, "worst").isel(step=0)
     assert (step.kind, step.status) == ("redundant", "ok")
     np.testing.assert_allclose(step.worst_shaft, [0.0, 0.2], atol=1e-9)
@@ -60,7 +43,7 @@ def largest_of_the_far_end() -> float:
 def test_what_a_load_stretches_of_a_bar_that_fits_is_in_the_worst() -> None:
     """The bar is pushed to the right: in A the play stops it after 0.5 mm, its end in B goes on until the pin there,
     0.2 mm too far to the right, stops it, too. Nothing is strained without the load: the stretching was left out."""
-    m = jp.loads(GROUND_BAR).with_({"bodies.bar.stiffness": 100.0, "loads": [{"force": [30.0, 0.0]}]})
+    m = GROUND_BAR.mechanism().with_({"bodies.bar.stiffness": 100.0, "loads": [{"force": [30.0, 0.0]}]})
     unit = jp.assemble(m.with_({"dimensions.AB.deviation": 0.2, "dimensions.AB.tolerance": None})).isel(step=0)
     assert float(unit.error_bearing.sel(joint="B", component="x")) == pytest.approx(0.7, abs=1e-6)
     step = jp.assemble(m, "worst").isel(step=0)

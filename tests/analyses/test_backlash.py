@@ -38,35 +38,14 @@ force = {force}
 """
 
 #: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
-LEG = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-gravity = [0, -9.81]
-[joints.hip]
-type = "revolute"
-on = { ground = [0, 0], thigh = [0, 0] }
-[joints.knee]
-type = "revolute"
-on = { thigh = [213, 0], calf = [0, 0] }
-[bodies.thigh]
-mass = 0.5
-centre = [100, 0]
-[bodies.calf]
-mass = 0.2
-centre = [100, 0]
-[drives.q1]
-joint = "hip"
-values = [-45]
-backlash = 1
-[drives.q2]
-joint = "knee"
-values = [-90]
-backlash = 2
-[output]
-body = "calf"
-at = [213, 0]
-"""
+LEG = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
+LEG.revolute("hip", ground=(0, 0), thigh=(0, 0))
+LEG.revolute("knee", thigh=(213, 0), calf=(0, 0))
+LEG.body("thigh", mass=0.5, centre=(100, 0))
+LEG.body("calf", mass=0.2, centre=(100, 0))
+LEG.drive("q1", joint="hip", values=[-45], backlash=1)
+LEG.drive("q2", joint="knee", values=[-90], backlash=2)
+LEG.output(body="calf", at=(213, 0))
 HIP, KNEE = math.radians(-45.0), math.radians(-90.0)
 G = 9.81
 
@@ -139,14 +118,14 @@ class TestLoaded:
     def test_a_leg_has_the_flanks_that_its_weights_press(self) -> None:
         hip, knee = moments(HIP, KNEE)
         assert hip < 0.0 < knee
-        result = jp.loaded(jp.loads(LEG))
+        result = jp.loaded(LEG.mechanism())
         np.testing.assert_allclose(result.error[0], error_at(np.radians([-0.5, 1.0])), atol=1e-10)
         assert result.error[0, 1] == pytest.approx(-2.617202554, abs=1e-9)
 
     @pytest.mark.parametrize("lost", [0.0, 1.0])
     def test_a_leg_winds_up(self, lost: float) -> None:
         """Wind-up in series with the lost motion: moments at the settled pose, found by fixed-point steps."""
-        m = jp.loads(LEG).with_(
+        m = LEG.mechanism().with_(
             {
                 "drives.q1.backlash": lost,
                 "drives.q2.backlash": 2 * lost,
@@ -185,7 +164,7 @@ class TestLoaded:
         assert beyond.error[0, 2].item() == pytest.approx(-0.2, rel=1e-12)
 
     def test_contributions_add_up(self) -> None:
-        result = jp.loaded(jp.loads(LEG))
+        result = jp.loaded(LEG.mechanism())
         np.testing.assert_allclose(result.contribution[0].sum("source"), result.error_first_order[0], atol=1e-12)
         assert result.source.values.tolist() == ["q1.backlash", "q2.backlash"]
         assert result.source_kind.values.tolist() == ["backlash"] * 2
@@ -194,19 +173,19 @@ class TestLoaded:
 class TestDriveTorque:
     def test_the_motor_holds_what_the_weights_do(self) -> None:
         """At the flanks that they press: the weights' moments there, the other way round."""
-        result = jp.loaded(jp.loads(LEG))
+        result = jp.loaded(LEG.mechanism())
         expected = -moments(HIP + math.radians(-0.5), KNEE + math.radians(1.0))
         np.testing.assert_allclose(result.drive_torque[0], expected, rtol=1e-9)
         np.testing.assert_allclose(result.drive_torque[0], [499.191783, -137.518398], atol=1e-6)
         assert result.drive_torque.attrs["units"] == "N mm"
         assert result.drive_flank.values.tolist() == [[-1, 1]]
-        wound = jp.loads(LEG).with_({"drives.q1.stiffness": 2000.0, "drives.q2.stiffness": 400.0})
+        wound = LEG.mechanism().with_({"drives.q1.stiffness": 2000.0, "drives.q2.stiffness": 400.0})
         np.testing.assert_allclose(jp.loaded(wound).drive_torque[0], [496.609893, -137.286397], atol=1e-5)
 
     @pytest.mark.parametrize("exact", [True, False])
     def test_many_configurations_have_what_each_has_alone(self, exact: bool) -> None:
         turns = np.linspace(-80, 80, 70).tolist()
-        m = jp.loads(LEG).with_({"drives.q1.values": turns})
+        m = LEG.mechanism().with_({"drives.q1.values": turns})
         together = jp.loaded(m, exact=exact)
         for k in (0, 33, 69):
             alone = jp.loaded(m.with_({"drives.q1.values": [turns[k]]}), exact=exact)
@@ -220,7 +199,7 @@ class TestDriveTorque:
 
     def test_a_motor_of_several_joints_bears_the_sum(self) -> None:
         """Weighted by its coefficients; a gearbox of the elbow at the other end is seen from the motor's side."""
-        result = jp.loaded(jp.loads(COUPLED).with_({"drives.motor.stiffness": None}))
+        result = jp.loaded(COUPLED.mechanism().with_({"drives.motor.stiffness": None}))
         place = result.nominal[0, :2].values + result.error[0, :2].values
         elbow = 200 * np.exp(1j * math.radians(40 - 0.3))
         shoulder_moment, elbow_moment = -30 * place[0], -30 * (place[0] - elbow.real)
@@ -400,7 +379,7 @@ class TestOtherQuestions:
             jp.given(m, deviations={"q.backlash": 0.1})
 
     def test_worst_adds_the_error_of_the_command(self) -> None:
-        m = jp.loads(LEG).with_({"drives.q1.error": 0.1, "drives.q2.error": 0.2})
+        m = LEG.mechanism().with_({"drives.q1.error": 0.1, "drives.q2.error": 0.2})
         worst = jp.worst(m, certify=True)
         # The distance is convex along each coordinate, nearly: all of a grid of both intervals, its corners among them.
         sides = np.radians(np.linspace(-1, 1, 41))
@@ -425,7 +404,7 @@ class TestOtherQuestions:
         assert angle == pytest.approx((-0.5, 0.1 / math.sqrt(3)), rel=0.02)
 
     def test_a_correction_takes_it_back(self) -> None:
-        result = jp.compensate(jp.loads(LEG), question="loaded")
+        result = jp.compensate(LEG.mechanism(), question="loaded")
         np.testing.assert_allclose(result.correction[0], [0.5, -1.0], atol=1e-9)
 
     def test_allowed_size(self) -> None:
@@ -440,7 +419,9 @@ class TestOtherQuestions:
     ) -> None:
         """An arm whose gearbox winds up was said to be strained, whatever the size of its clearances."""
         path = tmp_path / "arm.toml"
-        path.write_text(LEG.replace("backlash = 2", "backlash = 2\nstiffness = 400") + "[limits]\nposition = 12\n")
+        path.write_text(
+            LEG.text().replace("backlash = 2", "backlash = 2\nstiffness = 400") + "[limits]\nposition = 12\n"
+        )
         assert run(["allow", str(path)]) == 0
         assert "strain" not in capsys.readouterr().out
 
@@ -503,32 +484,23 @@ def test_two_pairs_of_wheels_lose_the_sum() -> None:
 
 
 #: a motor moves a shoulder and, by half as much the other way, an elbow
-COUPLED = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.shoulder]
-type = "revolute"
-on = { ground = [0, 0], upper = [0, 0] }
-[joints.elbow]
-type = "revolute"
-on = { upper = [200, 0], lower = [0, 0] }
-[drives.motor]
-joints = { shoulder = 1, elbow = -0.5 }
-values = [40]
-error = 0.2
-backlash = { shoulder = 0.6, elbow = { plus = 1, minus = 0.4 } }
-stiffness = { elbow = 1e5 }
-[output]
-body = "lower"
-at = [150, 0]
-[[loads]]
-force = [0, -30]
-"""
+COUPLED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+COUPLED.revolute("shoulder", ground=(0, 0), upper=(0, 0))
+COUPLED.revolute("elbow", upper=(200, 0), lower=(0, 0))
+COUPLED.drive(
+    "motor",
+    joints={"shoulder": 1, "elbow": -0.5},
+    values=[40],
+    error=0.2,
+    backlash={"shoulder": 0.6, "elbow": {"plus": 1, "minus": 0.4}},
+    stiffness={"elbow": 100000.0},
+)
+COUPLED.output(body="lower", at=(150, 0))
+COUPLED.load(force=(0, -30))
 
 
 def test_every_joint_of_a_motor_has_its_own_gearbox() -> None:
-    m = jp.loads(COUPLED)
+    m = COUPLED.mechanism()
     assert m.sources == ("motor", "motor.backlash.shoulder", "motor.backlash.elbow")
     result = jp.loaded(m)
 
@@ -653,7 +625,7 @@ def test_an_over_constrained_mechanism_goes_where_the_load_does_most_work(seed: 
 
 
 def test_many_configurations_are_what_each_is_alone() -> None:
-    m = jp.loads(LEG).with_(
+    m = LEG.mechanism().with_(
         {"drives.q1.values": np.linspace(-80, 80, 21).tolist(), "drives.q2.values": np.linspace(-120, 100, 21).tolist()}
     )
     together = jp.loaded(m)
@@ -690,9 +662,9 @@ class TestMessages:
 
     def test_of_a_motor_of_several_joints(self) -> None:
         with pytest.raises(jp.InputError, match="a table by joint"):
-            jp.loads(COUPLED).with_({"drives.motor.backlash": 1.0})
+            COUPLED.mechanism().with_({"drives.motor.backlash": 1.0})
         with pytest.raises(jp.InputError, match="not a joint that this drive moves"):
-            jp.loads(COUPLED).with_({"drives.motor.stiffness": {"wrist": 1.0}})
+            COUPLED.mechanism().with_({"drives.motor.stiffness": {"wrist": 1.0}})
 
     def test_of_a_joint(self) -> None:
         with pytest.raises(jp.InputError, match=r"\[drives\.NAME\]"):
@@ -704,33 +676,18 @@ class TestMessages:
 
 
 #: an arm that gravity turns neither way about its upright axis, in which a pin has play
-UPRIGHT = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-gravity = [0, 0, -9.81]
-[joints.J]
-type = "revolute"
-bodies = ["ground", "arm"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-clearance = { radial = 0.005, axial = 0.01, length = 60 }
-[drives.q]
-joint = "J"
-values = [0, 30]
-backlash = 0.02
-[bodies.arm]
-mass = 10
-centre = [300, 50, 100]
-[output]
-body = "arm"
-at = [500, 0, 0]
-"""
+UPRIGHT = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, 0, -9.81))
+UPRIGHT.revolute(
+    "J", bodies=["ground", "arm"], at=(0, 0, 0), axis=(0, 0, 1), clearance=jp.radial(0.005, axial=0.01, length=60)
+)
+UPRIGHT.drive("q", joint="J", values=(0, 30), backlash=0.02)
+UPRIGHT.body("arm", mass=10, centre=(300, 50, 100))
+UPRIGHT.output(body="arm", at=(500, 0, 0))
 
 
 def test_an_arm_on_an_upright_axis_stands_as_firmly_at_every_angle() -> None:
     """The axis tilts with the arm in the play of its pin, so that no angle is lower than another."""
-    result = jp.loaded(jp.loads(UPRIGHT))
+    result = jp.loaded(UPRIGHT.mechanism())
     assert list(result.status) == ["undetermined"] * 2
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-6)
     pose = result.error.sel(component=["rx", "ry"])
@@ -742,15 +699,15 @@ def test_an_arm_on_an_upright_axis_stands_as_firmly_at_every_angle() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_push_decides_the_side_of_an_upright_axis(side: float) -> None:
-    result = jp.loaded(jp.loads(UPRIGHT + f"[[loads]]\nforce = [0, {side * 5}, 0]\n"))
+    result = jp.loaded(UPRIGHT.mechanism().with_({"loads": [{"force": [0, side * 5, 0]}]}))
     assert list(result.status) == ["ok"] * 2
     np.testing.assert_allclose(result.error.sel(component="rz"), side * 0.01, rtol=1e-3)
 
 
 @pytest.mark.parametrize(("push", "middle", "outcome"), [(0.0, 0.0, "undetermined"), (5.0, 0.01, "ok")])
 def test_specimens_of_an_arm_on_an_upright_axis_scatter_by_its_drive(push: float, middle: float, outcome: str) -> None:
-    text = UPRIGHT.replace("backlash = 0.02", "backlash = 0.02\nerror = 0.005")
-    mechanism = jp.loads(text + (f"[[loads]]\nforce = [0, {push}, 0]\n" if push else ""))
+    loads = [{"force": [0, push, 0]}] if push else None
+    mechanism = UPRIGHT.mechanism().with_({"drives.q.error": 0.005, "loads": loads})
     found = jp.random(mechanism, contact="loaded", samples=400)
     turned = found.sel(component="rz")
     assert found.failures.sel(outcome="undetermined").values.tolist() == [400 if outcome == "undetermined" else 0] * 2
@@ -760,14 +717,16 @@ def test_specimens_of_an_arm_on_an_upright_axis_scatter_by_its_drive(push: float
 
 
 def test_long_paths_of_an_arm_on_an_upright_axis_say_the_same() -> None:
-    result = jp.loaded(jp.loads(UPRIGHT.replace("values = [0, 30]", "from = 0\nto = 90\ncount = 100")))
+    result = jp.loaded(
+        UPRIGHT.mechanism().with_({"drives.q": {"joint": "J", "backlash": 0.02, "from": 0, "to": 90, "count": 100}})
+    )
     assert set(result.status.values) == {"undetermined"}
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-6)
 
 
 def test_an_arm_on_an_upright_axis_that_winds_up_is_in_the_middle_of_its_play() -> None:
     """Springs that draw the search to its rest must not leave the base at a flank, with the other one untold."""
-    text = UPRIGHT.replace("backlash = 0.02", "backlash = 0.02\nstiffness = 1e7")
+    text = UPRIGHT.text().replace("backlash = 0.02", "backlash = 0.02\nstiffness = 1e7")
     shoulder = """
 [joints.K]
 type = "revolute"
@@ -789,34 +748,25 @@ centre = [100, 30, 450]
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)
 
 
-STAGE = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.P]
-type = "prismatic"
-bodies = ["ground", "a"]
-at = [0, 0]
-axis = [1, 0]
-clearance = { gap = 0.001, length = 50 }
-friction = { coefficient = 0.1 }
-[drives.x]
-joint = "P"
-values = [0]
-backlash = { plus = 1, minus = 0 }
-[output]
-body = "a"
-at = [0, 0]
-[[loads]]
-force = [0, -10]
-[limits]
-x = 0.2
-"""
+STAGE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STAGE.prismatic(
+    "P",
+    bodies=["ground", "a"],
+    at=(0, 0),
+    axis=(1, 0),
+    clearance=jp.gap(0.001, length=50),
+    friction={"coefficient": 0.1},
+)
+STAGE.drive("x", joint="P", values=[0], backlash={"plus": 1, "minus": 0})
+STAGE.output(body="a", at=(0, 0))
+STAGE.load(force=(0, -10))
+STAGE.limits(x=0.2)
 
 
 @pytest.mark.parametrize("minus", [0.0, 0.2, 1.0])
 def test_to_first_order_play_on_one_side_is_in_its_middle_where_nothing_pushes(minus: float) -> None:
     """It was put where no error is, and first order was said to explain nothing of a mechanism that is linear."""
-    m = jp.loads(STAGE).with_({"drives.x.backlash.minus": minus})
+    m = STAGE.mechanism().with_({"drives.x.backlash.minus": minus})
     result, quick = jp.loaded(m), jp.loaded(m, exact=False, details=False)
     middle = 0.5 * (1.0 - minus)
     for found in (result.error, result.error_first_order, quick.error):
@@ -826,7 +776,7 @@ def test_to_first_order_play_on_one_side_is_in_its_middle_where_nothing_pushes(m
 
 def test_what_is_to_blame_is_what_makes_the_value_that_is_told() -> None:
     """The guide was, of a value that the play of the drive makes."""
-    m = jp.loads(STAGE)
+    m = STAGE.mechanism()
     said = {way: conclude(from_dataset(jp.loaded(m, approach=way))).sentences[0].text for way in (None, *SIDES, REST)}
     assert said[None].endswith("; to tighten first: x.backlash 100 %.")
     assert "what the load leaves open" in said[None]
@@ -838,7 +788,7 @@ def test_what_is_to_blame_is_what_makes_the_value_that_is_told() -> None:
 
 def test_quantiles_under_a_load_are_as_fine_as_what_scatters() -> None:
     """They were as coarse as the play that the load holds, and beyond what is possible."""
-    m = jp.loads(STAGE).with_(
+    m = STAGE.mechanism().with_(
         {"drives.x": {"joint": "P", "values": [0], "error": 0.003, "law": "uniform", "backlash": 1}}
     )
     m = m.with_({"joints.P.friction": None, "loads.0.force": [-3, -10]})

@@ -653,15 +653,13 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
 
 
 def test_sizes_are_found_where_nothing_else_is_unknown() -> None:
-    m = jp.loads("""
-        format = 1
-        units = { length = "mm", angle = "deg", force = "N" }
-        joints.J = { type = "revolute", on = { ground = [0, 0], arm = [0, 0] }, clearance.radial = 0.01 }
-        drives.q = { joint = "J", values = [0, 1] }
-        output = { body = "arm", at = [100, 0] }
-        load_cases.push = [{ force = [10, 0] }]
-        load_cases.pull = [{ force = [-10, 0] }]
-    """)
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
+    b.drive("q", joint="J", values=(0, 1))
+    b.output(body="arm", at=(100, 0))
+    b.load("push", force=(10, 0))
+    b.load("pull", force=(-10, 0))
+    m = b.mechanism()
     cos, sin = np.cos(np.radians([0.0, 0.0, 1.0, 1.0])), np.sin(np.radians([0.0, 0.0, 1.0, 1.0]))
     sides = 0.02 * np.array([1.0, -1.0, 1.0, -1.0])
     x, y = (100.0 * cos + sides).tolist(), (100.0 * sin).tolist()

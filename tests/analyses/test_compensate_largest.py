@@ -12,35 +12,15 @@ from helpers.answers import example
 from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 
-SLIDER = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.guide]
-type = "prismatic"
-bodies = ["ground", "carriage"]
-at = [0, 0]
-axis = [1, 0]
-[joints.pin]
-type = "revolute"
-on = { carriage = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.3 }
-[drives.s]
-joint = "guide"
-values = [10, 20]
-backlash = { plus = 0.5, minus = 0.1 }
-[drives.q]
-joint = "pin"
-values = [0, 0]
-[output]
-body = "arm"
-[[load_cases.left]]
-force = [-7, 0]
-[[load_cases.right]]
-force = [5, 0]
-[[load_cases.down]]
-force = [0, -3]
-"""
+SLIDER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDER.prismatic("guide", bodies=["ground", "carriage"], at=(0, 0), axis=(1, 0))
+SLIDER.revolute("pin", carriage=(0, 0), arm=(0, 0), clearance=jp.radial(0.3))
+SLIDER.drive("s", joint="guide", values=(10, 20), backlash={"plus": 0.5, "minus": 0.1})
+SLIDER.drive("q", joint="pin", values=(0, 0))
+SLIDER.output(body="arm")
+SLIDER.load("left", force=(-7, 0))
+SLIDER.load("right", force=(5, 0))
+SLIDER.load("down", force=(0, -3))
 
 
 def worst_with(m: jp.Mechanism, k: int, corrected: np.ndarray) -> float:
@@ -55,7 +35,7 @@ def worst_with(m: jp.Mechanism, k: int, corrected: np.ndarray) -> float:
 
 def test_a_one_sided_play_is_halved():
     """The carriage stands from 0.1 mm behind to 0.5 mm ahead of its command: 0.2 mm less leaves 0.3 mm to each side."""
-    result = jp.compensate(jp.loads(SLIDER), "worst")
+    result = jp.compensate(SLIDER.mechanism(), "worst")
     half = (0.5 + 0.1) / 2
     assert_allclose(result.correction.sel(drive="s"), -0.2, rtol=1e-6)
     assert_allclose(result.residual_position, half + 0.3, rtol=1e-7)
@@ -103,7 +83,7 @@ def test_neither_size_grows_where_nobody_weighs_them():
 
 
 def test_a_stroke_holds_the_drive():
-    m = jp.loads(SLIDER).with_({"limits.drives": {"s": [9.95, 30]}})
+    m = SLIDER.mechanism().with_({"limits.drives": {"s": [9.95, 30]}})
     result = jp.compensate(m, "worst")
     assert_allclose(result.drive_corrected.sel(drive="s"), [9.95, 19.8], rtol=1e-6)
     assert result.at_limit.sel(drive="s").values.tolist() == [True, False]
@@ -112,7 +92,7 @@ def test_a_stroke_holds_the_drive():
 
 def test_one_table_lies_between_the_load_cases():
     """The loads push the pin by 0.3 mm, and the drive to its ends: x from -0.4 to 0.8 mm."""
-    m = jp.loads(SLIDER)
+    m = SLIDER.mechanism()
     own, one = jp.compensate(m, weights=(1.0, 0.0)), jp.compensate(m, weights=(1.0, 0.0), one_table=True)
     assert one.residual_position.dims == own.residual_position.dims
     corrected = one.drive_corrected.sel(drive="s").values
@@ -166,7 +146,7 @@ def test_what_is_left_between_the_rows(question):
 )
 def test_refused(options, words):
     with pytest.raises(jp.InputError, match=words):
-        jp.compensate(jp.loads(SLIDER), **options)
+        jp.compensate(SLIDER.mechanism(), **options)
 
 
 def test_one_table_needs_load_cases():
@@ -184,7 +164,7 @@ def test_one_table_needs_load_cases():
     ],
 )
 def test_what_is_left_has_its_true_reason(options, words, never):
-    text = " ".join(s.text for s in conclude(from_dataset(jp.compensate(jp.loads(SLIDER), **options))).sentences)
+    text = " ".join(s.text for s in conclude(from_dataset(jp.compensate(SLIDER.mechanism(), **options))).sentences)
     assert words in text
     assert never not in text
 

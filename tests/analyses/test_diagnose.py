@@ -178,37 +178,18 @@ def test_a_machine_without_play_is_refused() -> None:
         jp.diagnose(rigid, TABLE, sigma=SIGMA)
 
 
+#: an arm whose driven joints lag
+LAGGING = jp.Builder(space="planar", units={"length": "mm", "angle": "deg"})
+LAGGING.revolute("shoulder", ground=(0, 0), upper=(0, 0), clearance=jp.radial(0.01))
+LAGGING.revolute("elbow", upper=(300, 0), lower=(0, 0))
+LAGGING.drive("q1", joint="shoulder", values=(10, 40, 80), error=0.01, backlash=0.05)
+LAGGING.drive("q2", joint="elbow", values=(60, 20, 90), backlash={"plus": 0.04, "minus": 0.02})
+LAGGING.dimension("upper", body="upper", between=["shoulder", "elbow"], tolerance=0.1)
+LAGGING.output(body="lower", at=(200, 0))
+
+
 class TestBothSides:
     """Readings with the drives coming from either side: the driven coordinates lag by half of the lost motion."""
-
-    ARM = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg" }
-[joints.shoulder]
-type = "revolute"
-on = { ground = [0, 0], upper = [0, 0] }
-clearance = { radial = 0.01 }
-[joints.elbow]
-type = "revolute"
-on = { upper = [300, 0], lower = [0, 0] }
-[drives.q1]
-joint = "shoulder"
-values = [10, 40, 80]
-error = 0.01
-backlash = 0.05
-[drives.q2]
-joint = "elbow"
-values = [60, 20, 90]
-backlash = { plus = 0.04, minus = 0.02 }
-[dimensions.upper]
-body = "upper"
-between = ["shoulder", "elbow"]
-tolerance = 0.1
-[output]
-body = "lower"
-at = [200, 0]
-"""
 
     def table(self, m: Mechanism, sizes: dict[str, tuple[float, float]], noise: float = 0.0) -> dict[str, list[object]]:
         """By the direct kinematics of two links."""
@@ -225,7 +206,7 @@ at = [200, 0]
         return rows
 
     def test_backlash_of_drives(self) -> None:
-        m = jp.loads(self.ARM)
+        m = LAGGING.mechanism()
         new = self.table(m, {"q1": (-0.025, 0.025), "q2": (-0.02, 0.04)})
         found = jp.diagnose(m, new, sigma={"length": 0.05})
         assert groups(found)[-2:] == [("q1.backlash",), ("q2.backlash",)]
@@ -236,13 +217,13 @@ at = [200, 0]
         np.testing.assert_allclose(found.group_size[-2:], [0.05, 0.12], rtol=1e-3)
 
     def test_a_clearance_does_not_change_sides_by_itself(self) -> None:
-        m = jp.loads(self.ARM)
+        m = LAGGING.mechanism()
         found = jp.diagnose(m, self.table(m, {"q1": (-0.025, 0.025), "q2": (-0.02, 0.04)}), sigma={"length": 0.05})
         assert found.state.values[groups(found).index(("shoulder",))] == "not determined"
 
     def test_a_calibration_knows_the_side(self) -> None:
         """Backlash that is taken up is no scatter: of readings from one side the lag is known."""
-        m = jp.loads(self.ARM).with_({"joints.shoulder.clearance": None})
+        m = LAGGING.mechanism().with_({"joints.shoulder.clearance": None})
         true = self.table(m, {"q1": (-0.025 + 0.006, 0.025 + 0.006), "q2": (-0.02, 0.04)})
         forward = {name: values[::2] for name, values in true.items()}
         found = jp.calibrate(m, forward, sigma={"length": 1e-4})
@@ -251,38 +232,26 @@ at = [200, 0]
         np.testing.assert_allclose(sizes.estimate.sel(unknown=["q1.backlash", "q2.backlash"]), [0.05, 0.06], rtol=1e-3)
 
 
-ARM = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.01 }
-[drives.q]
-joint = "J"
-values = [0, 1]
-[output]
-body = "arm"
-at = [100, 0]
-[[load_cases.push]]
-force = [10, 0]
-[[load_cases.pull]]
-force = [-10, 0]
-"""
+ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
+ARM.drive("q", joint="J", values=(0, 1))
+ARM.output(body="arm", at=(100, 0))
+ARM.load("push", force=(10, 0))
+ARM.load("pull", force=(-10, 0))
 
 
 @pytest.mark.parametrize("size", [0.015, 0.004, -0.004, -0.01])
 def test_a_size_is_half_of_what_the_pin_moves_even_where_noise_makes_that_negative(size: float) -> None:
     x = [100.0 + size, 100.0 - size]
     table = {"configuration": [0, 0], "load_case": ["push", "pull"], "x [mm]": x, "y [mm]": [0, 0]}
-    found = jp.diagnose(jp.loads(ARM), table, sigma={"length": 0.02})
+    found = jp.diagnose(ARM.mechanism(), table, sigma={"length": 0.02})
     assert found.group_size.item() == pytest.approx(size, abs=1e-6)
     assert found.group_standard_error.item() == pytest.approx(0.02 / np.sqrt(2.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("sum_", [0.11, 0.08, 0.041])
 def test_a_sum_is_found_though_the_smaller_size_of_it_ends_at_zero(sum_: float) -> None:
-    chain = jp.loads(ARM).with_(
+    chain = ARM.mechanism().with_(
         {
             "joints.J.clearance.radial": 0.001,
             "joints.K": {"type": "revolute", "on": {"arm": [100, 0], "hand": [0, 0]}, "clearance": {"radial": 0.1}},

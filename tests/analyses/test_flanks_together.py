@@ -21,46 +21,23 @@ def test_flanks_between_the_same_wheels_scatter_together(seed: int) -> None:
     assert worst < 5.0
 
 
-TWOMESH = """
-format = 1
-units  = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on   = { ground = [0, 0], pinion = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.B]
-type = "revolute"
-on   = { ground = [60, 0], wheel = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.m1]
-type   = "gear"
-on     = { pinion = [0, 0], wheel = [0, 0] }
-teeth  = [20, 40]
-module = 2
-clearance = { backlash = 0.04 }
-[joints.m2]
-type   = "gear"
-on     = { pinion = [0, 0], wheel = [0, 0] }
-teeth  = [20, 40]
-module = 2
-clearance = { backlash = 0.04 }
-[start]
-wheel = { x = 60, y = 0, angle = 0 }
-[drives.motor]
-joint  = "A"
-values = [0]
-[output]
-body = "wheel"
-"""
+TWOMESH = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+TWOMESH.revolute("A", ground=(0, 0), pinion=(0, 0), clearance=jp.radial(0.02))
+TWOMESH.revolute("B", ground=(60, 0), wheel=(0, 0), clearance=jp.radial(0.02))
+TWOMESH.gear("m1", pinion=(0, 0), wheel=(0, 0), teeth=(20, 40), module=2, clearance=jp.backlash(0.04))
+TWOMESH.gear("m2", pinion=(0, 0), wheel=(0, 0), teeth=(20, 40), module=2, clearance=jp.backlash(0.04))
+TWOMESH.start("wheel", x=60, y=0, angle=0)
+TWOMESH.drive("motor", joint="A", values=[0])
+TWOMESH.output(body="wheel")
 
 
 def test_two_equal_meshes_have_the_mean_of_the_law() -> None:
     """By four million specimens x is -0.00205 mm on average, and the angle scatters by 0.02565 deg."""
-    found = jp.random(jp.loads(TWOMESH), samples=65_536)
+    found = jp.random(TWOMESH.mechanism(), samples=65_536)
     assert abs(found.error_mean.sel(component="x").item() + 0.00205) < 1.5e-4
     assert abs(found.error_std.sel(component="angle").item() - 0.02565) < 1.5e-4
 
 
 def test_a_law_on_the_boundary_is_refused_for_bearings_that_open_flanks() -> None:
     with pytest.raises(jp.InputError, match=r"law 'boundary' is not possible for A, B, m1, m2:"):
-        jp.random(jp.loads(TWOMESH), law="boundary", samples=100)
+        jp.random(TWOMESH.mechanism(), law="boundary", samples=100)

@@ -197,35 +197,23 @@ def test_unknown_direction():
         jp.loaded(jp.loads(SLIDER_CRANK), approach="sideways")
 
 
-SPATIAL_LEVER = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.pin]
-type = "revolute"
-clearance = { radial = 0.5, axial = 0.1, length = 60 }
-friction = { coefficient = 0.2, diameter = 40, collar = [40, 60], torque = 3 }
-[joints.pin.on]
-ground = { at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
-lever = { at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
-[drives.q]
-joint = "pin"
-values = [0]
-[output]
-body = "lever"
-at = [100, 0, 0]
-[[loads]]
-at = [100, 0, 0]
-force = [0, -50, 0]
-[[loads]]
-at = [0, 0, 0]
-force = [0, 0, -30]
-"""
+SPATIAL_LEVER = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+SPATIAL_LEVER.revolute(
+    "pin",
+    ground={"at": (0, 0, 0), "axis": (0, 0, 1), "side": (1, 0, 0)},
+    lever={"at": (0, 0, 0), "axis": (0, 0, 1), "side": (1, 0, 0)},
+    clearance=jp.radial(0.5, axial=0.1, length=60),
+    friction={"coefficient": 0.2, "diameter": 40, "collar": (40, 60), "torque": 3},
+)
+SPATIAL_LEVER.drive("q", joint="pin", values=[0])
+SPATIAL_LEVER.output(body="lever", at=(100, 0, 0))
+SPATIAL_LEVER.load(at=(100, 0, 0), force=(0, -50, 0))
+SPATIAL_LEVER.load(at=(0, 0, 0), force=(0, 0, -30))
 
 
 def test_friction_circle_and_collar_of_a_lever_in_space():
     """Both ends share the load, and the collar has the lever of a pressure that is the same all over."""
-    m = jp.loads(SPATIAL_LEVER)
+    m = SPATIAL_LEVER.mechanism()
     mu, lever = 0.2, 2.0 / 3.0 * (30.0**3 - 20.0**3) / (30.0**2 - 20.0**2)
     friction = 50.0 * 20.0 * math.sin(math.atan(mu)) + mu * 30.0 * lever + 3.0
     for side, sign in (("forward", 1.0), ("backward", -1.0)):

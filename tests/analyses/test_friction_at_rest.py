@@ -149,31 +149,19 @@ def test_what_is_open_without_friction_is_so_where_friction_holds_nothing(text):
     assert (result.friction_high >= result.error + 0.999 * open_).all()
 
 
-PENDULUM = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.pin]
-type = "revolute"
-on = { ground = [0, 0], lever = [0, 0] }
-clearance = { radial = 0.5 }
-friction = { coefficient = 0.2, diameter = 40 }
-[drives.q]
-joint = "pin"
-values = [0]
-[output]
-body = "lever"
-[[loads]]
-force = [-50, 0]
-[limits]
-position = 0.499
-y = 0.09
-"""
+PENDULUM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+PENDULUM.revolute(
+    "pin", ground=(0, 0), lever=(0, 0), clearance=jp.radial(0.5), friction={"coefficient": 0.2, "diameter": 40}
+)
+PENDULUM.drive("q", joint="pin", values=[0])
+PENDULUM.output(body="lever")
+PENDULUM.load(force=(-50, 0))
+PENDULUM.limits(position=0.499, y=0.09)
 
 
 def test_a_pin_can_lie_anywhere_up_to_the_angle_of_friction():
     """The extreme of x is inside, where friction holds nothing; those of y are at the ends."""
-    result = jp.loaded(jp.loads(PENDULUM), approach="rest").isel(configuration=0)
+    result = jp.loaded(PENDULUM.mechanism(), approach="rest").isel(configuration=0)
     phi = math.atan(0.2)
     assert_allclose(result.friction_low, [-0.5, -0.5 * math.sin(phi), 0.0], atol=1e-12)
     assert_allclose(result.friction_high, [-0.5 * math.cos(phi), 0.5 * math.sin(phi), 0.0], atol=1e-12)

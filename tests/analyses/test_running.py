@@ -745,46 +745,19 @@ TENDON = """<mujoco><option gravity="0 -9.81 0" timestep="2e-6" integrator="impl
 <site site="pin"/><site site="hole"/></spatial></tendon></mujoco>"""
 
 
-FOUR_BAR = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N", turning_speed = "rad/s" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-[joints.B]
-type = "revolute"
-on = { crank = [30, 0], coupler = [0, 0] }
-[joints.C]
-type = "revolute"
-on = { coupler = [110, 0], rocker = [80, 0] }
-clearance = { radial = 0.02 }
-[joints.D]
-type = "revolute"
-on = { ground = [100, 0], rocker = [0, 0] }
-[start]
-crank = { angle = 0 }
-coupler = { angle = 46 }
-rocker = { angle = 85 }
-[drives.q]
-joint = "A"
-values = [60, 100, 140, 180, 220, 260, 300, 340]
-speed = 30
-[[loads]]
-body = "rocker"
-moment = 20000
-[output]
-body = "coupler"
-at = [50, 20]
-[bodies.coupler]
-mass = 0.5
-centre = [50, 5]
-rotational_inertia = 800
-[bodies.rocker]
-mass = 1
-centre = [40, 0]
-rotational_inertia = 900
-"""
+FOUR_BAR = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N", "turning_speed": "rad/s"})
+FOUR_BAR.revolute("A", ground=(0, 0), crank=(0, 0))
+FOUR_BAR.revolute("B", crank=(30, 0), coupler=(0, 0))
+FOUR_BAR.revolute("C", coupler=(110, 0), rocker=(80, 0), clearance=jp.radial(0.02))
+FOUR_BAR.revolute("D", ground=(100, 0), rocker=(0, 0))
+FOUR_BAR.start("crank", angle=0)
+FOUR_BAR.start("coupler", angle=46)
+FOUR_BAR.start("rocker", angle=85)
+FOUR_BAR.drive("q", joint="A", values=(60, 100, 140, 180, 220, 260, 300, 340), speed=30)
+FOUR_BAR.load(body="rocker", moment=20000)
+FOUR_BAR.output(body="coupler", at=(50, 20))
+FOUR_BAR.body("coupler", mass=0.5, centre=(50, 5), rotational_inertia=800)
+FOUR_BAR.body("rocker", mass=1, centre=(40, 0), rotational_inertia=900)
 FOUR_BAR_TENDON = """<mujoco><option gravity="0 0 0" timestep="4e-6" integrator="implicitfast"/>
 <compiler angle="radian"/><worldbody>
 <body><joint axis="0 0 1" armature="1e3"/><inertial pos="0 0 0" mass=".1" diaginertia="1e-6 1e-6 1e-6"/>
@@ -826,7 +799,7 @@ class TestMuJoCo:
 
     def test_the_pin_of_a_four_bar_follows(self) -> None:
         """A crank-rocker with a heavy rocker and play between coupler and rocker."""
-        m = jp.loads(FOUR_BAR)
+        m = FOUR_BAR.mechanism()
         result = jp.loaded(m)
         assert result.contact_rate.max() < 0.1
         model = mujoco.MjModel.from_xml_string(FOUR_BAR_TENDON)

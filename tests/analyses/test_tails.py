@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -89,39 +88,19 @@ def test_limits_of_several_quantities_are_told_apart() -> None:
 
 
 #: a crank at its top whose rod is hardly longer than it is: a shorter one cannot be assembled
-TOP = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg" }
-[joints.pivot]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-[joints.pin]
-type = "revolute"
-on = { crank = [50, 0], rod = [0, 0] }
-[joints.eye]
-type = "revolute"
-on = { rod = [51, 0], slider = [0, 0] }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = [1, 0] }, slider = [0, 0] }
-[drives.angle]
-joint = "pivot"
-values = [90]
-[output]
-body = "slider"
-at = [0, 0]
-[dimensions.rod]
-body = "rod"
-between = ["pin", "eye"]
-tolerance = { sigma = 0.2 }
-[limits]
-x = 1000
-"""
+TOP = jp.Builder(space="planar", units={"length": "mm", "angle": "deg"})
+TOP.revolute("pivot", ground=(0, 0), crank=(0, 0))
+TOP.revolute("pin", crank=(50, 0), rod=(0, 0))
+TOP.revolute("eye", rod=(51, 0), slider=(0, 0))
+TOP.prismatic("guide", ground={"at": (0, 0), "axis": (1, 0)}, slider=(0, 0))
+TOP.drive("angle", joint="pivot", values=[90])
+TOP.output(body="slider", at=(0, 0))
+TOP.dimension("rod", body="rod", between=["pin", "eye"], tolerance={"sigma": 0.2})
+TOP.limits(x=1000)
 
 
 def test_specimens_that_cannot_be_assembled_are_outside() -> None:
-    found = jp.random(jp.loads(TOP), samples=2**14, rare=True).isel(configuration=0)
+    found = jp.random(TOP.mechanism(), samples=2**14, rare=True).isel(configuration=0)
     agrees(found, stats.norm.sf(5.0))
 
 
@@ -231,27 +210,12 @@ def test_replicates_that_disagree_leave_what_was_counted() -> None:
 
 
 #: a slider whose limit is rarely missed, and an arm on it whose limit is what its drive can just reach
-FOUR_SIGMA = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.P0]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, s0 = { at = [0, 0], axis = 0 } }
-[joints.R]
-type = "revolute"
-on = { s0 = [0, 0], arm = [0, 0] }
-[drives.q0]
-joint = "P0"
-values = [100]
-error = { sigma = 0.01 }
-[drives.r]
-joint = "R"
-values = [0]
-error = 0.1
-[output]
-body = "arm"
-at = [0, 0]
-"""
+FOUR_SIGMA = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+FOUR_SIGMA.prismatic("P0", ground={"at": (0, 0), "axis": 0}, s0={"at": (0, 0), "axis": 0})
+FOUR_SIGMA.revolute("R", s0=(0, 0), arm=(0, 0))
+FOUR_SIGMA.drive("q0", joint="P0", values=[100], error={"sigma": 0.01})
+FOUR_SIGMA.drive("r", joint="R", values=[0], error=0.1)
+FOUR_SIGMA.output(body="arm", at=(0, 0))
 
 
 @pytest.mark.parametrize("rotation", [0.1, 0.1003, 0.2])
@@ -259,7 +223,7 @@ at = [0, 0]
 def test_a_limit_that_can_be_reached_but_not_missed_hides_no_other_one(rotation: float, seed: int) -> None:
     """All specimens were moved towards the limit of the rotation, and 63 ppm beyond that of x became "none"."""
     share = 2.0 * stats.norm.sf(4.0)
-    m = jp.loads(FOUR_SIGMA).with_({"limits": {"x": 0.04, "rotation": rotation}})
+    m = FOUR_SIGMA.mechanism().with_({"limits": {"x": 0.04, "rotation": rotation}})
     found, counted = (jp.random(m, seed=seed, rare=rare).isel(configuration=0) for rare in (True, False))
     assert found.outside_low < share < found.outside_high
     assert abs(float(found.outside) / share - 1.0) < 0.15
@@ -277,7 +241,7 @@ def test_a_limit_that_can_be_reached_but_not_missed_hides_no_other_one(rotation:
 def test_shares_of_several_limits_are_joined_without_counting_twice() -> None:
     """The position is beyond its limit wherever x is: all together are as many as the position alone."""
     high = 0.04 - 1e-6
-    m = jp.loads(FOUR_SIGMA)
+    m = FOUR_SIGMA.mechanism()
     both = jp.random(m.with_({"limits": {"x": high, "position": 0.04}}), samples=2**14, rare=True)
     alone = jp.random(m.with_({"limits": {"x": high}}), samples=2**14, rare=True)
     assert float(both.outside[0]) == pytest.approx(2.0 * stats.norm.sf(4.0), rel=0.15)
@@ -299,7 +263,7 @@ def test_a_search_that_counting_contradicts_is_not_believed() -> None:
 
 def test_specimens_without_a_pose_are_found_whatever_is_limited() -> None:
     """Nothing along y says that the rod becomes too short."""
-    m = jp.loads(TOP).with_({"limits": {"y": 1000}})
+    m = TOP.mechanism().with_({"limits": {"y": 1000}})
     found = jp.random(m, samples=2**14, rare=True).isel(configuration=0)
     agrees(found, stats.norm.sf(5.0))
 
@@ -323,7 +287,7 @@ def test_a_loop_with_play_has_the_tail_of_plain_numpy_samples() -> None:
 
 
 def test_every_output_is_searched_by_itself() -> None:
-    raw = tomllib.loads(FOUR_SIGMA)
+    raw = FOUR_SIGMA.tables()
     limits = {"arm": {"x": 0.04}, "slider": {"x": 0.045}}
     raw["outputs"] = {name: {"body": body, "at": [0, 0]} for name, body in (("arm", "arm"), ("slider", "s0"))}
     for name, limit in limits.items():
@@ -359,8 +323,9 @@ def test_the_verdict_says_how_small_the_share_is_and_how_it_was_found(
 
 def test_what_was_found_at_one_configuration_is_told_before_a_wide_interval_at_another() -> None:
     """A search that does not get to the limit leaves more open than is known to be outside elsewhere."""
-    text = FOUR_SIGMA.replace("values = [100]", "values = [100, 100]")
-    m = jp.loads(text).with_({"limits": {"x": {"high": 0.01 * stats.norm.isf(1e-6)}}})
+    m = FOUR_SIGMA.mechanism().with_(
+        {"drives.q0.values": [100, 100], "limits": {"x": {"high": 0.01 * stats.norm.isf(1e-6)}}}
+    )
     result = from_dataset(jp.random(m, samples=2**10, rare=True))
     for end, value in (("", 0.0), ("_low", 0.0), ("_high", 4e-6)):
         result.data[f"outside{end}"].values[0] = value

@@ -141,42 +141,24 @@ def test_specimens_that_are_moved_are_pressed_as_counted_ones_are(name: str) -> 
 
 
 #: a slider of which a map is made: more of it is outside the farther it is, as it tilts
-TILT = """
-format = 1
-units = { length = "mm", angle = "deg" }
-[joints.P]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, slide = { at = [0, 0], axis = 0 } }
-[joints.R]
-type = "revolute"
-on = { slide = [0, 0], arm = [0, 0] }
-[drives.reach]
-joint = "P"
-values = [100]
-error = { sigma = 0.01 }
-[drives.turn]
-joint = "R"
-values = [90]
-error = { sigma = 0.1 }
-[output]
-body = "arm"
-at = [10, 0]
-[limits]
-x = { high = 0.03 }
-[grid]
-turn = { values = [90, 45, 0] }
-reach = 100
-"""
+TILT = jp.Builder(space="planar", units={"length": "mm", "angle": "deg"})
+TILT.prismatic("P", ground={"at": (0, 0), "axis": 0}, slide={"at": (0, 0), "axis": 0})
+TILT.revolute("R", slide=(0, 0), arm=(0, 0))
+TILT.drive("reach", joint="P", values=[100], error={"sigma": 0.01})
+TILT.drive("turn", joint="R", values=[90], error={"sigma": 0.1})
+TILT.output(body="arm", at=(10, 0))
+TILT.limits(x={"high": 0.03})
+TILT.grid(turn={"values": (90, 45, 0)}, reach=100)
 
 
 def test_maps_say_how_each_share_was_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Chunks after a counted one had "by subs" in place of "by subset simulation"."""
-    m = jp.loads(TILT)
+    m = TILT.mechanism()
     along = {"drives.turn.values": [90, 45, 0], "drives.reach.values": [100] * 3}
     at_nodes = jp.random(m.with_(along), samples=2**14, rare=True)
     assert at_nodes.outside_method.values.tolist() == [tails.COUNTED, tails.SEARCHED, tails.SEARCHED]
     file, out = tmp_path / "tilt.toml", tmp_path / "map.zarr"
-    file.write_text(TILT)
+    file.write_text(TILT.text())
     command = ["map", str(file), "-q", "random", "--samples", str(2**14), "--rare", "--chunk", "1"]
     assert run([*command, "-o", str(out)]) == 0
     for found in (jp.map(m, "random", chunk=1, samples=2**14, rare=True), xr.open_zarr(out, chunks=None)):

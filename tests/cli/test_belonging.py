@@ -13,24 +13,12 @@ from jointplay.analyses.questions import options_of
 from jointplay.cli import run
 from jointplay.questions import asked_by
 
-ARM = """
-format = 1
-units  = { length = "mm", angle = "deg", force = "N" }
-[joints.J1]
-type = "revolute"
-on   = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.05 }
-[drives.q]
-joint = "J1"
-values = [10]
-[output]
-body = "arm"
-at   = [200, 0]
-[target]
-dwell = { of = "y" }
-[[loads]]
-force = [0, -20]
-"""
+ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM.revolute("J1", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.05))
+ARM.drive("q", joint="J1", values=[10])
+ARM.output(body="arm", at=(200, 0))
+ARM.target(dwell={"of": "y"})
+ARM.load(force=(0, -20))
 #: options with a value, and the argument of a question that hears them
 OPTIONS = {
     ("--certify",): "certify",
@@ -60,7 +48,7 @@ def test_an_option_is_heard_or_refused(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("arm.toml").write_text(ARM)
+    Path("arm.toml").write_text(ARM.text())
     for question in asked_by(command):
         known = options_of(question)
         for option, argument in OPTIONS.items():
@@ -79,7 +67,7 @@ def test_an_option_that_counts_with_another_one_is_refused_alone(
 ) -> None:
     """Who typed --parts without --certify got no bounds and no word."""
     monkeypatch.chdir(tmp_path)
-    Path("arm.toml").write_text(ARM)
+    Path("arm.toml").write_text(ARM.text())
     for typed, said in {
         "error arm.toml -q worst --parts 5": "--parts: goes with --certify",
         "map arm.toml -g q=0:10:2 -q worst --parts 5": "--parts: goes with --certify",
@@ -106,6 +94,6 @@ def test_an_option_that_counts_with_another_one_is_refused_alone(
 
 def test_a_specimen_of_an_assembly_has_no_seed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
-    path.write_text(ARM)
+    path.write_text(ARM.text())
     assert run(["assemble", str(path), "--seed", "3"]) == 2
     assert "--seed: is an option of random; asked: unit" in capsys.readouterr().err

@@ -251,19 +251,17 @@ def test_loaded_pin_is_the_farthest_point_of_its_region_along_the_force(seed: in
 
 def test_a_dead_centre_is_singular_and_what_lies_beyond_it_is_not_assembled() -> None:
     """A slider that drives the crank: at 30 + 100 mm crank and rod are stretched, at 131 mm they do not reach."""
-    m = jp.loads(
-        """
-        format = 1
-        units = { length = "mm", angle = "deg", force = "N" }
-        joints.A = { type = "revolute", on = { ground = [0, 0], crank = [0, 0] } }
-        joints.B = { type = "revolute", on = { crank = [30, 0], rod = [0, 0] } }
-        joints.C = { type = "revolute", on = { rod = [100, 0], slider = [0, 0] } }
-        joints.S = { type = "prismatic", on = { ground = { at = [0, 0], axis = [1, 0] }, slider = [0, 0] } }
-        start = { crank = { angle = 40 }, rod = { angle = -10 }, slider = { x = 120 } }
-        drives.s = { joint = "S", values = [120, 129, 130, 131, 129] }
-        output = { body = "crank", at = "B" }
-        """
-    )
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("A", ground=(0, 0), crank=(0, 0))
+    b.revolute("B", crank=(30, 0), rod=(0, 0))
+    b.revolute("C", rod=(100, 0), slider=(0, 0))
+    b.prismatic("S", ground={"at": (0, 0), "axis": (1, 0)}, slider=(0, 0))
+    b.start("crank", angle=40)
+    b.start("rod", angle=-10)
+    b.start("slider", x=120)
+    b.drive("s", joint="S", values=(120, 129, 130, 131, 129))
+    b.output(body="crank", at="B")
+    m = b.mechanism()
     path = jp.solve(m)
     assert path.status.values.tolist() == ["ok", "ok", "singular", "not_assembled", "ok"]
     # A crank at the end of its range is found to the square root of rounding.

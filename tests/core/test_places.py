@@ -321,33 +321,13 @@ def slopes(m: jp.Mechanism) -> np.ndarray:
 
 def test_deviations_of_the_flange_of_a_wrist_by_hand() -> None:
     """A tool of 100 mm behind a flange in the centre of the wrist: alpha of 0.1 deg takes its tip 0.17451 mm aside."""
-    m = jp.loads(
-        """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J6]
-type = "revolute"
-bodies = ["ground", "hand"]
-at = [0, 0, 0]
-axis = [0, 1, 0]
-[joints.flange]
-type = "fixed"
-bodies = ["hand", "tool"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-[drives.q6]
-joint = "J6"
-values = [0]
-[links.last]
-body = "hand"
-between = ["J6", "flange"]
-alpha = { tolerance = 0.0, deviation = 0.1 }
-[output]
-body = "tool"
-at = [0, 0, 100]
-"""
-    )
+    b = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("J6", bodies=["ground", "hand"], at=(0, 0, 0), axis=(0, 1, 0))
+    b.fixed("flange", bodies=["hand", "tool"], at=(0, 0, 0), axis=(0, 0, 1))
+    b.drive("q6", joint="J6", values=[0])
+    b.link("last", body="hand", between=["J6", "flange"], alpha={"tolerance": 0.0, "deviation": 0.1})
+    b.output(body="tool", at=(0, 0, 100))
+    m = b.mechanism()
     # The common normal is y x z = x.
     turn = np.radians(0.1)
     expected = [0.0, -100 * np.sin(turn), 100 * (np.cos(turn) - 1), 0.1, 0.0, 0.0]
@@ -519,37 +499,24 @@ def test_a_link_that_turns_a_locked_joint_is_its_angle(question: str, seed: int)
     same(first[[name for name in first.data_vars if name in kept]], second)
 
 
-GUIDES = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, slider = { at = [0, 0], axis = 0 } }
-clearance = { gap = 0.02, length = 30 }
-[joints.bolt]
-type = "fixed"
-on = { ground = [60, 10], bracket = [0, 0] }
-[joints.second]
-type = "prismatic"
-on = { bracket = { at = [0, 0], axis = 0 }, slider = { at = [60, 10], axis = 0 } }
-clearance = { gap = 0.03, length = 20 }
-[start]
-slider = { x = 5 }
-[drives.x]
-joint = "guide"
-values = [5]
-[output]
-body = "slider"
-at = [30, 40]
-[[loads]]
-force = [1, -8]
-"""
+GUIDES = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+GUIDES.prismatic(
+    "guide", ground={"at": (0, 0), "axis": 0}, slider={"at": (0, 0), "axis": 0}, clearance=jp.gap(0.02, length=30)
+)
+GUIDES.fixed("bolt", ground=(60, 10), bracket=(0, 0))
+GUIDES.prismatic(
+    "second", bracket={"at": (0, 0), "axis": 0}, slider={"at": (60, 10), "axis": 0}, clearance=jp.gap(0.03, length=20)
+)
+GUIDES.start("slider", x=5)
+GUIDES.drive("x", joint="guide", values=[5])
+GUIDES.output(body="slider", at=(30, 40))
+GUIDES.load(force=(1, -8))
 
 
 @pytest.mark.parametrize("question", ["loaded", "worst", "random"])
 def test_the_direction_of_a_redundant_guide_is_the_angle_of_its_bracket(question: str) -> None:
     """Angles of axes beside the rows of an over-constrained mechanism: the slider is clamped between two guides."""
-    m = jp.loads(GUIDES)
+    m = GUIDES.mechanism()
     off = {"tolerance": 0.15, "deviation": 0.2} if question == "random" else {"tolerance": 0.04, "deviation": 0.05}
     angle = m.with_({"joints.bolt.angle": off})
     twin = m.with_({"joints.second.direction": {"bracket": off}})
@@ -570,25 +537,15 @@ def test_the_direction_of_a_redundant_guide_is_the_angle_of_its_bracket(question
     assert abs(share - other) < 5 * np.sqrt(2 * share * (1 - share) / 20_000)
 
 
-ARM = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, arm = { at = [0, 0, 0], axis = [0, 0, 1] } }
-[drives.q]
-joint = "J"
-values = [0]
-[output]
-body = "arm"
-at = [100, 0, 0]
-"""
+ARM = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM.revolute("J", ground={"at": (0, 0, 0), "axis": (0, 0, 1)}, arm={"at": (0, 0, 0), "axis": (0, 0, 1)})
+ARM.drive("q", joint="J", values=[0])
+ARM.output(body="arm", at=(100, 0, 0))
 
 
 def largest(**changes: Any) -> tuple[float, float]:
     """Worst position and rotation of an arm of 100 mm, in mm and deg."""
-    found = jp.worst(jp.loads(ARM).with_({key.replace("__", "."): value for key, value in changes.items()}))
+    found = jp.worst(ARM.mechanism().with_({key.replace("__", "."): value for key, value in changes.items()}))
     assert set(found.status.values.tolist()) == {"ok"}
     return float(found.worst_position[0]), float(found.worst_rotation[0])
 
@@ -614,7 +571,7 @@ def test_zones_by_hand() -> None:
 
 
 def test_a_cylinder_with_a_length_tilts_as_far_where_only_first_order_is_asked() -> None:
-    m = jp.loads(ARM).with_({"joints.J.position": {"arm": {"diameter": 0.1, "length": 40}}})
+    m = ARM.mechanism().with_({"joints.J.position": {"arm": {"diameter": 0.1, "length": 40}}})
     linear = jp.worst(m, exact=False)
     assert float(linear.worst_rotation[0]) == pytest.approx(np.degrees(0.1 / 40), rel=1e-9)
     assert float(linear.worst_position[0]) == pytest.approx(100 * 0.1 / 40, rel=1e-9)
@@ -667,7 +624,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str, str]] = {
 def test_a_mistake_is_named(mistake: str) -> None:
     changes, key, said = MISTAKES[mistake]
     with pytest.raises(InputError) as caught:
-        jp.loads(ARM).with_({f"joints.J.{name}": value for name, value in changes.items()})
+        ARM.mechanism().with_({f"joints.J.{name}": value for name, value in changes.items()})
     assert f": {key}: " in f": {caught.value}"
     assert said in str(caught.value)
 
@@ -683,60 +640,36 @@ PLANAR: dict[str, tuple[dict[str, Any], str]] = {
     "an output that turns": ({"links.l": {"body": "slider", "between": ["C", "output"], "angle": 1}}, "the output turns with its body"),
     "another's output": ({"links.l": {"body": "crank", "between": ["A", "output"], "x": 1}}, "the output is on 'slider'"),
 }  # fmt: skip
-CRANK = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-[joints.B]
-type = "revolute"
-on = { crank = [40, 0], rod = [0, 0] }
-[joints.C]
-type = "revolute"
-on = { rod = [120, 0], slider = [0, 0] }
-[joints.D]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 0 }, slider = { at = [0, 0], axis = 0 } }
-[start]
-slider = { x = 150 }
-[drives.t]
-joint = "A"
-values = [20, 50]
-[output]
-body = "slider"
-"""
+CRANK = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CRANK.revolute("A", ground=(0, 0), crank=(0, 0))
+CRANK.revolute("B", crank=(40, 0), rod=(0, 0))
+CRANK.revolute("C", rod=(120, 0), slider=(0, 0))
+CRANK.prismatic("D", ground={"at": (0, 0), "axis": 0}, slider={"at": (0, 0), "axis": 0})
+CRANK.start("slider", x=150)
+CRANK.drive("t", joint="A", values=(20, 50))
+CRANK.output(body="slider")
 
 
 @pytest.mark.parametrize("mistake", PLANAR)
 def test_a_mistake_in_the_plane_is_named(mistake: str) -> None:
     changes, said = PLANAR[mistake]
     with pytest.raises(InputError) as caught:
-        jp.loads(CRANK).with_(changes)
+        CRANK.mechanism().with_(changes)
     assert said in str(caught.value)
 
 
 def test_axes_that_are_one_line_have_no_common_normal() -> None:
-    text = ARM.replace(
-        "[drives.q]",
-        """[joints.K]
-type = "revolute"
-on = { arm = { at = [0, 0, 50], axis = [0, 0, 1] }, tip = { at = [0, 0, 0], axis = [0, 0, 1] } }
-[links.l]
-body = "arm"
-between = ["J", "K"]
-alpha = 1
-[drives.q]""",
-    )
+    on = {"arm": {"at": [0, 0, 50], "axis": [0, 0, 1]}, "tip": {"at": [0, 0, 0], "axis": [0, 0, 1]}}
+    link = {"body": "arm", "between": ["J", "K"], "alpha": 1}
     with pytest.raises(InputError, match=r"links\.l\.alpha: the axes of 'J' and 'K' are one line"):
-        jp.loads(text)
+        ARM.mechanism().with_({"joints.K": {"type": "revolute", "on": on}, "links.l": link})
 
 
 def test_a_dimension_is_the_position_along_its_line() -> None:
     dimension = {"body": "crank", "between": ["A", "B"], "tolerance": 0.05, "deviation": 0.02}
-    by_length = jp.loads(CRANK).with_({"dimensions.r": dimension})
+    by_length = CRANK.mechanism().with_({"dimensions.r": dimension})
     off = {"crank": {"x": {"tolerance": 0.05, "deviation": 0.02}}}
-    by_place = jp.loads(CRANK).with_({"joints.B.position": off})
+    by_place = CRANK.mechanism().with_({"joints.B.position": off})
     assert by_place.parameters == ("B.position.crank.x.length",)
     for question in ("given", "worst", "random"):
         options = {"samples": 500} if question == "random" else {}
@@ -748,21 +681,16 @@ def test_a_dimension_is_the_position_along_its_line() -> None:
 
 def test_a_link_moves_a_joint_at_the_same_place_that_deviates_by_itself() -> None:
     """The pin of a second rod, drawn where the first is, follows the link although it has a place of its own."""
-    second = """[joints.E]
-type = "revolute"
-on = { crank = [40, 0], arm = [0, 0] }
-[joints.F]
-type = "revolute"
-on = { arm = [90, 0], block = [0, 0] }
-[joints.G]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = 90 }, block = { at = [0, 0], axis = 90 } }
-[start]
-block = { x = 0, y = 95 }
-"""
-    text = CRANK.replace("[start]\n", second).replace('body = "slider"', 'body = "block"')
+    upright = {"at": [0, 0], "axis": 90}
+    second = {
+        "joints.E": {"type": "revolute", "on": {"crank": [40, 0], "arm": [0, 0]}},
+        "joints.F": {"type": "revolute", "on": {"arm": [90, 0], "block": [0, 0]}},
+        "joints.G": {"type": "prismatic", "on": {"ground": upright, "block": upright}},
+        "start.block": {"x": 0, "y": 95},
+        "output.body": "block",
+    }
     link = {"body": "crank", "between": ["A", "B"], "x": {"deviation": 0.2}, "y": {"deviation": -0.1}}
-    m = jp.loads(text).with_({"links.l": link})
+    m = CRANK.mechanism().with_({**second, "links.l": link})
     apart = m.with_({"joints.E.position": {"crank": {"x": 0.01}}})
     found = jp.given(m).error
     assert abs(found.values).max() > 0.05
@@ -770,7 +698,7 @@ block = { x = 0, y = 95 }
 
 
 def test_a_sweep_has_the_unit_of_its_deviation() -> None:
-    m = jp.loads(ARM)
+    m = ARM.mechanism()
     m = m.with_(
         {"joints.J.position": {"arm": {"diameter": 0.1, "length": 30}}, "joints.J.direction": {"arm": {"angle": 0.1}}}
     )

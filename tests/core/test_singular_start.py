@@ -7,20 +7,20 @@ import numpy as np
 import jointplay as jp
 
 #: a five-bar whose two upper links are drawn in one line: the joint between them can go up or down
-STRETCHED = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-joints.A = { type = "revolute", on = { ground = [0, 0], left = [0, 0] } }
-joints.B = { type = "revolute", on = { left = [100, 0], low = [0, 0] } }
-joints.C = { type = "revolute", on = { low = [100, 0], high = [0, 0] } }
-joints.D = { type = "revolute", on = { high = [100, 0], right = [100, 0] } }
-joints.E = { type = "revolute", on = { ground = [200, 0], right = [0, 0] } }
-start = { left.angle = 90, low.angle = 0, high.angle = 0, right.angle = 90 }
-drives = { a.joint = "A", b.joint = "E" }
-path = { x = [100], y = [100] }
-output = { body = "low", at = [100, 0] }
-"""
+STRETCHED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STRETCHED.revolute("A", ground=(0, 0), left=(0, 0))
+STRETCHED.revolute("B", left=(100, 0), low=(0, 0))
+STRETCHED.revolute("C", low=(100, 0), high=(0, 0))
+STRETCHED.revolute("D", high=(100, 0), right=(100, 0))
+STRETCHED.revolute("E", ground=(200, 0), right=(0, 0))
+STRETCHED.start("left", angle=90)
+STRETCHED.start("low", angle=0)
+STRETCHED.start("high", angle=0)
+STRETCHED.start("right", angle=90)
+STRETCHED.drive("a", joint="A")
+STRETCHED.drive("b", joint="E")
+STRETCHED.path(x=[100], y=[100])
+STRETCHED.output(body="low", at=(100, 0))
 
 
 def arms(x: float, y: float) -> tuple[float, float]:
@@ -34,7 +34,7 @@ def arms(x: float, y: float) -> tuple[float, float]:
 def test_targets_on_either_side_are_reached_from_the_stretched_pose() -> None:
     for places in ([(100, 120), (100, 150), (110, 150)], [(100, 80), (95, 60)]):
         x, y = zip(*places, strict=True)
-        result = jp.solve(jp.loads(STRETCHED).with_({"path": {"x": list(x), "y": list(y)}}))
+        result = jp.solve(STRETCHED.mechanism().with_({"path": {"x": list(x), "y": list(y)}}))
         assert (result.status == "ok").all()
         np.testing.assert_allclose(result.nominal[:, :2], places, rtol=0, atol=1e-9)
         np.testing.assert_allclose(
@@ -43,6 +43,6 @@ def test_targets_on_either_side_are_reached_from_the_stretched_pose() -> None:
 
 
 def test_the_stretched_pose_itself_is_singular_and_stops_nothing() -> None:
-    result = jp.solve(jp.loads(STRETCHED).with_({"path": {"x": [100, 100], "y": [100, 120]}}))
+    result = jp.solve(STRETCHED.mechanism().with_({"path": {"x": [100, 100], "y": [100, 120]}}))
     assert result.status.values.tolist() == ["singular", "ok"]
     np.testing.assert_allclose([result.a[0], result.b[0]], 90.0, rtol=0, atol=1e-9)

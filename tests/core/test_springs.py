@@ -143,30 +143,13 @@ BALANCE = {"on": {"ground": [-5, 0], "arm": [0, 0]}, "stiffness": 2, "free_lengt
 
 def test_a_spring_in_space_by_hand() -> None:
     """An arm on a ball joint with play hangs on a spring: the play follows the sum of weight and spring force."""
-    m = jp.loads(
-        """
-        format = 1
-        space = "spatial"
-        units = { length = "mm", angle = "deg", force = "N" }
-        [joints.J]
-        type = "prismatic"
-        on = { ground = { at = [0, 0, 0], axis = [1, 0, 0] }, slider = { at = [0, 0, 0], axis = [1, 0, 0] } }
-        [joints.B]
-        type = "fixed"
-        on = { slider = [0, 0, 0], arm = [0, 0, 0] }
-        stiffness = { along = 100, side = 100, normal = 100 }
-        [drives.q]
-        joint = "J"
-        values = [0, 10]
-        [output]
-        body = "arm"
-        at = [0, 0, 0]
-        [springs.s]
-        on = { ground = [30, 40, 0], arm = [0, 0, 0] }
-        stiffness = 150
-        free_length = 20
-        """
-    )
+    b = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.prismatic("J", ground={"at": (0, 0, 0), "axis": (1, 0, 0)}, slider={"at": (0, 0, 0), "axis": (1, 0, 0)})
+    b.fixed("B", slider=(0, 0, 0), arm=(0, 0, 0), stiffness={"along": 100, "side": 100, "normal": 100})
+    b.drive("q", joint="J", values=(0, 10))
+    b.output(body="arm", at=(0, 0, 0))
+    b.spring("s", ground=(30, 40, 0), arm=(0, 0, 0), stiffness=150, free_length=20)
+    m = b.mechanism()
     found = jp.loaded(m)
     assert (found.status == "ok").all()
     for k, x in enumerate((0.0, 10.0)):
@@ -177,26 +160,12 @@ def test_a_spring_in_space_by_hand() -> None:
         np.testing.assert_allclose(100 * d, 150 * (length - 20) * apart / length, rtol=1e-7, atol=1e-7)
 
 
-CANTILEVER = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "fixed"
-on = { ground = [0, 0], beam = [0, 0] }
-[bodies.beam]
-E = 210000
-area = 80
-inertia = 1067
-[output]
-body = "beam"
-at = [500, 0]
-[[loads]]
-force = [0, -100]
-[springs.s]
-on = { ground = [500, 300], beam = [500, 0] }
-stiffness = 1
-free_length = 300
-"""
+CANTILEVER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CANTILEVER.fixed("A", ground=(0, 0), beam=(0, 0))
+CANTILEVER.body("beam", E=210000, area=80, inertia=1067)
+CANTILEVER.output(body="beam", at=(500, 0))
+CANTILEVER.load(force=(0, -100))
+CANTILEVER.spring("s", ground=(500, 300), beam=(500, 0), stiffness=1, free_length=300)
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.5, 3.0, 200.0])
@@ -206,7 +175,7 @@ def test_a_spring_stiffer_than_the_beam_it_holds(ratio: float) -> None:
     With forces that were constant in every program the tip went to the far side of the spring.
     """
     beam = 3 * 210000 * 1067 / 500**3
-    m = jp.loads(CANTILEVER).with_({"springs.s.stiffness": ratio * beam})
+    m = CANTILEVER.mechanism().with_({"springs.s.stiffness": ratio * beam})
     found = jp.loaded(m)
     assert found.status.item() == "ok"
     np.testing.assert_allclose(found.error.sel(component="y").item(), -100 / (beam * (1 + ratio)), rtol=1e-6)

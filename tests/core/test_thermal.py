@@ -63,38 +63,18 @@ def test_when_everything_grows_alike_the_figure_grows() -> None:
 
 def test_a_slider_crank_by_hand() -> None:
     """x = r cos q + sqrt(l^2 - r^2 sin^2 q), with the crank of steel and the rod of aluminium, 60 K warmer."""
-    m = jp.loads(
-        """
-        format = 1
-        units = { length = "mm", angle = "deg", force = "N" }
-        temperature = 60
-        expansion = 12e-6
-        [joints.A]
-        type = "revolute"
-        on = { ground = [0, 0], crank = [0, 0] }
-        [joints.B]
-        type = "revolute"
-        on = { crank = [40, 0], rod = [0, 0] }
-        [joints.C]
-        type = "revolute"
-        on = { rod = [120, 0], slider = [0, 0] }
-        [joints.D]
-        type = "prismatic"
-        on = { ground = { at = [0, 0], axis = [1, 0] }, slider = { at = [0, 0], axis = [1, 0] } }
-        [bodies.rod]
-        expansion = 23.5e-6
-        [start]
-        slider = { x = 150 }
-        [drives.q]
-        joint = "A"
-        from = 10
-        to = 170
-        count = 5
-        [output]
-        body = "slider"
-        at = "C"
-        """
+    b = jp.Builder(
+        space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, temperature=60, expansion=12e-6
     )
+    b.revolute("A", ground=(0, 0), crank=(0, 0))
+    b.revolute("B", crank=(40, 0), rod=(0, 0))
+    b.revolute("C", rod=(120, 0), slider=(0, 0))
+    b.prismatic("D", ground={"at": (0, 0), "axis": (1, 0)}, slider={"at": (0, 0), "axis": (1, 0)})
+    b.body("rod", expansion=23.5e-6)
+    b.start("slider", x=150)
+    b.drive("q", joint="A", from_=10, to=170, count=5)
+    b.output(body="slider", at="C")
+    m = b.mechanism()
     q = np.deg2rad(np.linspace(10, 170, 5))
     x = lambda r, rod: r * np.cos(q) + np.sqrt(rod**2 - (r * np.sin(q)) ** 2)  # noqa: E731
     expected = x(40 * (1 + 12e-6 * 60), 120 * (1 + 23.5e-6 * 60)) - x(40, 120)

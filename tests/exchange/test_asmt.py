@@ -19,11 +19,6 @@ from jointplay.exchange.reading import Imported, imported
 from jointplay.model.mobility import examine
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def seen(one: Pose, other: Pose) -> Pose:
     """The marker J in the axes of I."""
     return one.inverse() @ other

@@ -22,12 +22,6 @@ Floats = NDArray[np.float64]
 CLOSE = 0.03
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
-    monkeypatch.chdir(tmp_path)
-
-
 def example(name: str, **changes: Any) -> jp.Mechanism:
     return jp.loads(jp.examples.text(name)).with_(changes)
 
@@ -126,31 +120,14 @@ def test_loads_that_turn_with_a_body_and_springs_are_there() -> None:
 
 def test_pins_without_clearance_and_latched_ones() -> None:
     """A hinge that is locked keeps its angle, and its pin its play."""
-    text = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-gravity = [0, -9.81]
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-[joints.B]
-type = "fixed"
-on = { arm = { at = [200, 0], axis = 30 }, tool = [0, 0] }
-clearance = { radial = 0.1 }
-[joints.C]
-type = "fixed"
-on = { tool = [40, 0], tip = [0, 0] }
-[drives.q]
-joint = "A"
-values = [10, 50]
-[bodies.tip]
-mass = 2
-centre = [10, 5]
-[output]
-body = "tip"
-at = [80, 0]
-"""
-    m = jp.loads(text)
+    text = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
+    text.revolute("A", ground=(0, 0), arm=(0, 0))
+    text.fixed("B", arm={"at": (200, 0), "axis": 30}, tool=(0, 0), clearance=jp.radial(0.1))
+    text.fixed("C", tool=(40, 0), tip=(0, 0))
+    text.drive("q", joint="A", values=(10, 50))
+    text.body("tip", mass=2, centre=(10, 5))
+    text.output(body="tip", at=(80, 0))
+    m = text.mechanism()
     want = jp.loaded(m).error.values[1, :2]
     assert want == pytest.approx([0, -0.1], abs=1e-6)
     assert Model(m, 1).settle(1500) == pytest.approx(want, abs=CLOSE * 0.1)

@@ -23,12 +23,6 @@ HEAD = 'format = 1\nspace = "spatial"\nunits = { length = "mm", angle = "deg", f
 FEW, MANY = 60, 360
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
-    monkeypatch.chdir(tmp_path)
-
-
 PIN = """
 [joints.pin]
 type = "revolute"

@@ -32,11 +32,6 @@ ELEMENTS = {
 SHAPE = shape(cylinder(3.0, 0.0, 10.0), "plane", "sphere", "line", "circle", "point")
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def away(one: Pose, other: Pose) -> Floats:
     return one.at - other.at
 
@@ -59,179 +54,68 @@ def height(one: Pose, other: Pose) -> float:
     return float(abs(one.z @ (other.at - one.at)))
 
 
-#: JointType, elements, values, where the second frame is in the first one, how many components are locked, and what is
-#: zero. Constraints are those of OndselSolver.
-Held = tuple[str, tuple[str, str], dict[str, float], Pose, int, Callable[[Pose, Pose], object]]
-BEYOND = pose(3, 0, 0, about=(0, 0, 40))
+#: of each joint its type, its values, where the second frame is in the first one, how many components are locked, and
+#: what is zero. Constraints are those of OndselSolver.
+Held = tuple[str, dict[str, float], Pose, int, Callable[[Pose, Pose], object]]
 HELD: dict[str, Held] = {
-    "revolute": ("Revolute", ("", ""), {}, pose(about=(0, 0, 40)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
-    "reversed": ("Revolute", ("", ""), {}, pose(about=(180, 0, 0)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
+    "revolute": ("Revolute", {}, pose(about=(0, 0, 40)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
+    "reversed": ("Revolute", {}, pose(about=(180, 0, 0)), 5, lambda a, b: [*away(a, b), *parallel(a, b)]),
     "cylindrical": (
         "Cylindrical",
-        ("", ""),
         {},
         pose(0, 0, 7, about=(0, 0, 40)),
         4,
         lambda a, b: [*across(a, b), *parallel(a, b)],
     ),
-    "slider": (
-        "Slider",
-        ("", ""),
-        {},
-        pose(0, 0, 7),
-        5,
-        lambda a, b: [*across(a, b), *(a.turn.inv() * b.turn).as_rotvec()],
-    ),
-    "ball": ("Ball", ("", ""), {}, pose(about=(10, 50, 40)), 3, away),
-    "parallel": ("Parallel", ("", ""), {}, pose(4, 5, 6, about=(0, 0, 40)), 2, parallel),
-    "against": ("Parallel", ("", ""), {}, pose(4, 5, 6, about=(0, 180, 0)), 2, parallel),
-    "perpendicular": ("Perpendicular", ("", ""), {}, pose(4, 5, 6, about=(90, 0, 0)), 1, lambda a, b: a.z @ b.z),
-    "angle": (
-        "Angle",
-        ("", ""),
-        {"Distance": 30.0},
-        pose(4, 5, 6, about=(0, 30, 0)),
-        1,
-        lambda a, b: a.z @ b.z - 0.75**0.5,
-    ),
-    "angle zero": ("Angle", ("", ""), {"Distance": 0.0}, pose(4, 5, 6), 2, parallel),
-    "points": (
-        "Distance",
-        ("point", "point"),
-        {"Distance": 7.0},
-        pose(2, 3, 6),
-        1,
-        lambda a, b: np.linalg.norm(away(a, b)) - 7,
-    ),
-    "one point": ("Distance", ("point", "point"), {"Distance": 0.0}, pose(about=(10, 50, 40)), 3, away),
-    "spheres": (
-        "Distance",
-        ("sphere", "sphere"),
-        {"Distance": 3.0},
-        pose(2, 3, 6),
-        1,
-        lambda a, b: np.linalg.norm(away(a, b)) - 7,
-    ),
-    "sphere, point": (
-        "Distance",
-        ("point", "sphere"),
-        {"Distance": 5.0},
-        pose(2, 3, 6),
-        1,
-        lambda a, b: np.linalg.norm(away(a, b)) - 7,
-    ),
-    "lines": (
-        "Distance",
-        ("line", "line"),
-        {"Distance": 5.0},
-        pose(3, 4, 9),
-        3,
-        lambda a, b: [*parallel(a, b), far(a, b) - 5],
-    ),
-    "one line": (
-        "Distance",
-        ("line", "line"),
-        {"Distance": 0.0},
-        pose(0, 0, 9),
-        4,
-        lambda a, b: [*parallel(a, b), *across(a, b)],
-    ),
-    "line, circle": (
-        "Distance",
-        ("line", "circle"),
-        {"Distance": 2.5},
-        pose(3, 4, 9),
-        3,
-        lambda a, b: [*parallel(a, b), far(a, b) - 5],
-    ),
-    "cylinders": (
-        "Distance",
-        ("cylinder", "cylinder"),
-        {"Distance": 4.0},
-        pose(6, 8, 9),
-        3,
-        lambda a, b: [*parallel(a, b), far(a, b) - 10],
-    ),
-    "cylinder, point": (
-        "Distance",
-        ("cylinder", "point"),
-        {"Distance": 2.0},
-        pose(3, 4, 9),
-        1,
-        lambda a, b: far(a, b) - 5,
-    ),
-    "point on line": (
-        "Distance",
-        ("point", "line"),
-        {"Distance": 0.0},
-        pose(about=(0, 30, 0)) @ pose(0, 0, 0),
-        2,
-        lambda a, b: across(b, a),
-    ),
-    "cylinder, sphere": (
-        "Distance",
-        ("cylinder", "sphere"),
-        {"Distance": 5.0},
-        pose(6, 8, 9),
-        1,
-        lambda a, b: far(a, b) - 10,
-    ),
+    "slider": ("Slider", {}, pose(0, 0, 7), 5, lambda a, b: [*across(a, b), *(a.turn.inv() * b.turn).as_rotvec()]),
+    "ball": ("Ball", {}, pose(about=(10, 50, 40)), 3, away),
+    "parallel": ("Parallel", {}, pose(4, 5, 6, about=(0, 0, 40)), 2, parallel),
+    "against": ("Parallel", {}, pose(4, 5, 6, about=(0, 180, 0)), 2, parallel),
+    "perpendicular": ("Perpendicular", {}, pose(4, 5, 6, about=(90, 0, 0)), 1, lambda a, b: a.z @ b.z),
+    "angle": ("Angle", {"Distance": 30.0}, pose(4, 5, 6, about=(0, 30, 0)), 1, lambda a, b: a.z @ b.z - 0.75**0.5),
+    "angle zero": ("Angle", {"Distance": 0.0}, pose(4, 5, 6), 2, parallel),
+}
+#: the same of distances, by the elements between which they are
+DISTANCES: dict[str, tuple[str, str, float, Pose, int, Callable[[Pose, Pose], object]]] = {
+    "points": ("point", "point", 7.0, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
+    "one point": ("point", "point", 0.0, pose(about=(10, 50, 40)), 3, away),
+    "spheres": ("sphere", "sphere", 3.0, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
+    "sphere, point": ("point", "sphere", 5.0, pose(2, 3, 6), 1, lambda a, b: np.linalg.norm(away(a, b)) - 7),
+    "lines": ("line", "line", 5.0, pose(3, 4, 9), 3, lambda a, b: [*parallel(a, b), far(a, b) - 5]),
+    "one line": ("line", "line", 0.0, pose(0, 0, 9), 4, lambda a, b: [*parallel(a, b), *across(a, b)]),
+    "line, circle": ("line", "circle", 2.5, pose(3, 4, 9), 3, lambda a, b: [*parallel(a, b), far(a, b) - 5]),
+    "cylinders": ("cylinder", "cylinder", 4.0, pose(6, 8, 9), 3, lambda a, b: [*parallel(a, b), far(a, b) - 10]),
+    "cylinder, point": ("cylinder", "point", 2.0, pose(3, 4, 9), 1, lambda a, b: far(a, b) - 5),
+    "point on line": ("point", "line", 0.0, pose(about=(0, 30, 0)) @ pose(0, 0, 0), 2, lambda a, b: across(b, a)),
+    "cylinder, sphere": ("cylinder", "sphere", 5.0, pose(6, 8, 9), 1, lambda a, b: far(a, b) - 10),
     "planes": (
-        "Distance",
-        ("plane", "plane"),
-        {"Distance": 4.0},
+        "plane",
+        "plane",
+        4.0,
         pose(7, 8, -4, about=(0, 180, 0)),
         3,
         lambda a, b: [*parallel(a, b), height(a, b) - 4],
     ),
-    "plane, circle": (
-        "Distance",
-        ("plane", "circle"),
-        {"Distance": 4.0},
-        pose(7, 8, 4),
-        3,
-        lambda a, b: [*parallel(a, b), height(a, b) - 4],
-    ),
-    "plane, point": (
-        "Distance",
-        ("point", "plane"),
-        {"Distance": 4.0},
-        pose(7, 8, 4).inverse(),
-        1,
-        lambda a, b: height(b, a) - 4,
-    ),
-    "plane, sphere": (
-        "Distance",
-        ("plane", "sphere"),
-        {"Distance": 4.0},
-        pose(7, 8, 6, about=(9, 9, 9)),
-        1,
-        lambda a, b: height(a, b) - 6,
-    ),
+    "plane, circle": ("plane", "circle", 4.0, pose(7, 8, 4), 3, lambda a, b: [*parallel(a, b), height(a, b) - 4]),
+    "plane, point": ("point", "plane", 4.0, pose(7, 8, 4).inverse(), 1, lambda a, b: height(b, a) - 4),
+    "plane, sphere": ("plane", "sphere", 4.0, pose(7, 8, 6, about=(9, 9, 9)), 1, lambda a, b: height(a, b) - 6),
     "plane, cylinder": (
-        "Distance",
-        ("plane", "cylinder"),
-        {"Distance": 1.0},
+        "plane",
+        "cylinder",
+        1.0,
         pose(7, 8, -4, about=(90, 0, 0)),
         2,
         lambda a, b: [a.z @ b.z, height(a, b) - 4],
     ),
     "plane, line": (
-        "Distance",
-        ("plane", "line"),
-        {"Distance": 4.0},
+        "plane",
+        "line",
+        4.0,
         pose(7, 8, 4, about=(0, 90, 0)),
         2,
         lambda a, b: [a.z @ b.z, height(a, b) - 4],
     ),
-    "circle, point": (
-        "Distance",
-        ("circle", "point"),
-        {"Distance": 4.0},
-        pose(7, 8, 4),
-        1,
-        lambda a, b: height(a, b) - 4,
-    ),
+    "circle, point": ("circle", "point", 4.0, pose(7, 8, 4), 1, lambda a, b: height(a, b) - 4),
 }
 
 
@@ -239,11 +123,15 @@ def element(word: str) -> str:
     return ELEMENTS.get(word, "")
 
 
-@pytest.mark.parametrize("case", HELD)
+@pytest.mark.parametrize("case", [*HELD, *DISTANCES])
 def test_a_joint_holds_what_the_solver_of_freecad_holds(case: str) -> None:
     """As many components, and in poses that are far from the drawing what the constraint says is zero."""
-    kind, sides, values, where, locked, zero = HELD[case]
-    generator = np.random.default_rng(sorted(HELD).index(case))
+    if case in HELD:
+        sides, (kind, values, where, locked, zero) = ("", ""), HELD[case]
+    else:
+        *sides, distance, where, locked, zero = DISTANCES[case]
+        kind, values = "Distance", {"Distance": distance}
+    generator = np.random.default_rng(sorted([*HELD, *DISTANCES]).index(case))
     first, second = random_pose(generator), random_pose(generator)
     base = random_pose(generator)
     document = Document(placement=random_pose(generator))

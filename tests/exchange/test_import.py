@@ -32,12 +32,6 @@ Floats = NDArray[np.float64]
 ROUNDING = 1e-11
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
-    monkeypatch.chdir(tmp_path)
-
-
 def gymnasium_models() -> list[Path]:
     """MJCF models of the package gymnasium, which need not be imported for it."""
     spec = importlib.util.find_spec("gymnasium")

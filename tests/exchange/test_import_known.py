@@ -22,12 +22,6 @@ from jointplay.exchange.skeleton import GROUND, Attachment, Body, Joint, Skeleto
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-
 def read(name: str, text: str, options: Options | None = None) -> Imported:
     Path(name).write_text(text, encoding="utf-8")
     return imported(Path(name), options or Options())

@@ -16,11 +16,6 @@ from jointplay.exchange.options import Options
 from jointplay.exchange.reading import Imported, imported
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def read(name: str, text: str, options: Options | None = None) -> Imported:
     Path(name).write_text(text, encoding="utf-8")
     return imported(Path(name), options or Options())

@@ -70,11 +70,6 @@ TURNING_SLOT = {
 CRANK = drawing(SLIDING_CRANK, ["1 2", "3 4", "6 2"])
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def moved(text: str, **options: Any) -> np.ndarray:
     """The output as a complex number, in the unit of the files."""
     Path("a.linkage2").write_text(text, encoding="utf-8")

@@ -29,11 +29,6 @@ JOINTS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def drawn() -> dict[str, Pose]:
     """A crank of 15 at 28 degrees, a rod of 50, all closed, on a base that is not at the origin."""
     angle = np.radians(28.0)

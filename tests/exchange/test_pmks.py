@@ -70,11 +70,6 @@ WELDED = (
 SLIDER = TEMPLATES["slider-crank"]
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def changed(payload: str, old: str, new: str) -> str:
     """A payload with a change, and the check character that goes with its length."""
     assert payload.count(old) == 1

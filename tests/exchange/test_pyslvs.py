@@ -18,11 +18,6 @@ mechanism: M[J[R, color[Green], P[0.0, 0.0], L[ground, link_0]],  # a comment
 SLIDER = "M[J[R, P[0, 0], L[ground, a]], J[R, P[0, 15], L[a, b]], J[{kind}, A[0], P[20, 0], L[ground, {on}]]{more}]"
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def test_a_four_bar_keeps_its_lengths_along_its_path() -> None:
     """The tracked point is as far from both pins of the coupler as it is drawn, and the pins are on their circles."""
     Path("a.pyslvs").write_text(FOUR_BAR, encoding="utf-8")

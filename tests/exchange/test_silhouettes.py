@@ -28,11 +28,6 @@ TURN, QUARTER = 2 * np.pi, np.pi / 2
 UNIT = "0 0 0 0 0 1 1 0 0 0 1 0"
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def text(name: str) -> str:
     return (SHAPES / f"{name}.brp").read_text(encoding="utf-8")
 

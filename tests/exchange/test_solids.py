@@ -29,11 +29,6 @@ FORK_INERTIA = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def text(name: str) -> str:
     return (SHAPES / f"{name}.brp").read_text(encoding="utf-8")
 

@@ -352,45 +352,23 @@ def test_the_json_schema_takes_what_the_program_takes(clearance: str) -> None:
     assert Draft202012Validator(json_schema()).is_valid(json.loads(json.dumps(raw))) is (clearance in GAPS)
 
 
-EVERYTHING = """
-format = 1
-units = { length = "mm" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-clearance = { fit = "H7/f7", diameter = 16 }
-[joints.B]
-type = "revolute"
-on = { crank = [40, 0], rod = [0, 0] }
-clearance = { fit = "H7/k6", diameter = 12 }
-[joints.C]
-type = "revolute"
-on = { rod = [120, 0], slider = [0, 0] }
-clearance = { bearing = "C3", bore = 10, reduction = [0.002, 0.005] }
-[joints.D]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = [1, 0] }, slider = { at = [0, 0], axis = [1, 0] } }
-clearance = { gap = 0.03, tolerance = 0.01, length = 60 }
-[start]
-slider = { x = 113 }
-[drives.theta]
-joint = "A"
-values = [10, 90]
-error = 0.01
-[dimensions.rod]
-body = "rod"
-between = ["B", "C"]
-tolerance = 0.01
-[output]
-body = "slider"
-at = "C"
-[assembly]
-steps = [["crank"], ["rod"], ["slider"]]
-[grid]
-theta = { from = 10, to = 90, count = 3 }
-[[loads]]
-force = [-100, 20]
-"""
+EVERYTHING = jp.Builder(space="planar", units={"length": "mm"})
+EVERYTHING.revolute("A", ground=(0, 0), crank=(0, 0), clearance=jp.fit("H7/f7", diameter=16))
+EVERYTHING.revolute("B", crank=(40, 0), rod=(0, 0), clearance=jp.fit("H7/k6", diameter=12))
+EVERYTHING.revolute("C", rod=(120, 0), slider=(0, 0), clearance=jp.bearing("C3", bore=10, reduction=(0.002, 0.005)))
+EVERYTHING.prismatic(
+    "D",
+    ground={"at": (0, 0), "axis": (1, 0)},
+    slider={"at": (0, 0), "axis": (1, 0)},
+    clearance=jp.gap(0.03, tolerance=0.01, length=60),
+)
+EVERYTHING.start("slider", x=113)
+EVERYTHING.drive("theta", joint="A", values=(10, 90), error=0.01)
+EVERYTHING.dimension("rod", body="rod", between=["B", "C"], tolerance=0.01)
+EVERYTHING.output(body="slider", at="C")
+EVERYTHING.assembly(steps=[["crank"], ["rod"], ["slider"]])
+EVERYTHING.grid(theta={"from": 10, "to": 90, "count": 3})
+EVERYTHING.load(force=(-100, 20))
 
 
 def test_every_question_takes_sizes() -> None:
@@ -398,9 +376,9 @@ def test_every_question_takes_sizes() -> None:
 
     Beside a dimension and an error of the drive, which have no joint, `check` and `given` ended in a traceback.
     """
-    assert len(jp.check(jp.loads(EVERYTHING)).clearance) == 4
-    assert jp.given(jp.loads(EVERYTHING), {"rod": 0.005}).admissible.values.all()
-    m = jp.loads(EVERYTHING)
+    assert len(jp.check(EVERYTHING.mechanism()).clearance) == 4
+    assert jp.given(EVERYTHING.mechanism(), {"rod": 0.005}).admissible.values.all()
+    m = EVERYTHING.mechanism()
     middle = {
         "joints.A.clearance.radial": 17e-3,
         "joints.B.clearance.radial": 1.25e-3,

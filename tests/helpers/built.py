@@ -23,22 +23,14 @@ DATA = Path(__file__).parents[1] / "data" / "calibrate"
 
 @dataclass(frozen=True)
 class Machine:
-    """A mechanism, drive values of its readings in SI, and what is read.
-
-    Attributes
-    ----------
-    m : Mechanism
-    drives : ndarray
-        Shape (row, drive).
-    components : tuple of str
-        Components of the output that are read.
-    sigma : mapping
-        Standard deviations in units of the file, of lengths and angles.
-    """
+    """A mechanism, drive values of its readings in SI, and what is read."""
 
     m: jp.Mechanism
+    #: shape (row, drive)
     drives: np.ndarray
+    #: components of the output that are read
     components: tuple[str, ...]
+    #: standard deviations in units of the file, of lengths and angles
     sigma: Mapping[str, float]
 
 

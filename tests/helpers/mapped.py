@@ -17,21 +17,13 @@ DATA = Path(__file__).parents[1] / "data"
 
 @dataclass(frozen=True)
 class Case:
-    """A map, and the robot by hand.
+    """A map, and the robot by hand."""
 
-    Attributes
-    ----------
-    name : str
-        What the table calls it.
-    m : Mechanism
-    robot : Robot
-    grid : dict
-        Of the map.
-    """
-
+    #: what the table calls it
     name: str
     m: jp.Mechanism
     robot: Robot
+    #: of the map
     grid: dict[str, Any]
 
     @property
@@ -90,25 +82,17 @@ def cases(finer: int) -> list[Case]:
 
 @dataclass(frozen=True)
 class Compared:
-    """What a map says beside the robot by hand.
+    """What a map says beside the robot by hand."""
 
-    Attributes
-    ----------
-    nodes, ok, other : int
-        All nodes, those that are reached, and those behind a singular pose.
-    wrong : int
-        Nodes that are `ok` and have the other sign, or a pose in which the platform is turned that should not be.
-    refused : int
-        Nodes that a fine path reaches, not beside its end, and that are not `ok`.
-    open : float
-        The largest error of the equations by hand at nodes that have a pose: it is the same robot.
-    """
-
+    #: `nodes`, `ok`, `other`: all nodes, those that are reached, and those behind a singular pose
     nodes: int
     ok: int
     other: int
+    #: nodes that are `ok` and have the other sign, or a pose in which the platform is turned that should not be
     wrong: int
+    #: nodes that a fine path reaches, not beside its end, and that are not `ok`
     refused: int
+    #: the largest error of the equations by hand at nodes that have a pose: it is the same robot
     open: float
 
 

@@ -92,23 +92,15 @@ def with_friction(m: jp.Mechanism, seed: int, most: float = 0.3) -> jp.Mechanism
 
 @dataclass
 class Contacts:
-    """What was found at the points of contact of a mechanism in one configuration.
+    """What was found at the points of contact of a mechanism in one configuration."""
 
-    Attributes
-    ----------
-    unbalanced : float
-        Largest force or moment that is left on a body, as a part of the largest force.
-    ratio : list of float
-        Of every contact tangential over normal force, less its coefficient.
-    along : list of float
-        Of every contact cosine of friction and sliding speed.
-    pulling : list of float
-        Of every contact the part of its normal force that pulls.
-    """
-
+    #: largest force or moment that is left on a body, as a part of the largest force
     unbalanced: float
+    #: of every contact tangential over normal force, less its coefficient
     ratio: list[float]
+    #: of every contact cosine of friction and sliding speed
     along: list[float]
+    #: of every contact the part of its normal force that pulls
     pulling: list[float]
 
 

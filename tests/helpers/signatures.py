@@ -10,9 +10,11 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from keyword import iskeyword
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from jointplay.file.schema import json_schema
@@ -58,6 +60,10 @@ BESIDE = {"output": "outputs", "loads": "load_cases"}
 #: where a joint sits: behind what it is
 PLACING = ("on", "bodies", "at", "axis", "side", "axes", "position", "direction")
 
+#: the joint that says of all others what these keys are
+FIRST = "revolute"
+AS_BEFORE = f"As of `{FIRST}`."
+
 NUMBER = "NumberLike"
 
 
@@ -68,6 +74,8 @@ class Signatures:
         self.definitions: dict[str, Node] = json_schema()["$defs"]
         self.tables: dict[str, dict[str, tuple[str, str]]] = {}
         self.about: dict[str, str] = {}
+        #: the keys of places as the first joint describes them
+        self.placing: dict[str, tuple[str, str]] = {}
 
     # --- types ---
 
@@ -192,15 +200,34 @@ class Signatures:
             for key, value in self.tables[name].items()
         }
         self.about["ClearanceDict"] = "Play of a joint of any kind."
-        return TABLES.format(body="\n\n".join(self._table(name) for name in sorted(self.tables)))
+        return TABLES.format(body="\n\n".join(self._table(name) for name in self._derived()))
+
+    def _base(self, name: str) -> str:
+        """The table with the most of the keys of this one and no others, from which it is derived."""
+        keys = self.tables[name].items()
+        within = [one for one, own in self.tables.items() if len(own) > 1 and own.items() < keys]
+        return max(within, key=lambda one: len(self.tables[one]), default="")
+
+    def _derived(self) -> Iterator[str]:
+        """All tables, each behind the one from which it is derived."""
+        following: dict[str, list[str]] = {}
+        for name in sorted(self.tables):
+            following.setdefault(self._base(name), []).append(name)
+        waiting = following[""][::-1]
+        while waiting:
+            name = waiting.pop()
+            yield name
+            waiting += following.get(name, [])[::-1]
 
     def _table(self, name: str) -> str:
-        keys = self.tables[name]
+        keys, base = self.tables[name], self._base(name)
         if any(map(iskeyword, keys)):
             inside = ", ".join(f'"{key}": "{kind}"' for key, (kind, _) in keys.items())
             return f'{name} = TypedDict("{name}", {{{inside}}}, total=False)'
-        lines = [f"class {name}(TypedDict, total=False):", f'    """{self.about[name]}"""', ""]
+        lines = [f"class {name}({base or 'TypedDict'}, total=False):", f'    """{self.about[name]}"""', ""]
         for key, (kind, text) in keys.items():
+            if base and key in self.tables[base]:
+                continue
             lines += [f"    {key}: {kind}", *_indented(f'"""{text[:1].upper()}{text[1:]}."""', 4)]
         return "\n".join(lines)
 
@@ -212,8 +239,12 @@ class Signatures:
         keys: dict[str, tuple[str, str]],
         first: tuple[str, str, str] | None,
         places: tuple[str, str] | None = None,
+        known: Mapping[str, tuple[str, str]] = MappingProxyType({}),
     ) -> str:
-        """The text of a method: its first parameter (name, type, description), its keys, and bodies by name."""
+        """The text of a method: its first parameter (name, type, description), its keys, and bodies by name.
+
+        Keys that are described elsewhere already are named together.
+        """
         parameters = ["self"] + ([f"{first[0]}: {first[1]}", "/"] if first else []) + ["*"]
         parameters += [f"{_word(key)}: {kind} | None = None" for key, (kind, _) in keys.items()]
         parameters += [f"**places: {places[0]}"] if places else []
@@ -221,14 +252,14 @@ class Signatures:
         if first:
             optional = ", optional" if "None" in first[1] else ""
             doc += [f"{first[0]} : str{optional}", *_indented(first[2], 4)]
-        for key, (_, text) in keys.items():
-            doc += [f"{_word(key)} : optional", *_indented(f"{text[:1].upper()}{text[1:]}.", 4)]
+        for text, same in groupby(keys, key=lambda key: known.get(key) == keys[key] or keys[key][1]):
+            words = AS_BEFORE if text is True else f"{text[:1].upper()}{text[1:]}."
+            doc += [f"{', '.join(map(_word, same))} : optional", *_indented(words, 4)]
         if places:
             doc += ["**places", *_indented(places[1], 4)]
-        given = ", ".join(f'"{key}": {_word(key)}' for key in keys)
         lines = [f"def {name}({', '.join(parameters)}) -> None:", f'    """{doc[0]}']
         lines += [f"    {line}".rstrip() for line in doc[1:]]
-        lines += ['    """', f"    {call.format(given='{' + given + '}')}"]
+        lines += ['    """', f"    {call}"]
         return textwrap.indent("\n".join(lines), "    ")
 
     def _joint(self, kind: str, names: tuple[str, ...]) -> str:
@@ -236,41 +267,44 @@ class Signatures:
         del keys["type"]
         order = sorted(keys, key=lambda key: PLACING.index(key) if key in PLACING else -1)
         place = self.table(("PlacementTable", "SpatialPlacementTable"))
-        return self._method(
+        if kind == FIRST:
+            self.placing = {}
+        text = self._method(
             kind,
             self.definitions[names[0]]["description"],
-            f'self._joint("{kind}", name, {{given}}, places)',
+            f'self._joint("{kind}", locals())',
             {key: keys[key] for key in order},
             ("name", "str", "Its name."),
             (f"NumbersLike | {place}", "Its place on each body, by the name of the body: as in `on`."),
+            self.placing,
         )
+        if kind == FIRST:
+            self.placing = {key: keys[key] for key in PLACING if key in keys}
+        return text
 
     def _named(self, section: str, method: str) -> str:
         names = self.of(section)
         what = "body" if section in ("bodies", "start") else "source" if section == "costs" else ""
         keys = self.keys(names)
-        places, more = "", None
-        if "on" in keys:
-            places = ", places"
-            more = ("NumbersLike | str", "Its place on each body, by the name of the body: as in `on`.")
+        places = ("NumbersLike | str", "Its place on each body, by the name of the body: as in `on`.")
         return self._method(
             method,
             self.definitions[names[0]]["description"].partition("\n")[0],
-            f'self._named("{section}", {what or "name"}, {{given}}{places})',
+            f'self._named("{section}", locals())',
             keys,
             (what or "name", "str", f"Name of the {what}." if what else "Its name."),
-            more,
+            places if "on" in keys else None,
         )
 
     def _single(self, section: str, pattern: bool = False) -> str:
         names = self.of(section, pattern=pattern)
         heading = self.definitions[names[-1]]["description"]
-        return self._method(section, heading, f'self._single("{section}", {{given}})', self.keys(names), None)
+        return self._method(section, heading, f'self._single("{section}", locals())', self.keys(names), None)
 
     def _listed(self, section: str, method: str, beside: tuple[str, ...]) -> str:
         names = self.of(section)
         heading = self.definitions[names[0]]["description"]
-        return self._method(method, heading, f'self._listed(("{section}",), {{given}})', self.keys(names), None)
+        return self._method(method, heading, f'self._listed("{section}", locals())', self.keys(names), None)
 
     def _beside(self, section: str, method: str) -> str:
         """What is the only one, or one of several with a name."""
@@ -285,7 +319,8 @@ class Signatures:
         heading = self.definitions[names[0]]["description"] if section == "loads" else ONE_OUTPUT
         parameter = what.replace("load ", "").replace("output", "name")
         first = (parameter, "str | None = None", words)
-        return self._method(method, heading, f"self._{method}({parameter}, {{given}})", self.keys(names), first)
+        call = "self._load(case, locals())" if section == "loads" else "self._output(locals())"
+        return self._method(method, heading, call, self.keys(names), first)
 
 
 #: how `output` begins

@@ -13,42 +13,16 @@ import pytest
 import jointplay as jp
 from jointplay.model.mobility import examine
 
-THREE_CRANKS = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], a = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.B]
-type = "revolute"
-on = { ground = [200, 0], b = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.C]
-type = "revolute"
-on = { ground = [400, 0], c = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.A1]
-type = "revolute"
-on = { a = [0, 100], coupler = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.B1]
-type = "revolute"
-on = { b = [0, 100], coupler = [200, 0] }
-clearance = { radial = 0.02 }
-[joints.C1]
-type = "revolute"
-on = { c = [0, 100], coupler = [400, 0] }
-clearance = { radial = 0.02 }
-[drives.crank]
-joint = "A"
-values = [-30, 20, 60]
-[output]
-body = "coupler"
-at = [200, 0]
-[[loads]]
-force = [0, -100]
-"""
+THREE_CRANKS = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+THREE_CRANKS.revolute("A", ground=(0, 0), a=(0, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.revolute("B", ground=(200, 0), b=(0, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.revolute("C", ground=(400, 0), c=(0, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.revolute("A1", a=(0, 100), coupler=(0, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.revolute("B1", b=(0, 100), coupler=(200, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.revolute("C1", c=(0, 100), coupler=(400, 0), clearance=jp.radial(0.02))
+THREE_CRANKS.drive("crank", joint="A", values=(-30, 20, 60))
+THREE_CRANKS.output(body="coupler", at=(200, 0))
+THREE_CRANKS.load(force=(0, -100))
 
 
 def example(name: str) -> jp.Mechanism:
@@ -116,7 +90,7 @@ def test_the_length_of_a_truss_that_is_wrong_is_among_the_few_that_close_it() ->
 class TestADriveThatAMisfitLocks:
     """A third crank whose hole in the coupler is 0.03 mm off: with perfect joints nothing could move."""
 
-    m = jp.loads(THREE_CRANKS)
+    m = THREE_CRANKS.mechanism()
     drawn = m.with_({"joints.C1.on.coupler": [400.03, 0.0]})
 
     def test_the_drive_is_not_blamed(self) -> None:

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.model.mechanism import changed, loads
@@ -78,43 +79,19 @@ def test_sources_keep_apart_by_name() -> None:
     assert m.parameters[-1] == "drive J1.value"
 
 
-MIXED = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-bodies = ["ground", "bar"]
-at = [0, 0]
-clearance = { radial = 0.1 }
-[joints.B]
-type = "revolute"
-bodies = ["bar", "next"]
-at = [100, 0]
-clearance = { diametral = 0.3, law = "boundary" }
-[joints.C]
-type = "revolute"
-bodies = ["next", "last"]
-at = [200, 0]
-[drives.a]
-joint = "A"
-values = [0, 5]
-[drives.b]
-joint = "B"
-from = 0
-to = 10
-count = 2
-[drives.c]
-joint = "C"
-values = [0, 5]
-[output]
-body = "last"
-at = [300, 0]
-"""
+MIXED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+MIXED.revolute("A", bodies=["ground", "bar"], at=(0, 0), clearance=jp.radial(0.1))
+MIXED.revolute("B", bodies=["bar", "next"], at=(100, 0), clearance=jp.diametral(0.3, law="boundary"))
+MIXED.revolute("C", bodies=["next", "last"], at=(200, 0))
+MIXED.drive("a", joint="A", values=(0, 5))
+MIXED.drive("b", joint="B", from_=0, to=10, count=2)
+MIXED.drive("c", joint="C", values=(0, 5))
+MIXED.output(body="last", at=(300, 0))
 
 
 def test_a_star_reaches_what_is_written_in_other_words() -> None:
     """Somebody who widened all clearances left those written as diameters as they were."""
-    m = loads(MIXED)
+    m = MIXED.mechanism()
     wider, reached = changed(m, {"joints.*.clearance.radial": 0.2, "drives.*.values": [5]})
     assert wider.value("joints.A.clearance") == {"radial": 0.2}
     assert wider.value("joints.B.clearance") == {"radial": 0.2, "law": "boundary"}
@@ -134,7 +111,7 @@ def test_a_star_reaches_what_is_written_in_other_words() -> None:
 
 
 def test_a_value_is_converted_where_it_is_written_in_the_other_word() -> None:
-    m = loads(MIXED)
+    m = MIXED.mechanism()
     assert m.value("joints.B.clearance.radial") == 0.15
     with pytest.raises(InputError, match="the values that it matches differ"):
         m.value("joints.*.clearance.radial")

@@ -174,44 +174,14 @@ def test_a_sweep_of_a_structure_has_no_empty_panels() -> None:
     assert len(sheet(m, {"loaded": swept}).axes) == 2
 
 
-GEARS_IN_SPACE = """
-format = 1
-space = "spatial"
-units = { length = "mm" }
-[joints.A]
-type = "revolute"
-bodies = ["ground", "a"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-[joints.B]
-type = "revolute"
-bodies = ["ground", "b"]
-at = [60, 0, 0]
-axis = [0, 0, 1]
-[joints.C]
-type = "revolute"
-bodies = ["ground", "c"]
-at = [60, 80, 0]
-axis = [0, 0, 1]
-[joints.mesh]
-type = "gear"
-bodies = ["a", "b"]
-at = [[0, 0, 0], [60, 0, 0]]
-axis = [0, 0, 1]
-teeth = [20, 40]
-module = 2
-[joints.belt]
-type = "belt"
-bodies = ["b", "c"]
-at = [[60, 0, 0], [60, 80, 0]]
-axis = [0, 0, 1]
-radii = [20, 10]
-[drives.A]
-joint = "A"
-values = [0, 30]
-[output]
-body = "c"
-"""
+GEARS_IN_SPACE = jp.Builder(space="spatial", units={"length": "mm"})
+GEARS_IN_SPACE.revolute("A", bodies=["ground", "a"], at=(0, 0, 0), axis=(0, 0, 1))
+GEARS_IN_SPACE.revolute("B", bodies=["ground", "b"], at=(60, 0, 0), axis=(0, 0, 1))
+GEARS_IN_SPACE.revolute("C", bodies=["ground", "c"], at=(60, 80, 0), axis=(0, 0, 1))
+GEARS_IN_SPACE.gear("mesh", bodies=["a", "b"], at=[(0, 0, 0), (60, 0, 0)], axis=(0, 0, 1), teeth=(20, 40), module=2)
+GEARS_IN_SPACE.belt("belt", bodies=["b", "c"], at=[(60, 0, 0), (60, 80, 0)], axis=(0, 0, 1), radii=(20, 10))
+GEARS_IN_SPACE.drive("A", joint="A", values=(0, 30))
+GEARS_IN_SPACE.output(body="c")
 
 
 def circles(axes: Any) -> list[tuple[float, float, float]]:
@@ -286,7 +256,7 @@ class TestCouplings:
 
     def test_in_space(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
-        axes = plot.mechanism(jp.loads(GEARS_IN_SPACE), 1, view="top").axes[0]
+        axes = plot.mechanism(GEARS_IN_SPACE.mechanism(), 1, view="top").axes[0]
         rims = [line.get_xydata() for line in axes.lines if len(line.get_xydata()) > 20]
         centres = [rim[:-1].mean(axis=0) for rim in rims]
         radii = [np.linalg.norm(rim - centre, axis=1) for rim, centre in zip(rims, centres, strict=True)]

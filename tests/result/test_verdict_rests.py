@@ -331,24 +331,22 @@ def test_rows_where_the_machine_cannot_be_are_named_wherever_limits_are_said_to_
 
 
 #: a slider-crank that is stretched at 150 mm
-STRETCHED = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-joints.A = { type = "revolute", on = { ground = [0, 0], c = [0, 0] }, clearance = { radial = 0.01 } }
-joints.B = { type = "revolute", on = { c = [50, 0], r = [0, 0] }, clearance = { radial = 0.01 } }
-joints.C = { type = "revolute", on = { r = [100, 0], s = [0, 0] } }
-joints.P = { type = "prismatic", on = { ground = { at = [0, 0], axis = 0 }, s = { at = [0, 0], axis = 0 } } }
-drives.d = { joint = "P", values = [120, 150] }
-start = { c = { angle = 30 }, r = { angle = -20 } }
-output = { body = "c", at = [50, 0] }
-limits = { position = 5 }
-"""
+STRETCHED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STRETCHED.revolute("A", ground=(0, 0), c=(0, 0), clearance=jp.radial(0.01))
+STRETCHED.revolute("B", c=(50, 0), r=(0, 0), clearance=jp.radial(0.01))
+STRETCHED.revolute("C", r=(100, 0), s=(0, 0))
+STRETCHED.prismatic("P", ground={"at": (0, 0), "axis": 0}, s={"at": (0, 0), "axis": 0})
+STRETCHED.drive("d", joint="P", values=(120, 150))
+STRETCHED.start("c", angle=30)
+STRETCHED.start("r", angle=-20)
+STRETCHED.output(body="c", at=(50, 0))
+STRETCHED.limits(position=5)
 
 
 def test_a_singular_row_is_called_so_by_all_questions(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """A stretched linkage was said not to be assembled, and its specimens, too."""
     path = tmp_path / "stretched.toml"
-    path.write_text(STRETCHED)
+    path.write_text(STRETCHED.text())
     run(["allow", str(path), "-q", "worst"])
     assert "Not shown: whether the limits hold; configuration 1 is singular." in capsys.readouterr().out
     run(["error", str(path), "-q", "random", "--samples", "2000", "--all"])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from helpers.browser import Browser, Page, needs_browser, opened
+from helpers.browser import Browser, Page, needs_browser
 from helpers.processes import worked, working
 from helpers.studio import EXACT, NEWEST, choose, number, put, served
 from jointplay import cli, examples
@@ -455,12 +455,6 @@ def test_what_cannot_be_served_is_refused(
 
 
 # --- what a person sees ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with opened(tmp_path_factory.mktemp("profile")) as running:
-        yield running
 
 
 def value(page: Page, question: str, quantity: int = 1) -> float:

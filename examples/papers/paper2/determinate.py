@@ -148,26 +148,17 @@ def triangle() -> jp.Mechanism:
 
 @dataclass(frozen=True)
 class Determinate:
-    """The structure with free hinges.
+    """The structure with free hinges."""
 
-    Attributes
-    ----------
-    unit : Dataset
-        Its steps.
-    formulas : dict
-        Errors of its vertices by the formulas, by joint.
-    link : tuple of float
-        Of the closed-chain link A1D2 by formulas: length, what it is off, and how far the play reaches.
-    link_exact : tuple of float
-        The same by jointplay, with the play to either side: what it is off, the least and the most.
-    cabin : dict
-        Errors of D, F and I in the cabin's axes: by formulas, by jointplay.
-    """
-
+    #: its steps
     unit: xr.Dataset
+    #: errors of its vertices by the formulas, by joint
     formulas: dict[str, Off]
+    #: of the closed-chain link A1D2 by formulas: length, what it is off, and how far the play reaches
     link: tuple[float, float, float]
+    #: the same by jointplay, with the play to either side: what it is off, the least and the most
     link_exact: tuple[float, float, float]
+    #: errors of D, F and I in the cabin's axes: by formulas, by jointplay
     cabin: dict[str, tuple[Floats, Floats]]
 
 

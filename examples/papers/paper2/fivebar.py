@@ -43,15 +43,10 @@ WAYS: Mapping[str, Way] = {
 
 @dataclass(frozen=True)
 class Loop:
-    """A way with what comes out.
-
-    Attributes
-    ----------
-    unit, worst : Dataset
-        The steps with perfect parts (but for the bar KM), and the worst over the play.
-    """
+    """A way with what comes out."""
 
     way: Way
+    #: `unit`, `worst`: the steps with perfect parts (but for the bar KM), and the worst over the play
     unit: xr.Dataset
     worst: xr.Dataset
 

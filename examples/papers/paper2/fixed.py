@@ -29,20 +29,14 @@ THETAS = (1.0, -1.0)
 
 @dataclass(frozen=True)
 class Fixed:
-    """Position errors, mm, by the error of the angle in degrees.
+    """Position errors, mm, by the error of the angle in degrees."""
 
-    Attributes
-    ----------
-    near : tuple of ndarray
-        Of the link's own centre at its base: by (1), by jointplay.
-    straight : tuple of ndarray
-        Of its far end with the right angle: by (4), by jointplay.
-    printed, across, exact : dict
-        Of its far end: by (5) as printed, with the end turned across the link, by jointplay.
-    """
-
+    #: of the link's own centre at its base: by (1), by jointplay
     near: tuple[Floats, Floats]
+    #: of its far end with the right angle: by (4), by jointplay
     straight: tuple[Floats, Floats]
+    #: `printed`, `across`, `exact`: of its far end: by (5) as printed, with the end turned across the link, by
+    #: jointplay
     printed: dict[float, Floats]
     across: dict[float, Floats]
     exact: dict[float, Floats]

@@ -31,53 +31,36 @@ LOCKED = 1.0
 
 @dataclass(frozen=True)
 class Study:
-    """Everything that the page says.
+    """Everything that the page says."""
 
-    Attributes
-    ----------
-    jacobians : list of ndarray
-        Of D by the lengths of BD and ED, by B, and by E; x along the panels, y along the cabin.
-    contact : dict
-        By force (1 along DF, 2 along DI) and base: the force on the base for a unit force on D.
-    along : tuple of float
-        How far D goes along a force in the direction of DF when only B has play: by jointplay, and by the diagonal
-        matrix.
-    centres : dict
-        Where shaft and bearing of a joint of the dyad go under that force when only this joint has play.
-    links : tuple of float
-        The folding link BD: shortest and longest with its hinge locked straight, and shortest with the hinge off.
-    unit, without_play : Dataset
-        The built unit of the over-constrained structure; the same without play.
-    freely : Determinate
-        The determinate structure.
-    fixed : Fixed
-        A single link that is fixed.
-    loops : dict
-        The four ways to assemble a five-bar.
-    scatter, worst : Dataset
-        With the published deviations as tolerances.
-    needed : ndarray
-        The clearance that each step needs to go together without strain, mm.
-    clearances : ndarray
-        Clearances of all joints, mm, and
-    forces : dict
-        the forces of both redundant links in the end with each of them, N.
-    """
-
+    #: of D by the lengths of BD and ED, by B, and by E; x along the panels, y along the cabin
     jacobians: list[Floats]
+    #: by force (1 along DF, 2 along DI) and base: the force on the base for a unit force on D
     contact: dict[int, dict[str, Floats]]
+    #: how far D goes along a force in the direction of DF when only B has play: by jointplay, and by the diagonal
+    #: matrix
     along: tuple[float, float]
+    #: where shaft and bearing of a joint of the dyad go under that force when only this joint has play
     centres: dict[str, tuple[Floats, Floats]]
+    #: the folding link BD: shortest and longest with its hinge locked straight, and shortest with the hinge off
     links: tuple[float, float, float]
+    #: `unit`, `without_play`: the built unit of the over-constrained structure; the same without play
     unit: xr.Dataset
     without_play: xr.Dataset
+    #: the determinate structure
     freely: Determinate
+    #: a single link that is fixed
     fixed: Fixed
+    #: the four ways to assemble a five-bar
     loops: dict[str, Loop]
+    #: `scatter`, `worst`: with the published deviations as tolerances
     scatter: xr.Dataset
     worst: xr.Dataset
+    #: the clearance that each step needs to go together without strain, mm
     needed: Floats
+    #: clearances of all joints, mm, and
     clearances: Floats
+    #: the forces of both redundant links in the end with each of them, N
     forces: dict[str, Floats]
 
 

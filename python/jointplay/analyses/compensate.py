@@ -140,24 +140,15 @@ def compensate(
 
 @dataclass(frozen=True)
 class Correction:
-    """Corrected drives of all configurations, SI.
+    """Corrected drives of all configurations, SI."""
 
-    Attributes
-    ----------
-    drives, error : ndarray
-        Of the worst case the error is that at the largest position error.
-    status : ndarray
-    iterations : ndarray of int
-    settled : ndarray of bool
-    largest : dict of ndarray
-        Of the worst case: the largest position and rotation, before and after, and the ends of all components after.
-    """
-
+    #: `drives`, `error`: of the worst case the error is that at the largest position error
     drives: Floats
     error: Floats
     status: Codes
     iterations: NDArray[np.int64]
     settled: NDArray[np.bool_]
+    #: of the worst case: the largest position and rotation, before and after, and the ends of all components after
     largest: Mapping[str, Floats] = field(default_factory=dict)
 
 

@@ -23,7 +23,6 @@ def contacts(m: Mechanism, given: str | None = None) -> tuple[str, ...]:
 
     Parameters
     ----------
-    m : Mechanism
     given : {"scattered", "loaded"}, optional
         The one that is asked for; that of the file if left out, and both where the file has loads and names none.
     """
@@ -39,17 +38,10 @@ def contacts(m: Mechanism, given: str | None = None) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Assumed:
-    """A mechanism with one output, and where its clearances are.
-
-    Attributes
-    ----------
-    contact : str
-    load_case : str
-        Empty where the file has none, or where loads do not matter.
-    part : Mechanism
-    """
+    """A mechanism with one output, and where its clearances are."""
 
     contact: str
+    #: empty where the file has none, or where loads do not matter
     load_case: str
     part: Mechanism
 

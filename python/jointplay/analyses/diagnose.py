@@ -134,28 +134,18 @@ def holds(result: Result) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Diagnosis:
-    """What the readings tell.
+    """What the readings tell."""
 
-    Attributes
-    ----------
-    used : ndarray of bool
-        Rows that were not left out.
-    groups : tuple of tuple
-        Clearances of which only a sum is determined, or single ones: index and coefficient of each.
-    determined : ndarray of bool
-        Of every group whether the readings determine its sum.
-    change, error : ndarray
-        Of every sum how far it is from that of the sizes in the file, SI, and the standard error.
-    chi, free : float, int
-        Sum of squares, and degrees of freedom.
-    rank : int
-    """
-
+    #: rows that were not left out
     used: Flags
+    #: clearances of which only a sum is determined, or single ones: index and coefficient of each
     groups: tuple[tuple[tuple[int, float], ...], ...]
+    #: of every group whether the readings determine its sum
     determined: Flags
+    #: `change`, `error`: of every sum how far it is from that of the sizes in the file, SI, and the standard error
     change: Floats
     error: Floats
+    #: `chi`, `free`: sum of squares, and degrees of freedom
     chi: float
     free: int
     rank: int

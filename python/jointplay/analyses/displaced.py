@@ -18,17 +18,11 @@ from jointplay.model.mechanism import Mechanism
 
 
 class Displaced(NamedTuple):
-    """A mechanism that is not at its nominal poses.
+    """A mechanism that is not at its nominal poses."""
 
-    Attributes
-    ----------
-    poses : ndarray
-        Of all bodies, shape (configuration, body, pose), SI; nan where there is none.
-    points : ndarray
-        Where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes.
-    """
-
+    #: of all bodies, shape (configuration, body, pose), SI; nan where there is none
     poses: Floats
+    #: where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes
     points: Floats
 
 
@@ -37,8 +31,6 @@ def at_offsets(m: Mechanism, at: Nominal, offsets: Floats) -> Displaced:
 
     Parameters
     ----------
-    m : Mechanism
-    at : Nominal
     offsets : ndarray
         Shape (configuration, parameter), in units of the file; nan where they are not known.
     """
@@ -63,7 +55,6 @@ def under_load(m: Mechanism, at: Nominal) -> Displaced:
     ----------
     m : Mechanism
         In one load case.
-    at : Nominal
     """
     if m.core.isostatic:
         return at_offsets(m, at, loaded.compute(m, at=at, details=False, offset=True).get("offset"))

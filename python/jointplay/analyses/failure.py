@@ -13,20 +13,13 @@ from jointplay.model.mobility import Attempt, attempt, is_tree, sentences
 
 @dataclass(frozen=True)
 class Failure:
-    """What is known of configurations that cannot be assembled.
+    """What is known of configurations that cannot be assembled."""
 
-    Parameters
-    ----------
-    found : Attempt
-        The nearest attempt.
-    words : tuple of str
-        One sentence each; a start is several lines, to be pasted into the file.
-    first : int
-        The first configuration that cannot be assembled.
-    """
-
+    #: the nearest attempt
     found: Attempt
+    #: one sentence each; a start is several lines, to be pasted into the file
     words: tuple[str, ...]
+    #: the first configuration that cannot be assembled
     first: int
 
 
@@ -35,7 +28,6 @@ def failure(m: Mechanism, drives: Floats | None = None, placed: Floats | None = 
 
     Parameters
     ----------
-    m : Mechanism
     drives, placed : ndarray, optional
         Values of the drives and poses, SI; solved if left out.
     """

@@ -38,20 +38,13 @@ SOME, RINGS, APART = 16, 2, 0.2
 
 @dataclass(frozen=True)
 class Strays:
-    """Nominal less ideal.
+    """Nominal less ideal."""
 
-    Attributes
-    ----------
-    size : ndarray
-        Structural error of every configuration, SI, not negative; nan where nothing is asked or nothing is known.
-    component : ndarray or None
-        Of the output's pose, shape (configuration, component), nan where nothing is asked; None of a joint.
-    fitted : str
-        What was fitted, in words and units of the file.
-    """
-
+    #: structural error of every configuration, SI, not negative; nan where nothing is asked or nothing is known
     size: Floats
+    #: of the output's pose, shape (configuration, component), nan where nothing is asked; None of a joint
     component: Floats | None
+    #: what was fitted, in words and units of the file
     fitted: str = ""
 
 

@@ -42,20 +42,14 @@ STRIDE = 0xD1B5_4A32_D192_ED03
 
 @dataclass(frozen=True)
 class Indices:
-    """First and total index with their standard errors, nan where nothing scatters.
+    """First and total index with their standard errors, nan where nothing scatters."""
 
-    Parameters
-    ----------
-    first, first_error, total, total_error : ndarray
-        Shape (group, quantity).
-    left_out : float
-        Share of the points that are left out because one of their specimens has no pose.
-    """
-
+    #: `first`, `first_error`, `total`, `total_error`: shape (group, quantity)
     first: Floats
     first_error: Floats
     total: Floats
     total_error: Floats
+    #: share of the points that are left out because one of their specimens has no pose
     left_out: float
 
 
@@ -215,17 +209,11 @@ class _Points:
 
 @dataclass(frozen=True)
 class _PartDraws:
-    """Specimens by their independent parts.
+    """Specimens by their independent parts."""
 
-    Parameters
-    ----------
-    drawn : ndarray
-        Parameters, of which all but the offsets count.
-    offsets : ndarray
-        Parameters with the offsets of the same specimens in gaps that are the same for all.
-    """
-
+    #: parameters, of which all but the offsets count
     drawn: Floats
+    #: parameters with the offsets of the same specimens in gaps that are the same for all
     offsets: Floats
 
     @classmethod

@@ -38,24 +38,15 @@ SeveralErrors = Callable[[Floats, PlaceIndices], tuple[Floats, Codes]]
 
 @dataclass
 class LeastLargest:
-    """Drive values and what they leave, of all configurations.
-
-    Attributes
-    ----------
-    drives : ndarray
-    largest : ndarray
-        The largest weighted error.
-    status : ndarray
-    iterations : ndarray of int
-        Steps made.
-    settled : ndarray of bool
-        Whether no step makes it less.
-    """
+    """Drive values and what they leave, of all configurations."""
 
     drives: Floats
+    #: the largest weighted error
     largest: Floats
     status: Codes
+    #: steps made
     iterations: NDArray[np.int64]
+    #: whether no step makes it less
     settled: NDArray[np.bool_]
 
 
@@ -82,7 +73,6 @@ def least_largest(
 
     Parameters
     ----------
-    errors : callable
     drives : ndarray
         Where the search begins, shape (place, drive).
     places : ndarray

@@ -65,39 +65,26 @@ def within_another() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Nominal:
-    """Solved configurations, SI and radians; nan where a configuration is not assembled.
+    """Solved configurations, SI and radians; nan where a configuration is not assembled."""
 
-    Attributes
-    ----------
-    drives : ndarray
-        Shape (configuration, drive): as commanded, or as solved from the path.
-    poses : ndarray
-        Shape (configuration, body, pose): as the core has them, in space with a quaternion.
-    output : ndarray
-        Pose of the output point, shape (configuration, component).
-    status : ndarray
-        The core's codes.
-    units : Units or None
-        Units that results are asked in, when not those of the mechanism's file.
-    leaves : ndarray or None
-        With ranges in the file: the drive or joint that leaves its range, by its name, for every configuration.
-    misfit : str
-        What stays open of parts that are not drawn to fit, in a sentence.
-    strays : ndarray or None
-        With a target of the output's pose: nominal less ideal pose, shape (configuration, component), nan where
-        nothing is asked.
-    is_path : bool
-        Whether the configurations are a path: else a target that compares the whole of it does not count.
-    """
-
+    #: shape (configuration, drive): as commanded, or as solved from the path
     drives: Floats
+    #: shape (configuration, body, pose): as the core has them, in space with a quaternion
     poses: Floats
+    #: pose of the output point, shape (configuration, component)
     output: Floats
+    #: the core's codes
     status: Codes
+    #: units that results are asked in, when not those of the mechanism's file
     units: Units | None = None
+    #: with ranges in the file: the drive or joint that leaves its range, by its name, for every configuration
     leaves: Texts | None = None
+    #: what stays open of parts that are not drawn to fit, in a sentence
     misfit: str = ""
+    #: with a target of the output's pose: nominal less ideal pose, shape (configuration, component), nan where nothing
+    #: is asked
     strays: Floats | None = None
+    #: whether the configurations are a path: else a target that compares the whole of it does not count
     is_path: bool = True
 
     def __len__(self) -> int:

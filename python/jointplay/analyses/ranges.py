@@ -50,19 +50,12 @@ def leaving(m: Mechanism, drives: Floats, placed: Floats, *, path: bool) -> Text
 
 @dataclass(frozen=True)
 class RangeEnd:
-    """An end of the range of a drive or a joint.
+    """An end of the range of a drive or a joint."""
 
-    Attributes
-    ----------
-    kind : str
-        ``drives`` or ``joints``, as in the file.
-    name : str
-    side : str
-        ``low`` or ``high``.
-    """
-
+    #: ``drives`` or ``joints``, as in the file
     kind: str
     name: str
+    #: ``low`` or ``high``
     side: str
 
     def __str__(self) -> str:

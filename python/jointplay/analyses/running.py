@@ -217,28 +217,18 @@ def contact_rates(m: Mechanism, at: Nominal, motion: DriveMotion) -> tuple[Float
 
 @dataclass(frozen=True)
 class _Instants:
-    """Instants one after the other.
-
-    Attributes
-    ----------
-    at : Nominal
-    rates : ndarray
-        Of the drives, shape (2, instant, drive).
-    number : ndarray
-        Number of the configuration, between two of them a part more, shape (instant,).
-    nearest : ndarray of int
-        The configuration nearest to the half-way from each to the next one.
-    steps : ndarray
-        Time to the next one.
-    goes_on : ndarray of bool
-        Whether the next one follows it.
-    """
+    """Instants one after the other."""
 
     at: Nominal
+    #: of the drives, shape (2, instant, drive)
     rates: Floats
+    #: number of the configuration, between two of them a part more, shape (instant,)
     number: Floats
+    #: the configuration nearest to the half-way from each to the next one
     nearest: NDArray[np.intp]
+    #: time to the next one
     steps: Floats
+    #: whether the next one follows it
     goes_on: NDArray[np.bool_]
 
     def chosen(self, places: NDArray[np.intp]) -> _Instants:

@@ -40,39 +40,25 @@ LEFT = sys.float_info.epsilon
 
 @dataclass(frozen=True)
 class SingularPlace:
-    """A singular place on the path.
+    """A singular place on the path."""
 
-    Attributes
-    ----------
-    along : float
-        Number of the configuration, with its fraction on the way to the next one.
-    output : ndarray
-        Position of the output point.
-    kind : str
-        Which singularity.
-    """
-
+    #: number of the configuration, with its fraction on the way to the next one
     along: float
+    #: position of the output point
     output: Floats
+    #: which singularity
     kind: str
 
 
 @dataclass(frozen=True)
 class Nearest:
-    """The nearest singular place of every configuration.
+    """The nearest singular place of every configuration."""
 
-    Attributes
-    ----------
-    distance : ndarray
-        Travel of the output point up to it; inf where the path has none, nan where the configuration is not assembled.
-    drives : ndarray
-        Drive values there, shape (configuration, drive).
-    kind : list of str
-        Which singularity it is; empty where there is none.
-    """
-
+    #: travel of the output point up to it; inf where the path has none, nan where the configuration is not assembled
     distance: Floats
+    #: drive values there, shape (configuration, drive)
     drives: Floats
+    #: which singularity it is; empty where there is none
     kind: list[str]
 
 

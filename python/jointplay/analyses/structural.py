@@ -56,12 +56,7 @@ def structural(m: Mechanism) -> xr.Dataset:
 
 
 def check(m: Mechanism) -> None:
-    """Refuse a mechanism without a target.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a mechanism without a target."""
     if m.ideal is None:
         problem = (
             "the file does not say what the output ought to do: [target] with points, line, circle, function or dwell"

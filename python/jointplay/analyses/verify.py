@@ -116,20 +116,13 @@ def holds(result: Result) -> bool:
 
 @dataclass(frozen=True)
 class _Limited:
-    """A quantity that has a limit and is read.
+    """A quantity that has a limit and is read."""
 
-    Attributes
-    ----------
-    name : str
-        ``x``, ``jaw.position``.
-    columns : tuple of int
-        Of what it is made.
-    low, high : float
-        SI.
-    """
-
+    #: ``x``, ``jaw.position``
     name: str
+    #: of what it is made
     columns: tuple[int, ...]
+    #: `low`, `high`: SI
     low: float
     high: float
 

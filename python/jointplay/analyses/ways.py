@@ -34,21 +34,13 @@ NO_POSE = -1
 
 @dataclass(frozen=True)
 class Way:
-    """A way to be outside.
+    """A way to be outside."""
 
-    Parameters
-    ----------
-    quantity : int
-        Among components and sizes; `NO_POSE`.
-    rows : tuple of int
-        Components of the quantity.
-    component, sign : int
-        Along which component, to which side.
-    limit : float
-    """
-
+    #: among components and sizes; `NO_POSE`
     quantity: int
+    #: components of the quantity
     rows: tuple[int, ...]
+    #: `component`, `sign`: along which component, to which side
     component: int
     sign: int
     limit: float

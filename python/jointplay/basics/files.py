@@ -75,7 +75,6 @@ def require_writable(path: Path, *, folder: bool = False) -> Path:
 
     Parameters
     ----------
-    path : Path
     folder : bool
         Whether a folder is written and not a file.
 

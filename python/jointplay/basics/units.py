@@ -32,13 +32,6 @@ TURNING_SPEEDS: Mapping[str, float] = MappingProxyType(
 class Units:
     """The units of one file.
 
-    Parameters
-    ----------
-    length_name, angle_name, force_name : str
-        Names as in the file.
-    turning_speed_name : str
-        The same of the speeds of drives that turn; the angle per second if left out.
-
     Examples
     --------
     >>> Units("mm", "deg", "N").length
@@ -47,9 +40,11 @@ class Units:
     'kN mm'
     """
 
+    #: `length_name`, `angle_name`, `force_name`: names as in the file
     length_name: LengthUnit = "mm"
     angle_name: AngleUnit = "deg"
     force_name: ForceUnit = "N"
+    #: the same of the speeds of drives that turn; the angle per second if left out
     turning_speed_name: str = ""
 
     def __post_init__(self) -> None:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from . import answer, arguments
+from . import INTERRUPTED, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import RESULTS, File, PointName, Settings, ShownChanges
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -72,17 +69,12 @@ def allocate(
     options.refuse_unheard(question or ("random" if probability is not None else "worst"))
     m = answer.mechanism(file, settings, output_point)
     factors = [] if curve is None else arguments.several(curve, "--curve", answer.reader(m))
-    found: list[Result] = []
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        every = {"probability": probability, "curve": factors, "digits": digits, "progress": progress, **options.of(m)}
-        found.append(compute(m, question, **every))
-        return found[0]
-
+    every = {"question": question, "probability": probability, "curve": factors, "digits": digits, **options.of(m)}
     answer.require_other(output, file)
     to_file = answer.file_as_built(output)
-    code = answer.answer({"allocate": ask}, m, None if to_file else output, plot)
-    if found:
+    ask = {"allocate": partial(compute, **every)}
+    code, found = answer.answered(ask, m, None if to_file else output, plot)
+    if code != INTERRUPTED:
         # Patterns are written out, because copies have sizes of their own.
-        answer.changed(lambda: sizings(m)[0], found[0], to_file, "no sizes were found", is_shown=changes)
+        answer.changed(lambda: sizings(m)[0], found["allocate"], to_file, "no sizes were found", is_shown=changes)
     return code

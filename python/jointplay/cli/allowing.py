@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -11,10 +12,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, PointName, Probability, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -46,10 +43,7 @@ def allow(
     """
     from jointplay.analyses.allow import compute, keeps
 
-    def ask(m: Mechanism, progress: Any) -> Result:
-        every = {"probability": probability, "tolerance": tolerance, "progress": progress, **options.of(m, question)}
-        return compute(m, question, **every)
-
     m = answer.mechanism(file, settings, output_point, load_case)
+    every = {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
     # What a source alone may be says nothing of the limits as they are.
-    return answer.judged("allow", ask, m, output, plot, keeps)
+    return answer.answer({"allow": partial(compute, question=question, **every)}, m, output, plot, keeps)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 import os
 import shlex
@@ -129,14 +128,31 @@ def check_paths(output: Path | None) -> None:
         write.check_path(output)
 
 
-def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: FigureFile) -> int:
+def answer(
+    questions: Mapping[str, Callable[..., Result]],
+    m: Mechanism,
+    output: Path | None,
+    plot: FigureFile,
+    holds: Callable[[Result], bool] | None = None,
+) -> int:
     """Ask the questions one after the other, then print or write what they say.
 
     Returns
     -------
     int
-        Exit code.
+        Exit code; of a single question `holds` can say whether its answer is good.
     """
+    return answered(questions, m, output, plot, holds)[0]
+
+
+def answered(
+    questions: Mapping[str, Callable[..., Result]],
+    m: Mechanism,
+    output: Path | None,
+    plot: FigureFile,
+    holds: Callable[[Result], bool] | None = None,
+) -> tuple[int, dict[str, Result]]:
+    """The exit code of `answer`, and the results."""
     from jointplay.analyses.nominal import Interrupted
 
     check_paths(output)
@@ -167,8 +183,9 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
         else:
             show(results, [*_explained(m, results)])
     if interrupted:
-        return INTERRUPTED
-    return DONE if all(map(_is_good, results.values())) and _holds_as_a_whole(results) else NOT_OK
+        return INTERRUPTED, results
+    is_good = all(map(holds or _is_good, results.values())) and (holds is not None or _holds_as_a_whole(results))
+    return DONE if is_good else NOT_OK, results
 
 
 def _holds_as_a_whole(results: Mapping[str, Result]) -> bool:
@@ -192,7 +209,6 @@ def changed(
         Gives the mechanism whose values are changed.
     found : Result
         With the attribute `changes`, if there are such values.
-    to_file : Path or None
     nothing : str
         Why there is no file where there are none.
     is_shown : bool
@@ -207,26 +223,6 @@ def changed(
         tell()
     for line in lines if is_shown else ():
         typer.echo(f"--set {shlex.quote(line)}")
-
-
-def judged(
-    name: str,
-    ask: Callable[..., Result],
-    m: Mechanism,
-    output: Path | None,
-    plot: FigureFile,
-    holds: Callable[[Result], bool],
-) -> int:
-    """Ask one question; the exit code says whether its answer holds."""
-    found: list[Result] = []
-
-    @functools.wraps(ask)
-    def keep(*args: Any, **options: Any) -> Result:
-        found.append(ask(*args, **options))
-        return found[0]
-
-    code = answer({name: keep}, m, output, plot)
-    return code if not found or code == INTERRUPTED else DONE if holds(found[0]) else NOT_OK
 
 
 def _is_good(result: Result) -> bool:

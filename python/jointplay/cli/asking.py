@@ -145,8 +145,5 @@ def compensate(
     which = question or ("given" if put else "loaded")
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
     aim: Any = answer.target(m, target)
-
-    def correct(m: Mechanism, progress: Any) -> Result:
-        return compute(m, which, put or None, weights=pair, target=aim, one_table=one_table, progress=progress)
-
+    correct = partial(compute, question=which, offsets=put or None, weights=pair, target=aim, one_table=one_table)
     return answer.answer({"compensate": correct}, m, output, plot)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -13,10 +14,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import Best, File, LoadCase, OutputPath, PointName, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -58,8 +55,5 @@ def assemble(
     if best is not None:
         with bar("order") as progress:
             m = best_order(m, best.value, configuration=configuration, progress=progress)
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, question, configuration=configuration, progress=progress, **options.of(m))
-
+    ask = partial(compute, question=question, configuration=configuration, **options.of(m))
     return answer.answer({"assemble": ask}, m, output, plot)

@@ -111,7 +111,7 @@ def calibrate(
             as_built(m, found, posterior=posterior).write(built)
         return found
 
-    code = answer.judged("calibrate", ask, m, None if built else output, plot, holds)
+    code = answer.answer({"calibrate": ask}, m, None if built else output, plot, holds)
     if built is not None and code != INTERRUPTED:
         typer.echo(f"  {output} is the file as built; {_about(posterior)}.")
     return code
@@ -202,7 +202,7 @@ def diagnose(
     m = answer.mechanism(file, settings)
     answer.require_other(output, file, reversal)
     asked = partial(compute, measured=reversal, sigma=_sigma(sigma))
-    return answer.judged("diagnose", asked, m, output, NO_FIGURE, holds)
+    return answer.answer({"diagnose": asked}, m, output, NO_FIGURE, holds)
 
 
 @prints()
@@ -225,7 +225,7 @@ def verify(
     m = answer.mechanism(file, settings)
     answer.require_other(output, file, measured)
     asked = partial(compute, measured=measured, sigma=_sigma(sigma), risk=risk)
-    return answer.judged("verify", asked, m, output, NO_FIGURE, holds)
+    return answer.answer({"verify": asked}, m, output, NO_FIGURE, holds)
 
 
 def _options(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -11,10 +12,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import First, Further, LoadCase, OutputPath, PointName, Second, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -53,9 +50,5 @@ def compare(
 
     files = (first, second, *(further or ()))
     a, b, *others = (answer.mechanism(file, settings, output_point, load_case) for file in files)
-    followed = arguments.words(components)
-
-    def ask(m: Mechanism) -> Result:
-        return compute(m, b, question, others=others, components=followed, **options.of(a, question))
-
-    return answer.answer({"compare": ask}, a, output, plot)
+    ask = partial(compute, b=b, question=question, others=others, components=arguments.words(components))
+    return answer.answer({"compare": partial(ask, **options.of(a, question))}, a, output, plot)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -13,10 +14,6 @@ from . import answer, arguments, completing
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import RESULTS, File, LimitsHold, PointName, Seed, Settings, ShownChanges
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -74,7 +71,6 @@ def design(
     holds everything.
     """
     from jointplay.analyses.design import compute
-    from jointplay.analyses.nominal import Interrupted
 
     answer.require_other(output, file)
     to_file = answer.file_as_built(output)
@@ -89,20 +85,10 @@ def design(
         "samples": samples,
         "seed": seed,
     }
-    found: list[Result] = []
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        try:
-            found.append(compute(m, progress=progress, **every))
-        except Interrupted as stopped:
-            # The best design so far is one to go on from.
-            found.append(stopped.partial)
-            raise
-        return found[0]
-
-    code = answer.answer({"design": ask}, m, None if to_file else output, plot)
-    if found:
-        answer.changed(lambda: m, found[0], to_file, "no design was found that holds everything", is_shown=changes)
+    code, found = answer.answered({"design": partial(compute, **every)}, m, None if to_file else output, plot)
+    # The best design so far is one to go on from.
+    why = "no design was found that holds everything"
+    answer.changed(lambda: m, found["design"], to_file, why, is_shown=changes)
     return code
 
 

@@ -95,12 +95,7 @@ class FigureFile:
         return {name: value for name, value in (self.options or {}).items() if value is not None}
 
     def check(self, m: Mechanism, asked: Iterable[str]) -> None:
-        """Refuse before the work what cannot be drawn or written.
-
-        Raises
-        ------
-        InputError
-        """
+        """Refuse before the work what cannot be drawn or written."""
         self._require_path()
         if self.path is None:
             return

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -11,10 +12,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE
 from .options import File, LoadCase, OutputPath, Probability, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -43,9 +40,5 @@ def forces(
     from jointplay.analyses.forces import compute
 
     m = answer.mechanism(file, settings, None, load_case)
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        every = {"of": of or None, "probability": probability, "progress": progress, **options.of(m, question)}
-        return compute(m, question, **every)
-
-    return answer.answer({"forces": ask}, m, output, NO_FIGURE)
+    every = {"question": question, "of": of or None, "probability": probability, **options.of(m, question)}
+    return answer.answer({"forces": partial(compute, **every)}, m, output, NO_FIGURE)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated, Any
 
 import typer
 
@@ -11,10 +12,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, Passes, PointName, Probability, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -59,10 +56,6 @@ def life(
 
     m = answer.mechanism(file, settings, output_point, load_case)
     ages = None if cycles is None else arguments.several(cycles, "--cycles", answer.reader(m))
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        every = {"cycles": ages, "cycle": None if cycle is None else cycle.value, "progress": progress}
-        every |= {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
-        return compute(m, question, **every)
-
-    return answer.judged("life", ask, m, output, plot, holds)
+    every: dict[str, Any] = {"question": question, "cycles": ages, "cycle": None if cycle is None else cycle.value}
+    every |= {"probability": probability, "tolerance": tolerance, **options.of(m, question)}
+    return answer.answer({"life": partial(compute, **every)}, m, output, plot, holds)

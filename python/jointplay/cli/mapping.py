@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,34 +21,11 @@ from .printing import prints
 if TYPE_CHECKING:
     import xarray as xr
 
-    from jointplay.model.mechanism import Mechanism
     from jointplay.result import Result
 
 
 #: layers that are read at a time where the file does not say
 SLAB = 64
-
-
-@dataclass(frozen=True)
-class Kept:
-    """Where the map goes and how.
-
-    Attributes
-    ----------
-    output : Path or None
-        The file; in memory if left out.
-    overwrite : bool
-        Whether something else there is replaced.
-    chunk : int or None
-        Nodes of a chunk.
-    scheduler : str or None
-        Address of a scheduler whose workers make it.
-    """
-
-    output: Path | None
-    overwrite: bool
-    chunk: int | None
-    scheduler: str | None
 
 
 @prints(csv=False)
@@ -96,53 +71,32 @@ def map_(
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Compute the error over a grid of drives or of positions."""
+    from jointplay.analyses.map import Stopped, check_variable, compute, open_map
+    from jointplay.analyses.nominal import Interrupted
+
     m = answer.mechanism(file, settings, output_point, load_case)
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     if overwrite and output is None:
         raise InputError("says what may be replaced; -o says where the map goes", key="--overwrite")
-    kept = Kept(output, overwrite, chunk, scheduler)
     # Of several writes that fail beside one another one is told; asyncio, on which Zarr writes, would tell the others.
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
-    return _answered(m, question, ranges, options.of(m, question), kept, plot, variable)
-
-
-def _answered(
-    m: Mechanism,
-    question: str,
-    grid: Mapping[str, Any] | None,
-    options: Mapping[str, Any],
-    kept: Kept,
-    plot: FigureFile,
-    variable: str | None,
-) -> int:
-    """Make a map.
-
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    from jointplay.analyses.map import Stopped, check_variable, compute
-    from jointplay.analyses.nominal import Interrupted
-
+    own = options.of(m, question)
     plot.check_map()
     if variable is not None and plot.path is None:
         raise InputError("says what is drawn; --plot says where", key="--variable")
     if variable is not None:
-        check_variable(m, question, grid, options, variable)
+        check_variable(m, question, ranges, own, variable)
     interrupted = False
     try:
         with bar("map") as progress:
             made = compute(
-                m,
-                question,
-                grid,
-                path=kept.output,
-                overwrite=kept.overwrite,
-                chunk=kept.chunk,
+                *(m, question, ranges),
+                path=output,
+                overwrite=overwrite,
+                chunk=chunk,
                 progress=progress,
-                scheduler=kept.scheduler,
-                **options,
+                scheduler=scheduler,
+                **own,
             )
     except Stopped as stopped:
         sys.stderr.write(f"{stopped}\n")
@@ -158,10 +112,8 @@ def _answered(
         finally:
             answer.show({"map": made})
         return INTERRUPTED if interrupted else code
-    from jointplay.analyses.map import open_map
-
-    assert kept.output is not None
-    with open_map(kept.output) as dataset:
+    assert output is not None
+    with open_map(output) as dataset:
         _draw(dataset, plot, variable)
         return DONE if _all_ok(dataset) else NOT_OK
 

@@ -25,19 +25,12 @@ class Dialect(StrEnum):
 
 @dataclass(frozen=True)
 class Printing:
-    """What was asked for.
+    """What was asked for."""
 
-    Attributes
-    ----------
-    every : bool
-        All rows and columns.
-    csv_dialect : str
-    typed : tuple of str
-        The options that were typed and not left out.
-    """
-
+    #: all rows and columns
     every: bool = False
     csv_dialect: str = Dialect.comma.value
+    #: the options that were typed and not left out
     typed: tuple[str, ...] = ()
 
 

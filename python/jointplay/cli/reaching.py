@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from jointplay.basics.files import require_writable
 from jointplay.errors import InputError
 
-from . import answer, arguments
+from . import INTERRUPTED, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import RESULTS, File, LoadCase, PointName, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 #: extensions of the boundary alone
 BOUNDARIES = (".dxf", ".stl")
@@ -97,19 +94,13 @@ def workspace(
         raise InputError(NO_SURFACE, file=os.fspath(drawn), key="--output")
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     middle = None if centre is None else arguments.numbers(centre, "--centre", (2, 3), answer.reader(m))
-
-    found: list[Result] = []
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        asked = {} if question is None else options.of(m, question)
-        every = {"question": question, "centre": middle, "count": count, "tolerance": tolerance, **asked}
-        found.append(compute(m, ranges, progress=progress, **every))
-        return found[0]
-
-    code = answer.answer({"workspace": ask}, m, output if drawn is None else None, plot)
-    if drawn is not None and found:
+    asked = {} if question is None else options.of(m, question)
+    every = {"grid": ranges, "question": question, "centre": middle, "count": count, "tolerance": tolerance, **asked}
+    ask = {"workspace": partial(compute, **every)}
+    code, found = answer.answered(ask, m, output if drawn is None else None, plot)
+    if drawn is not None and code != INTERRUPTED:
         from jointplay.exchange.exporting import boundary
 
-        boundary(found[0], drawn)
+        boundary(found["workspace"], drawn)
         typer.echo(f"wrote {drawn}")
     return code

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -10,10 +11,6 @@ from . import answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
 from .options import File, OutputPath, PointName, Settings
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -60,9 +57,5 @@ def singularities(
     """
     from jointplay.analyses.singularities import compute
 
-    counted = arguments.words(components)
-
-    def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, length=length, components=counted, path=path, progress=progress)
-
+    ask = partial(compute, length=length, components=arguments.words(components), path=path)
     return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, plot)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -13,10 +14,6 @@ from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import COLOURED, NO_FIGURE, FigureFile, with_figure
 from .options import File, LoadCase, OutputPath, PointName, Scheduler
 from .printing import prints
-
-if TYPE_CHECKING:
-    from jointplay.model.mechanism import Mechanism
-    from jointplay.result import Result
 
 
 @prints()
@@ -72,8 +69,6 @@ def sweep(
         answer.change(m, {second: others[0]})
         every["by"] = {second: others}
 
-    def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, keys, values, question, progress=progress, scheduler=scheduler, **every)
-
+    ask = partial(compute, key=keys, values=values, question=question, scheduler=scheduler, **every)
     # Of pairs of values there are other figures.
     return answer.answer({"pairs" if by else "sweep": ask}, m, output, plot)

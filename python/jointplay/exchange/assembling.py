@@ -32,17 +32,11 @@ OPEN = 1e-6
 
 @dataclass(frozen=True)
 class JointEnd:
-    """One side of a joint.
+    """One side of a joint."""
 
-    Attributes
-    ----------
-    part : str
-        Name of the body.
-    frame : Frame
-        The joint's frame in the drawing.
-    """
-
+    #: name of the body
     part: str
+    #: the joint's frame in the drawing
     frame: Frame
 
     @property

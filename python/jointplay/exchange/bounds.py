@@ -19,12 +19,7 @@ ROUNDING = 1e-6
 
 
 def require_bounded(skeleton: Skeleton) -> None:
-    """Refuse what is farther away, or heavier, than anything is, and directions that are none.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse what is farther away, or heavier, than anything is, and directions that are none."""
     for what, values in _numbers(skeleton):
         largest = float(np.abs(values).max(initial=0.0))
         # What is no number is no larger, and refused as well.

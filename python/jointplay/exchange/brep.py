@@ -56,29 +56,19 @@ class Unreadable(ValueError):
 
 @dataclass(frozen=True)
 class ShapeElement:
-    """A face, edge or vertex; lengths in m, in the axes of the part.
+    """A face, edge or vertex; lengths in m, in the axes of the part."""
 
-    Attributes
-    ----------
-    kind : str
-        ``line``, ``circle``, ``plane``, ``cylinder``, ``cone``, ``sphere``, ``torus``, ``point``, or ``other``.
-    at : ndarray
-        A point of it: its centre, or one on its axis.
-    axis : ndarray
-        Unit vector along it, or across it; zero where it has none.
-    radius : float
-        Of circles, cylinders and spheres.
-    is_hole : bool
-        Whether material is outside of a cylinder or sphere.
-    extent : tuple of float
-        Of a cylinder: from where to where it goes along its axis, counted from `at`.
-    """
-
+    #: ``line``, ``circle``, ``plane``, ``cylinder``, ``cone``, ``sphere``, ``torus``, ``point``, or ``other``
     kind: str
+    #: a point of it: its centre, or one on its axis
     at: Vector
+    #: unit vector along it, or across it; zero where it has none
     axis: Vector
+    #: of circles, cylinders and spheres
     radius: float = 0.0
+    #: whether material is outside of a cylinder or sphere
     is_hole: bool = False
+    #: of a cylinder: from where to where it goes along its axis, counted from `at`
     extent: tuple[float, float] = (0.0, 0.0)
 
 
@@ -107,26 +97,17 @@ class _Raw:
 
 @dataclass(frozen=True)
 class Trace:
-    """An edge of a face.
+    """An edge of a face."""
 
-    Attributes
-    ----------
-    curve : tuple or None
-        Type and numbers of its curve in the parameters of the surface.
-    ends : tuple of float
-        From where to where on the curve.
-    is_reversed : bool
-        Whether the face is on its right.
-    drawn : tuple or None
-        Kind and numbers of its curve in space, where it has none on the surface.
-    matrix : ndarray
-        Where that curve is.
-    """
-
+    #: type and numbers of its curve in the parameters of the surface
     curve: tuple[int, tuple[float, ...]] | None
+    #: from where to where on the curve
     ends: tuple[float, float]
+    #: whether the face is on its right
     is_reversed: bool
+    #: kind and numbers of its curve in space, where it has none on the surface
     drawn: tuple[str, tuple[float, ...]] | None
+    #: where that curve is
     matrix: np.ndarray
 
 

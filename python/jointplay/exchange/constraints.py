@@ -119,7 +119,6 @@ def at_a_distance(
 
     Parameters
     ----------
-    chain : Chain
     form : str
         One of `FORMS`, or "planes".
     one, other : tuple of ndarray

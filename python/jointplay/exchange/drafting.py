@@ -49,7 +49,6 @@ def to_dxf(m: Mechanism, configuration: int = 0, given: GivenErrors | None = Non
 
     Parameters
     ----------
-    m : Mechanism
     configuration : int
         Which, counted from 0.
     given : pair of mappings, optional

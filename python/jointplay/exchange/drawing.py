@@ -64,28 +64,18 @@ class Guide:
 
 @dataclass
 class Drawing:
-    """What the layers have.
+    """What the layers have."""
 
-    Attributes
-    ----------
-    layers : list of str
-        Layers with something that makes a body, in the order of the drawing.
-    ends : list
-        ``(layer, point)``: ends of lines, corners of polylines, centres of circles.
-    marks : list
-        ``(layer, point)`` of POINT entities.
-    guides : list of Guide
-    words : list
-        ``(text, point)``.
-    notes : list of str
-        What was left out.
-    """
-
+    #: layers with something that makes a body, in the order of the drawing
     layers: list[str] = field(default_factory=list)
+    #: ``(layer, point)``: ends of lines, corners of polylines, centres of circles
     ends: list[tuple[str, Vector]] = field(default_factory=list)
+    #: ``(layer, point)`` of POINT entities
     marks: list[tuple[str, Vector]] = field(default_factory=list)
     guides: list[Guide] = field(default_factory=list)
+    #: ``(text, point)``
     words: list[tuple[str, Vector]] = field(default_factory=list)
+    #: what was left out
     notes: list[str] = field(default_factory=list)
 
 

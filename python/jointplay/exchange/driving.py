@@ -29,7 +29,6 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None, draft: Callable[[],
 
     Parameters
     ----------
-    skeleton : Skeleton
     wanted : iterable of str or None
         Names that were asked for; None for a choice of ours: joints with a motor first, then those that a spring
         holds, then those that are nearest to the ground.
@@ -85,17 +84,11 @@ def has_loops(skeleton: Skeleton) -> bool:
 
 @dataclass
 class _Space:
-    """Motions, and how they move every coordinate.
+    """Motions, and how they move every coordinate."""
 
-    Attributes
-    ----------
-    rates : mapping
-        Of every joint with a coordinate.
-    count : int
-        Joints that have been taken.
-    """
-
+    #: of every joint with a coordinate
     rates: Mapping[str, Vector]
+    #: joints that have been taken
     count: int = 0
 
     def __post_init__(self) -> None:

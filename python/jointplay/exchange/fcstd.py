@@ -50,44 +50,29 @@ ELEMENT = re.compile(r"(Edge|Face|Vertex)[0-9]{1,9}")
 
 @dataclass(frozen=True)
 class Reference:
-    """What a link of a joint names.
+    """What a link of a joint names."""
 
-    Attributes
-    ----------
-    root : str
-        The object that the path begins at.
-    path : tuple of str
-        Names of the objects below it.
-    element : str
-        ``Edge17``, ``Face3``, ``Vertex2``, or nothing for the axes of the object itself.
-    """
-
+    #: the object that the path begins at
     root: str
+    #: names of the objects below it
     path: tuple[str, ...]
+    #: ``Edge17``, ``Face3``, ``Vertex2``, or nothing for the axes of the object itself
     element: str
 
 
 @dataclass(frozen=True)
 class DocumentItem:
-    """An object of a document.
+    """An object of a document."""
 
-    Attributes
-    ----------
-    name : str
-        Its name inside of the document.
-    kind : str
-        Its type, such as ``Part::Feature``.
-    place : str
-        What messages call it.
-    properties : mapping
-        Elements by name.
-    """
-
+    #: its name inside of the document
     name: str
+    #: its type, such as ``Part::Feature``
     kind: str
+    #: what messages call it
     place: str
     label: str
     reading: Reading = field(repr=False)
+    #: elements by name
     properties: Mapping[str, Element] = field(repr=False)
 
     def value(self, name: str, tag: str) -> str | None:

@@ -68,21 +68,14 @@ TYPES = (*KINDS, *ANGLES, "Distance", "RackPinion", "Screw", "Gears", "Belt")
 
 @dataclass(frozen=True)
 class Side(JointEnd):
-    """One side of a joint, with what it names.
+    """One side of a joint, with what it names."""
 
-    Attributes
-    ----------
-    owner : Frame
-        That of the object whose element it names.
-    archive, item
-        Where this object is; what a link leads to.
-    element : str
-        Such as ``Face3``.
-    """
-
+    #: that of the object whose element it names
     owner: Frame
+    #: `archive`, `item`: where this object is; what a link leads to
     archive: Archive | None
     item: DocumentItem | None
+    #: such as ``Face3``
     element: str
 
 

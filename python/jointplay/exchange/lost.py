@@ -177,7 +177,6 @@ def with_backlash(skeleton: Skeleton, given: Mapping[str, object], moved: Collec
 
     Parameters
     ----------
-    skeleton : Skeleton
     given : mapping
         A number, from flank to flank, ``{"plus": .., "minus": ..}``, or either as ``{"angle": ..}`` of joints that turn
         and ``{"travel": ..}`` of those that slide; in file units.
@@ -236,7 +235,6 @@ def settled(
 
     Parameters
     ----------
-    skeleton : Skeleton
     values : mapping
         Of the drives, in file units; None where they are ours to choose.
 

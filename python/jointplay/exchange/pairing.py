@@ -25,22 +25,14 @@ EQUAL = 1e-9
 
 @dataclass(frozen=True)
 class Bore:
-    """A hole or a pin on the axis of a joint.
-
-    Attributes
-    ----------
-    radius : float
-    is_hole : bool
-    low, high : float
-        From where to where along the axis, m.
-    is_named : bool
-        Whether the joint names an element of this radius.
-    """
+    """A hole or a pin on the axis of a joint."""
 
     radius: float
     is_hole: bool
+    #: `low`, `high`: from where to where along the axis, m
     low: float
     high: float
+    #: whether the joint names an element of this radius
     is_named: bool
 
 

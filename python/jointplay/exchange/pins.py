@@ -36,12 +36,7 @@ def connected(ground: str, joints: Iterable[Joint]) -> set[str]:
 
 
 def require_connected(links: Iterable[str], ground: str, joints: Iterable[Joint], key: str = "") -> None:
-    """Refuse links that no joints connect with the ground.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse links that no joints connect with the ground."""
     inside = connected(ground, joints)
     apart = [name for name in links if name not in inside]
     if apart:

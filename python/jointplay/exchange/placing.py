@@ -38,7 +38,6 @@ def to_placements(m: Mechanism, given: GivenErrors | None, question: str | None,
 
     Parameters
     ----------
-    m : Mechanism
     given : pair of mappings, optional
         Offsets and deviations by name, as for `given`.
     question : {"worst", "loaded"}, optional

@@ -32,7 +32,6 @@ def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
 
     Parameters
     ----------
-    skeleton : Skeleton
     driven : iterable of str
         Joints whose coordinates have to be those of the format, as those of joints that follow one another.
 

@@ -40,20 +40,13 @@ MOST_JOINTS = 1000
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import gives.
+    """What an import gives."""
 
-    Attributes
-    ----------
-    text : str
-        The mechanism file.
-    mechanism : Mechanism
-        What it says.
-    notes : tuple of str
-        What was left out, one sentence each.
-    """
-
+    #: the mechanism file
     text: str
+    #: what it says
     mechanism: Mechanism
+    #: what was left out, one sentence each
     notes: tuple[str, ...]
 
 
@@ -149,12 +142,7 @@ def read(
 
 
 def imported(path: str | os.PathLike[str], options: Options) -> Imported:
-    """The mechanism file of a foreign one, or of a link.
-
-    Raises
-    ------
-    InputError
-    """
+    """The mechanism file of a foreign one, or of a link."""
     place = os.fspath(path)
     try:
         return _imported(place, options)

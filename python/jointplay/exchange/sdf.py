@@ -59,22 +59,14 @@ LEFT_OUT = (
 
 @dataclass(frozen=True)
 class _Named:
-    """A link, joint, frame or model.
-
-    Attributes
-    ----------
-    element : Element
-    scope : str
-        Names in it begin with this: "" in the only model of a file, ``arm::`` in a model `arm` inside it.
-    default : str
-        Name of the frame in which it is if it does not say.
-    carrier : str
-        What it moves with; empty for a link.
-    """
+    """A link, joint, frame or model."""
 
     element: Element
+    #: names in it begin with this: "" in the only model of a file, ``arm::`` in a model `arm` inside it
     scope: str
+    #: name of the frame in which it is if it does not say
     default: str
+    #: what it moves with; empty for a link
     carrier: str = ""
 
 

@@ -30,7 +30,6 @@ def settled(skeleton: Skeleton, frames: Mapping[str, tuple[Frame, Frame]]) -> Sk
 
     Parameters
     ----------
-    skeleton : Skeleton
     frames : mapping
         Frames of joints on both bodies, in the drawing. Those of fixed joints coincide.
     """

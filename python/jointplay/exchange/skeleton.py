@@ -26,17 +26,11 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 @dataclass(frozen=True)
 class Frame:
-    """A pose in the drawing.
+    """A pose in the drawing."""
 
-    Attributes
-    ----------
-    at : ndarray
-        Position of the origin.
-    axes : ndarray
-        Rotation matrix; its columns are the frame's axes in those of the drawing.
-    """
-
+    #: position of the origin
     at: Vector = field(default_factory=lambda: np.zeros(3))
+    #: rotation matrix; its columns are the frame's axes in those of the drawing
     axes: Matrix = field(default_factory=lambda: np.eye(3))
 
     def __matmul__(self, inner: Frame) -> Frame:
@@ -54,17 +48,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Facets:
-    """The surface of a body in flat pieces.
+    """The surface of a body in flat pieces."""
 
-    Attributes
-    ----------
-    ends : ndarray
-        Of the directed edges around the pieces, in the drawing: shape (edge, end, axis).
-    piece : ndarray
-        The piece of each edge, by its number.
-    """
-
+    #: of the directed edges around the pieces, in the drawing: shape (edge, end, axis)
     ends: Matrix = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    #: the piece of each edge, by its number
     piece: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def within(self, frame: Frame) -> Facets:
@@ -83,32 +71,21 @@ class Facets:
 
 @dataclass(frozen=True)
 class Body:
-    """One rigid body.
+    """One rigid body."""
 
-    Attributes
-    ----------
-    frame : Frame
-        Its own axes in the drawing; the mechanism file has the same.
-    mass : float
-        kg.
-    centre : ndarray
-        Centre of mass in the drawing.
-    inertia : ndarray
-        Matrix of its moments of inertia about the centre of mass, kg m^2, axes of the drawing.
-    is_between : bool
-        Whether it is no part of the drawing, but stands between joints that together hold what one holds there.
-    facets : Facets
-        Its surface, where it is known.
-    outline : tuple of ndarray
-        Closed lines around what is seen of it along z, x and y in the drawing.
-    """
-
+    #: its own axes in the drawing; the mechanism file has the same
     frame: Frame = field(default_factory=Frame)
+    #: kg
     mass: float = 0.0
+    #: centre of mass in the drawing
     centre: Vector = field(default_factory=lambda: np.zeros(3))
+    #: matrix of its moments of inertia about the centre of mass, kg m^2, axes of the drawing
     inertia: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
+    #: whether it is no part of the drawing, but stands between joints that together hold what one holds there
     is_between: bool = False
+    #: its surface, where it is known
     facets: Facets = field(default_factory=Facets)
+    #: closed lines around what is seen of it along z, x and y in the drawing
     outline: tuple[Matrix, ...] = ()
 
     def within(self, frame: Frame) -> Body:
@@ -150,87 +127,57 @@ class Attachment:
 
 @dataclass(frozen=True)
 class PinAndHole:
-    """A hole and the pin in it, or a socket and its ball.
+    """A hole and the pin in it, or a socket and its ball."""
 
-    Attributes
-    ----------
-    hole, pin : float
-        Diameters, m.
-    length : float
-        How far the pin is in the hole, m; 0 of a ball.
-    said : str
-        Where they come from.
-    """
-
+    #: `hole`, `pin`: diameters, m
     hole: float
     pin: float
+    #: how far the pin is in the hole, m; 0 of a ball
     length: float
+    #: where they come from
     said: str
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between two bodies.
-
-    Attributes
-    ----------
-    name : str
-    kind : str
-        As the `type` of the mechanism file: "revolute", "prismatic", "fixed", ...
-    bodies : tuple of str
-        The carrier first.
-    place : Place
-        In the drawing, on the first body.
-    second : Place or None
-        On the second body, where the drawing does not have the joint closed.
-    coordinate : float
-        Angle or travel in the drawing: rad or m.
-    limits : tuple or None
-        Range of the coordinate; as the format has it until `shaping.bounded`.
-    is_driven : bool
-        Whether the format says that a motor moves it.
-    follows : tuple or None
-        ``(joint, factor, offset)``: its coordinate is factor times that of the other joint plus the offset.
-    curve : tuple or None
-        ``(joint, coefficients)``: its coordinate is a polynomial of that of the other joint, from the constant on, SI.
-    lead : float
-        Of a screw: m along the axis for one turn.
-    spring : tuple or None
-        ``(stiffness, coordinate)``: a spring beside its motor, N/m or N m/rad, and where it is free of force.
-    play : tuple or None
-        Lost motion of its drive to the positive and to the negative side of the coordinate: rad or m.
-    windup : float
-        Stiffness of its drive, N/m or N m/rad; 0 where it is rigid.
-    reduction : float
-        Turns of its motor for one of the joint; 0 where the format does not say.
-    side : ndarray or None
-        Of a rack: the direction of its pitch line, in the drawing.
-    keys : mapping
-        Of a coupling: further keys of the mechanism file, in its units.
-    sizes : PinAndHole or None
-        Hole and pin, where the format has them.
-    motion : tuple or None
-        Values of the coordinate through which its motor moves it: rad or m.
-    """
+    """A joint between two bodies."""
 
     name: str
+    #: as the `type` of the mechanism file: "revolute", "prismatic", "fixed", ...
     kind: str
+    #: the carrier first
     bodies: tuple[str, str]
+    #: in the drawing, on the first body
     place: Attachment
+    #: on the second body, where the drawing does not have the joint closed
     second: Attachment | None = None
+    #: angle or travel in the drawing: rad or m
     coordinate: float = 0.0
+    #: range of the coordinate; as the format has it until `shaping.bounded`
     limits: tuple[float, float] | None = None
+    #: whether the format says that a motor moves it
     is_driven: bool = False
+    #: ``(joint, factor, offset)``: its coordinate is factor times that of the other joint plus the offset
     follows: tuple[str, float, float] | None = None
+    #: ``(joint, coefficients)``: its coordinate is a polynomial of that of the other joint, from the constant on, SI
     curve: tuple[str, tuple[float, ...]] | None = None
+    #: of a screw: m along the axis for one turn
     lead: float = 0.0
+    #: ``(stiffness, coordinate)``: a spring beside its motor, N/m or N m/rad, and where it is free of force
     spring: tuple[float, float] | None = None
+    #: lost motion of its drive to the positive and to the negative side of the coordinate: rad or m
     play: tuple[float, float] | None = None
+    #: stiffness of its drive, N/m or N m/rad; 0 where it is rigid
     windup: float = 0.0
+    #: turns of its motor for one of the joint; 0 where the format does not say
     reduction: float = 0.0
+    #: of a rack: the direction of its pitch line, in the drawing
     side: Vector | None = None
+    #: of a coupling: further keys of the mechanism file, in its units
     keys: Mapping[str, object] = field(default_factory=dict)
+    #: hole and pin, where the format has them
     sizes: PinAndHole | None = None
+    #: values of the coordinate through which its motor moves it: rad or m
     motion: tuple[float, ...] | None = None
 
     def shifted(self, shift: float) -> Joint:
@@ -243,22 +190,14 @@ class Joint:
 
 @dataclass(frozen=True)
 class AppliedForce:
-    """A force on a body.
-
-    Attributes
-    ----------
-    body : str
-    at : ndarray
-        Its point in the drawing.
-    force : ndarray
-        N, in the axes of the drawing.
-    is_follower : bool
-        Whether it turns with the body.
-    """
+    """A force on a body."""
 
     body: str
+    #: its point in the drawing
     at: Vector
+    #: n, in the axes of the drawing
     force: Vector
+    #: whether it turns with the body
     is_follower: bool = False
 
     def on(self, body: str) -> AppliedForce:
@@ -301,45 +240,30 @@ def floating(bodies: Iterable[str], joints: Iterable[Joint], ground: str) -> lis
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A mechanism as a foreign format has it.
-
-    Attributes
-    ----------
-    title : str
-    bodies : mapping
-        By name, in the order of the format.
-    joints : tuple of Joint
-    space : str
-        "spatial" or "planar".
-    ground : str
-        The body that is fixed. It gets the name "ground".
-    frames : mapping
-        ``name: (body, frame)`` of what can be an output: tools, sites, links that are merged, points of a drawing.
-    starts_drawn : bool
-        Whether the bodies start where they are drawn even where no loop asks for it.
-    has_origins : bool
-        Whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
-    gravity : tuple
-        m/s^2, axes of the drawing.
-    forces : tuple of AppliedForce
-    other_links, other_joints : mapping
-        What the format calls links, frames and joints whose legal names others have: the names that they have instead.
-    notes : tuple of str
-        What the format says and the mechanism file does not: one sentence each.
-    """
+    """A mechanism as a foreign format has it."""
 
     title: str
+    #: by name, in the order of the format
     bodies: Mapping[str, Body]
     joints: tuple[Joint, ...]
+    #: "spatial" or "planar"
     space: str = "spatial"
+    #: the body that is fixed. It gets the name "ground".
     ground: str = GROUND
+    #: ``name: (body, frame)`` of what can be an output: tools, sites, links that are merged, points of a drawing
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
+    #: whether the bodies start where they are drawn even where no loop asks for it
     starts_drawn: bool = False
+    #: whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
     has_origins: bool = True
+    #: m/s^2, axes of the drawing
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     forces: tuple[AppliedForce, ...] = ()
+    #: `other_links`, `other_joints`: what the format calls links, frames and joints whose legal names others have: the
+    #: names that they have instead
     other_links: Mapping[str, str] = field(default_factory=dict)
     other_joints: Mapping[str, str] = field(default_factory=dict)
+    #: what the format says and the mechanism file does not: one sentence each
     notes: tuple[str, ...] = ()
 
 

@@ -40,18 +40,11 @@ Plane2 = Callable[[Vector], tuple[Matrix, Matrix]]
 
 @dataclass(frozen=True)
 class SolidPart:
-    """What a body has of its shape: lengths in m, in its own axes.
-
-    Attributes
-    ----------
-    volume : float
-    centre : ndarray
-    inertia : ndarray
-        Moments of inertia about the centre for a density of 1 kg/m^3: m^5.
-    """
+    """What a body has of its shape: lengths in m, in its own axes."""
 
     volume: float
     centre: Vector
+    #: moments of inertia about the centre for a density of 1 kg/m^3: m^5
     inertia: Matrix
 
 

@@ -58,7 +58,6 @@ def text(
 
     Parameters
     ----------
-    skeleton : Skeleton
     source : str
         Where it comes from, for the first line.
     drives : mapping

@@ -29,7 +29,6 @@ def parse(path: Path, root: str, what: str) -> Element:
 
     Parameters
     ----------
-    path : Path
     root : str
         Its tag.
     what : str
@@ -157,12 +156,7 @@ def counts(root: Element, *tags: str) -> Iterator[str]:
 
 
 def refuse_twice(reading: Reading, names: list[str], what: str) -> None:
-    """Refuse a name that two elements have.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a name that two elements have."""
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise reading.refuse(f"{what} named twice: {listed(twice)}")

@@ -72,20 +72,13 @@ def from_cell(text: str) -> str:
 
 @dataclass(frozen=True)
 class Columns:
-    """A table.
+    """A table."""
 
-    Attributes
-    ----------
-    name : str
-        Its file, for messages.
-    header : list of str
-        Names of the columns.
-    rows : list
-        Number, counted from 1 as a spreadsheet does, and words of the rows below that have any.
-    """
-
+    #: its file, for messages
     name: str
+    #: names of the columns
     header: list[str]
+    #: number, counted from 1 as a spreadsheet does, and words of the rows below that have any
     rows: list[tuple[int, list[str]]]
 
     def numbers(self, column: str, key: str, *, whole: bool = False) -> list[float]:
@@ -93,7 +86,6 @@ class Columns:
 
         Parameters
         ----------
-        column : str
         key : str
             Key of the mechanism file that asks for it, for messages.
         whole : bool
@@ -172,7 +164,6 @@ def read(place: Path, key: str = "", *, decimals: str = "decimals have a point")
 
     Parameters
     ----------
-    place : path
     key : str
         Of the mechanism file that names it, for messages.
     decimals : str

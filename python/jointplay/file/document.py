@@ -34,20 +34,13 @@ LONE = re.compile(r"(?<!\r)\n")
 
 @dataclass(frozen=True)
 class Source:
-    """What a mechanism was read from.
+    """What a mechanism was read from."""
 
-    Attributes
-    ----------
-    text : str
-        Of the file.
-    raw : mapping
-        Its values as they were read, with those that it takes from other files.
-    parts : mapping
-        Texts of the files that it includes, by name.
-    """
-
+    #: of the file
     text: str
+    #: its values as they were read, with those that it takes from other files
     raw: Mapping[str, Any]
+    #: texts of the files that it includes, by name
     parts: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -87,7 +80,6 @@ def edited(text: str, steps: Steps, value: Any) -> str:
 
     Parameters
     ----------
-    text : str
     steps : tuple of str and int
         Place of the value; the tables on the way are made. The number behind the last of a list appends to it.
     value : object
@@ -241,10 +233,8 @@ def renamed(text: str, wanted: Mapping[str, Any], old: str, new: str) -> str:
 
     Parameters
     ----------
-    text : str
     wanted : mapping
         Its tables with the other name.
-    old, new : str
 
     Examples
     --------

@@ -44,20 +44,13 @@ class ReadingColumn:
 
 @dataclass(frozen=True)
 class ReadingSheet:
-    """A table of readings.
+    """A table of readings."""
 
-    Attributes
-    ----------
-    name : str
-        Its file, for messages.
-    columns : mapping
-        By name.
-    lines : sequence of int
-        Number of every row, counted as a spreadsheet does.
-    """
-
+    #: its file, for messages
     name: str
+    #: by name
     columns: Mapping[str, ReadingColumn]
+    #: number of every row, counted as a spreadsheet does
     lines: Sequence[int]
 
     def refuse(self, problem: str, column: str = "", row: int | None = None) -> InputError:

@@ -85,23 +85,15 @@ def decoded(content: bytes, name: str, what: str) -> str:
 
 @dataclass(frozen=True)
 class Joined:
-    """The tables of a file with those of its parts.
+    """The tables of a file with those of its parts."""
 
-    Attributes
-    ----------
-    tables : dict
-        As if all of them were written in the file.
-    file : str
-        Name of the file in messages.
-    came_from : dict
-        Part, and place in it, of what does not stand in the file itself, by place.
-    texts : dict
-        Texts of the parts, by name.
-    """
-
+    #: as if all of them were written in the file
     tables: dict[str, Any]
+    #: name of the file in messages
     file: str
+    #: part, and place in it, of what does not stand in the file itself, by place
     came_from: dict[tuple[str, ...], tuple[str, tuple[str, ...]]]
+    #: texts of the parts, by name
     texts: dict[str, str]
 
     def in_its_part(self, error: InputError) -> InputError:
@@ -217,12 +209,7 @@ def too_deep(file: str = "", key: str = "") -> InputError:
 
 
 def check_plain(node: Any, *, file: str = "", key: str = "") -> None:
-    """Refuse what no TOML text holds: tables and lists nested too deep, also those that hold themselves; half letters.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse what no TOML text holds: tables and lists nested too deep, or within themselves; half letters."""
     level = [node]
     for _ in range(DEEPEST):
         for value in level:

@@ -29,7 +29,6 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
 
     Parameters
     ----------
-    m : Mechanism
     source : int
         Its index.
     u : ndarray, optional

@@ -28,21 +28,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kinematics:
-    """How bodies move in some configurations, SI, ground axes; nan where a configuration is not assembled.
+    """How bodies move in some configurations, SI, ground axes; nan where a configuration is not assembled."""
 
-    Attributes
-    ----------
-    poses : ndarray
-        Shape (configuration, body, pose).
-    velocity, acceleration : ndarray
-        Of the core's origins, then angular; shape (configuration, body, 6).
-    origins : ndarray
-        Where these origins are, body axes, shape (body, 3).
-    """
-
+    #: shape (configuration, body, pose)
     poses: Floats
+    #: `velocity`, `acceleration`: of the core's origins, then angular; shape (configuration, body, 6)
     velocity: Floats
     acceleration: Floats
+    #: where these origins are, body axes, shape (body, 3)
     origins: Floats
 
     def first(self, count: int) -> Kinematics:
@@ -70,7 +63,6 @@ def kinematics(m: Mechanism, drives: Floats, placed: Floats, rates: Floats) -> K
 
     Parameters
     ----------
-    m : Mechanism
     drives : ndarray
         Drive values, SI, shape (configuration, drive).
     placed : ndarray
@@ -106,7 +98,6 @@ def matrices(m: Mechanism, placed: Floats) -> Floats:
 
     Parameters
     ----------
-    m : Mechanism
     placed : ndarray
         Poses of all bodies, shape (configuration, body, pose).
     """
@@ -131,13 +122,7 @@ def line_of(m: Mechanism, spin: Spin, placed: Floats) -> tuple[Floats, Floats]:
 
 
 def wrenches(m: Mechanism, motion: Kinematics) -> Floats:
-    """Force and moment of inertia on every body that has any, at its centre of mass; shape (configuration, body, 6).
-
-    Parameters
-    ----------
-    m : Mechanism
-    motion : Kinematics
-    """
+    """Force and moment of inertia on every body that has any, at its centre of mass; shape (configuration, body, 6)."""
     found = np.zeros((len(motion.poses), len(m.loads.inertial), 6))
     matrix = matrices(m, motion.poses)
     for k, inertial in enumerate(m.loads.inertial):
@@ -156,7 +141,6 @@ def acting(m: Mechanism, motion: Kinematics | None, numbers: Sequence[int]) -> F
 
     Parameters
     ----------
-    m : Mechanism
     motion : Kinematics or None
         How the bodies move; None where they are at rest.
     numbers : sequence of int

@@ -52,45 +52,30 @@ RawTable = dict[str, Any]
 
 @dataclass(frozen=True)
 class Sizing:
-    """One source, its size, and how the file says another one.
+    """One source, its size, and how the file says another one."""
 
-    Parameters
-    ----------
-    name : str
-        As results name the source; the joint's name where several sources have one clearance.
-    sources : tuple of str
-        The sources of results that it is, without the sizes that make a clearance.
-    key : str
-        Where the file has its size.
-    measure : str
-        What the size is: ``radial``, ``diametral``, ``gap``, ``axial``, ``backlash``, ``backlash_angle``, ``slack``,
-        ``tolerance``, ``diameter`` or ``angle``.
-    kind : str
-        ``length``, ``angle`` or ``temperature``: which unit it has.
-    size : float
-        In units of the file.
-    diameter : float or None
-        Nominal size of a fit, in units of the file; None where the file does not give one.
-    bearing : bool
-        Whether it is a ball bearing, whose size is ordered by its group.
-    fixed : str
-        Why its size cannot be changed; empty where it can.
-    parts : tuple of Size
-        Hole and pin, or what else makes a clearance and scatters.
-    limits : (float, float) or None
-        How far a number with a tolerance may be off, in units of the file; None of what has none.
-    """
-
+    #: as results name the source; the joint's name where several sources have one clearance
     name: str
+    #: the sources of results that it is, without the sizes that make a clearance
     sources: tuple[str, ...]
+    #: where the file has its size
     key: str
+    #: what the size is: ``radial``, ``diametral``, ``gap``, ``axial``, ``backlash``, ``backlash_angle``, ``slack``,
+    #: ``tolerance``, ``diameter`` or ``angle``
     measure: str
+    #: ``length``, ``angle`` or ``temperature``: which unit it has
     kind: str
+    #: in units of the file
     size: float
+    #: nominal size of a fit, in units of the file; None where the file does not give one
     diameter: float | None = None
+    #: whether it is a ball bearing, whose size is ordered by its group
     bearing: bool = False
+    #: why its size cannot be changed; empty where it can
     fixed: str = ""
+    #: hole and pin, or what else makes a clearance and scatters
     parts: tuple[Size, ...] = ()
+    #: how far a number with a tolerance may be off, in units of the file; None of what has none
     limits: tuple[float, float] | None = None
     _changes: Callable[[float], Mapping[str, object]] = field(default=lambda _: {}, repr=False, compare=False)
     _table: Mapping[str, object] = field(default_factory=dict, repr=False, compare=False)

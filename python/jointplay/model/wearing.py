@@ -17,36 +17,24 @@ from jointplay.model.sizing import Sizing, play_measures
 
 @dataclass(frozen=True)
 class Wearing:
-    """One clearance of the file that wears. Several bodies on one pin, and both pins of a cross, have one.
+    """One clearance of the file that wears. Several bodies on one pin, and both pins of a cross, have one."""
 
-    Parameters
-    ----------
-    name : str
-        The source as results name it.
-    sources, joints : tuple of int
-        Its sources in the compiled mechanism, and the joint of each.
-    measure : str
-        In which measure the file gives the clearance.
-    factor : float
-        That measure per radius or gap on each side: 2 for a diameter.
-    rate : float or None
-        Specific wear rate of both faces together, m2/N; None where it is not given.
-    of_both : tuple of float or None
-        Those of hole and pin.
-    growth : float
-        Growth of the radius or gap per cycle that was measured, SI.
-    length, width, diameter : float
-        Of what slides, SI; nan where the file does not say and nothing needs it.
-    """
-
+    #: the source as results name it
     name: str
+    #: `sources`, `joints`: its sources in the compiled mechanism, and the joint of each
     sources: tuple[int, ...]
     joints: tuple[int, ...]
+    #: in which measure the file gives the clearance
     measure: str
+    #: that measure per radius or gap on each side: 2 for a diameter
     factor: float
+    #: specific wear rate of both faces together, m2/N; None where it is not given
     rate: float | None
+    #: those of hole and pin
     of_both: tuple[float, float] | None
+    #: growth of the radius or gap per cycle that was measured, SI
     growth: float
+    #: `length`, `width`, `diameter`: of what slides, SI; nan where the file does not say and nothing needs it
     length: float
     width: float
     diameter: float
@@ -57,12 +45,7 @@ class Wearing:
         return self.rate is None and self.of_both is None
 
     def clearance(self, m: Mechanism) -> float:
-        """Radius or gap in the middle of its limits, SI.
-
-        Parameters
-        ----------
-        m : Mechanism
-        """
+        """Radius or gap in the middle of its limits, SI."""
         return float(play_of(clearance_of(m, self.sources[0])[1]))
 
 

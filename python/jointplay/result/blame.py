@@ -132,7 +132,6 @@ def untold_share(result: Result, name: str, side: str = "high") -> Array:
 
     Parameters
     ----------
-    result : Result
     name : str
         A size or a component of the error.
     side : str

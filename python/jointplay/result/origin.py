@@ -35,20 +35,13 @@ def today() -> str:
 
 @dataclass(frozen=True)
 class Origin:
-    """What a result was computed of.
+    """What a result was computed of."""
 
-    Attributes
-    ----------
-    mechanisms : tuple of Mechanism
-        One, or those that were compared.
-    options : mapping
-        Of the question, by name, also those that were left out.
-    created : str
-        The date.
-    """
-
+    #: one, or those that were compared
     mechanisms: tuple[Mechanism, ...]
+    #: of the question, by name, also those that were left out
     options: Mapping[str, Any]
+    #: the date
     created: str = field(default_factory=today)
 
     def attributes(self) -> dict[str, str]:

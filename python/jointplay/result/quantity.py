@@ -52,7 +52,6 @@ def size(result: Result, name: str, quantity: str, **at: Any) -> Array:
 
     Parameters
     ----------
-    quantity : {"position", "rotation"}
     **at
         Labels along its other dimensions.
     """
@@ -147,7 +146,6 @@ def bounds(result: Result | xr.Dataset, name: str | None = None) -> tuple[float,
 
     Parameters
     ----------
-    result : Result or xarray.Dataset
     name : str, optional
         As of `quantity`.
     """

@@ -22,21 +22,13 @@ Attribute = str | int | float
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """An array with named dimensions.
-
-    Attributes
-    ----------
-    dims : tuple of str
-    values : ndarray
-    units : str
-        Unit of the values; where entries along a dimension differ, all of them in order, or where to find them.
-    long_name : str
-        What it is, in words.
-    """
+    """An array with named dimensions."""
 
     dims: tuple[str, ...]
     values: Array
+    #: unit of the values; where entries along a dimension differ, all of them in order, or where to find them
     units: str = ""
+    #: what it is, in words
     long_name: str = ""
 
     def __post_init__(self) -> None:
@@ -46,23 +38,15 @@ class Variable:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Labelled arrays of one analysis.
+    """Labelled arrays of one analysis."""
 
-    Attributes
-    ----------
-    coords : mapping
-        Coordinates by name; one of the same name per dimension that has labels.
-    data : mapping
-        Variables by name.
-    attrs : mapping
-        Title, question, version, seed and the like.
-    origin : Origin or None
-        What it was computed of; of what was read from a file this is among the attributes.
-    """
-
+    #: coordinates by name; one of the same name per dimension that has labels
     coords: Mapping[str, Variable]
+    #: variables by name
     data: Mapping[str, Variable]
+    #: title, question, version, seed and the like
     attrs: Mapping[str, Attribute] = field(default_factory=dict)
+    #: what it was computed of; of what was read from a file this is among the attributes
     origin: Origin | None = None
 
     @property

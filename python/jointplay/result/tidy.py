@@ -24,17 +24,11 @@ OWN = ("variable", "value", "text", "unit")
 
 @dataclass(frozen=True, eq=False)
 class TidyColumn:
-    """A column of rows.
+    """A column of rows."""
 
-    Attributes
-    ----------
-    entries : ndarray
-        What may stand in it; where there are none, `rows` are the entries themselves.
-    rows : ndarray
-        Number of the entry in each row, -1 where the row has none.
-    """
-
+    #: what may stand in it; where there are none, `rows` are the entries themselves
     entries: Array
+    #: number of the entry in each row, -1 where the row has none
     rows: NDArray[np.int64]
 
     @property
@@ -49,23 +43,15 @@ class TidyColumn:
 
 @dataclass(frozen=True, eq=False)
 class TidyRows:
-    """A result row by row.
+    """A result row by row."""
 
-    Attributes
-    ----------
-    labels : mapping
-        Columns that say which value it is: the variable, then dimensions and the coordinates along them.
-    value : ndarray
-        The number, nan where it is a text; 1 and 0 for true and false.
-    text : Column
-        The text where the value is one, such as the status.
-    unit : Column
-        Unit of the number.
-    """
-
+    #: columns that say which value it is: the variable, then dimensions and the coordinates along them
     labels: dict[str, TidyColumn]
+    #: the number, nan where it is a text; 1 and 0 for true and false
     value: NDArray[np.float64]
+    #: the text where the value is one, such as the status
     text: TidyColumn
+    #: unit of the number
     unit: TidyColumn
 
 
@@ -156,8 +142,6 @@ def unit_at(result: Result, variable: Variable, at: dict[str, int]) -> str:
 
     Parameters
     ----------
-    result : Result
-    variable : Variable
     at : mapping
         Number of the label along dimensions; those whose units differ are needed.
     """

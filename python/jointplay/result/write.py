@@ -124,7 +124,6 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
 
     Parameters
     ----------
-    path : Path
     more : tuple of str
         Extensions of what else is written there.
 
@@ -193,7 +192,6 @@ def to_csv(result: Result, dialect: str = "comma", most: int | None = None) -> s
 
     Parameters
     ----------
-    result : Result
     dialect : {"comma", "semicolon"}
         Commas between the cells and decimal points, or semicolons and decimal commas.
     most : int, optional

@@ -28,10 +28,6 @@ def html(m: Mechanism) -> str:
 
     Nothing is raised: what cannot be examined or drawn is said in its place.
 
-    Parameters
-    ----------
-    m : Mechanism
-
     Returns
     -------
     str

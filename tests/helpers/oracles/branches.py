@@ -55,26 +55,17 @@ def elbow(reach: Floats, first: float, second: float, side: float) -> Floats:
 
 @dataclass(frozen=True)
 class Robot:
-    """A parallel robot.
+    """A parallel robot."""
 
-    Attributes
-    ----------
-    constraints : callable
-        From poses of the platform and drives to what the equations lack.
-    inverse : callable
-        From poses to the drives in the working mode of the start.
-    start : ndarray
-        Pose of the platform at the start.
-    size : float
-        By which lengths are compared with angles.
-    lengths : int
-        How many of the numbers of a pose are lengths.
-    """
-
+    #: from poses of the platform and drives to what the equations lack
     constraints: Callable[[Floats, Floats], Floats]
+    #: from poses to the drives in the working mode of the start
     inverse: Callable[[Floats], Floats]
+    #: pose of the platform at the start
     start: Floats
+    #: by which lengths are compared with angles
     size: float = 100.0
+    #: how many of the numbers of a pose are lengths
     lengths: int = field(default=3)
 
     def sign(self, pose: Floats, drives: Floats) -> Floats:

@@ -63,7 +63,6 @@ def least(costs: Sequence[Falling], rows: Floats, right: Floats) -> Least | None
 
     Parameters
     ----------
-    costs : sequence of Falling
     rows : ndarray
         G, shape (row, variable), not negative.
     right : ndarray

@@ -33,25 +33,16 @@ NOISE = 1e-12
 
 @dataclass(frozen=True)
 class Item:
-    """A source with a cost.
+    """A source with a cost."""
 
-    Attributes
-    ----------
-    sizing : Sizing
-        The source in the file.
-    key : str
-        Where its cost is in the file.
-    cost : Cost
-    options : tuple of Option
-        Its choices as the file has them; of a formula both ends of its range.
-    digits : int
-        Significant digits of a size by formula that can be ordered.
-    """
-
+    #: the source in the file
     sizing: Sizing
+    #: where its cost is in the file
     key: str
     cost: Cost
+    #: its choices as the file has them; of a formula both ends of its range
     options: tuple[Option, ...]
+    #: significant digits of a size by formula that can be ordered
     digits: int = DIGITS
 
     @property
@@ -181,23 +172,14 @@ class Play:
 
 @dataclass(frozen=True)
 class Option:
-    """One choice.
+    """One choice."""
 
-    Attributes
-    ----------
-    word : str
-        As the file has it, such as ``H7/g6``; empty where it is a size.
-    size : float
-        Its size in units of the file, of a fit or a bearing the largest play.
-    cost : float
-    changes : mapping
-        What makes it of the mechanism, for `Mechanism.with_`.
-    play : Play
-    """
-
+    #: as the file has it, such as ``H7/g6``; empty where it is a size
     word: str
+    #: its size in units of the file, of a fit or a bearing the largest play
     size: float
     cost: float
+    #: what makes it of the mechanism, for `Mechanism.with_`
     changes: Mapping[str, object] = field(repr=False)
     play: Play
 
@@ -207,7 +189,6 @@ def items_of(m: Mechanism, digits: int = DIGITS) -> tuple[Mechanism, list[Item],
 
     Parameters
     ----------
-    m : Mechanism
     digits : int
         Significant digits of sizes by formula.
 

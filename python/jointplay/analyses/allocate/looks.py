@@ -28,23 +28,15 @@ NOTHING = 1e-12
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of one output.
+    """A limit of one output."""
 
-    Attributes
-    ----------
-    output : str or None
-        One of several outputs.
-    quantity : str
-        A component of the error, ``position`` or ``rotation``.
-    side : str
-        ``low`` or ``high``.
-    value : float
-        How far the error may be to that side, positive, SI.
-    """
-
+    #: one of several outputs
     output: str | None
+    #: a component of the error, ``position`` or ``rotation``
     quantity: str
+    #: ``low`` or ``high``
     side: str
+    #: how far the error may be to that side, positive, SI
     value: float
 
     @property
@@ -81,17 +73,11 @@ def limits_of(m: Mechanism) -> list[Limit]:
 
 @dataclass(frozen=True)
 class Look:
-    """What was found at a plan.
+    """What was found at a plan."""
 
-    Attributes
-    ----------
-    used : ndarray
-        Shape (limit, configuration).
-    status : ndarray
-        Outcome of every configuration, by the core's codes; the worst over the outputs.
-    """
-
+    #: shape (limit, configuration)
     used: Floats
+    #: outcome of every configuration, by the core's codes; the worst over the outputs
     status: NDArray[np.uint8]
 
     @property

@@ -25,39 +25,23 @@ EXPECTED = 20
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a search found.
+    """What a search found."""
 
-    Attributes
-    ----------
-    status : str
-        ``ok``; ``infeasible``: no plan was found whose limits hold; ``unfinished``: the search reached its limit of
-        steps, and the plan holds but may not be the cheapest; or that of the exact closure, with the tightest sizes.
-    values : tuple of float
-        Sizes of formulas and numbers of choices; the tightest ones where nothing holds.
-    cost : float
-    bound : float
-        Least cost to first order.
-    look : Look
-        At the plan.
-    """
-
+    #: ``ok``; ``infeasible``: no plan was found whose limits hold; ``unfinished``: the search reached its limit of
+    #: steps, and the plan holds but may not be the cheapest; or that of the exact closure, with the tightest sizes
     status: str
+    #: sizes of formulas and numbers of choices; the tightest ones where nothing holds
     values: Values
     cost: float
+    #: least cost to first order
     bound: float
+    #: at the plan
     look: Look
 
 
 @dataclass
 class Plans:
-    """Looks at plans, each taken once.
-
-    Parameters
-    ----------
-    items : sequence of Item
-    looking : Looking
-    progress : callable, optional
-    """
+    """Looks at plans, each taken once."""
 
     items: Sequence[Item]
     looking: Looking

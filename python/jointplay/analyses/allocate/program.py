@@ -36,18 +36,12 @@ GAP = 1e-7
 
 @dataclass(frozen=True)
 class Formula:
-    """The cost of a decision whose variable is a number.
+    """The cost of a decision whose variable is a number."""
 
-    Attributes
-    ----------
-    low, high : float
-        Ends of the variable.
-    cost, slope, bend : callable
-        The cost, convex and falling, and its derivatives.
-    """
-
+    #: `low`, `high`: ends of the variable
     low: float
     high: float
+    #: `cost`, `slope`, `bend`: the cost, convex and falling, and its derivatives
     cost: Callable[[float], float]
     slope: Callable[[float], float]
     bend: Callable[[float], float]
@@ -65,20 +59,13 @@ Decision = Formula | Prices
 
 @dataclass(frozen=True)
 class Plan:
-    """What is decided.
+    """What is decided."""
 
-    Attributes
-    ----------
-    values : tuple of float
-        Of every decision the variable of its formula, or the number of its choice.
-    cost : float
-        What it costs.
-    bound : float
-        What nothing that keeps to the rows can cost less than.
-    """
-
+    #: of every decision the variable of its formula, or the number of its choice
     values: tuple[float, ...]
+    #: what it costs
     cost: float
+    #: what nothing that keeps to the rows can cost less than
     bound: float
 
 
@@ -107,7 +94,6 @@ class Program:
         ----------
         rows : ndarray
             Shape (row, column).
-        right : ndarray
         """
         if not self.prices:
             return self._sizes({}, rows, right)

@@ -35,40 +35,25 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass
 class Allocated:
-    """What is told.
+    """What is told."""
 
-    Attributes
-    ----------
-    m, base : Mechanism
-        As asked, and with its patterns written out.
-    items : sequence of Item
-    without : sequence of str
-        Sources that have no cost.
-    limits : sequence of Limit
-    at : Nominal
-    search : Plans
-        Who looks at plans.
-    attributes : dict
-    outcome : Outcome or None
-        What was found.
-    prices : list of float
-        What it saves to loosen each limit.
-    curve : list of (factor, Outcome)
-    forces : mapping
-        What is to be said of the limits of forces.
-    """
-
+    #: `m`, `base`: as asked, and with its patterns written out
     m: Mechanism
     base: Mechanism
     items: Sequence[Item]
+    #: sources that have no cost
     without: Sequence[str]
     limits: Sequence[Limit]
     at: Nominal
+    #: who looks at plans
     search: Plans
     attributes: dict[str, Attribute]
+    #: what was found
     outcome: Outcome | None = None
+    #: what it saves to loosen each limit
     prices: list[float] = field(default_factory=list)
     curve: list[tuple[float, Outcome]] = field(default_factory=list)
+    #: what is to be said of the limits of forces
     forces: Mapping[str, Variable] = field(default_factory=dict)
 
 

@@ -25,13 +25,7 @@ CHUNK = 8192
 
 @dataclass(frozen=True)
 class Required:
-    """A share that is required of so many specimens.
-
-    Attributes
-    ----------
-    samples : int
-    probability : float
-    """
+    """A share that is required of so many specimens."""
 
     samples: int
     probability: float

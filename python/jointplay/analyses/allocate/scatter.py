@@ -29,21 +29,14 @@ from .required import Required
 
 @dataclass(frozen=True)
 class YieldLook(Look):
-    """A look at a plan by its specimens, or by some of them so far.
+    """A look at a plan by its specimens, or by some of them so far."""
 
-    Attributes
-    ----------
-    quantile : ndarray
-        The share of a limit, of whichever it is, that as many specimens exceed as may: shape (assumption,
-        configuration); nan where nobody has looked.
-    by : ndarray
-        `used` under every assumption, zero where nobody has looked, shape (assumption, limit, configuration).
-    not_assembled : ndarray
-        Share of the specimens that cannot be assembled, shape (assumption, configuration).
-    """
-
+    #: the share of a limit, of whichever it is, that as many specimens exceed as may: shape (assumption,
+    #: configuration); nan where nobody has looked
     quantile: Floats
+    #: `used` under every assumption, zero where nobody has looked, shape (assumption, limit, configuration)
     by: Floats
+    #: share of the specimens that cannot be assembled, shape (assumption, configuration)
     not_assembled: Floats
 
     @property
@@ -89,7 +82,6 @@ class Scatter:
 
         Parameters
         ----------
-        values : sequence of float
         known : YieldLook, optional
             What was found of the plan before.
         far : ndarray of bool, optional

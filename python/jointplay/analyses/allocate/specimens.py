@@ -39,28 +39,18 @@ WINDOW, FEWEST = 0.3, 15
 
 @dataclass
 class CaseTail:
-    """The specimens under one assumption at one configuration.
+    """The specimens under one assumption at one configuration."""
 
-    Attributes
-    ----------
-    place : tuple of int
-        Number of the assumption, and of the configuration.
-    required : Required
-    labels : ndarray
-        The replicate of every specimen.
-    rows : list of (int, slice or int, float)
-        Every limit with its components and the factor by which they are shares of it: signed for one component.
-    rest : ndarray
-        What sources without a cost add, shape (component, specimen).
-    parts : list of ndarray
-        What each item adds with the values of its columns, shape (column, component, specimen).
-    """
-
+    #: number of the assumption, and of the configuration
     place: tuple[int, int]
     required: Required
+    #: the replicate of every specimen
     labels: NDArray[np.intp]
+    #: every limit with its components and the factor by which they are shares of it: signed for one component
     rows: list[tuple[int, slice | int, float]]
+    #: what sources without a cost add, shape (component, specimen)
     rest: Floats
+    #: what each item adds with the values of its columns, shape (column, component, specimen)
     parts: list[Floats]
 
     def errors(self, items: Sequence[Item], values: SizeValues) -> Floats:

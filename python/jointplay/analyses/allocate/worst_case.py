@@ -31,22 +31,15 @@ class WorstLook(Look):
         rows       parts @ x + rest = first at the plan; at every other plan a bound from below
 
     The rows hold for all plans.
-
-    Attributes
-    ----------
-    first : ndarray
-        `used` to first order.
-    parts : ndarray
-        Shape (limit, configuration, column).
-    rest : ndarray
-        Shape (limit, configuration).
-    direction : ndarray
-        Of the largest position error, shape (limit, configuration, axis).
     """
 
+    #: `used` to first order
     first: Floats
+    #: shape (limit, configuration, column)
     parts: Floats
+    #: shape (limit, configuration)
     rest: Floats
+    #: of the largest position error, shape (limit, configuration, axis)
     direction: Floats
 
 
@@ -172,7 +165,6 @@ def scaled(item: Item, value: float, part: Floats, axial: Floats) -> list[Floats
 
     Parameters
     ----------
-    item : Item
     value : float
         The value at which it adds `part`.
     part : ndarray

@@ -48,34 +48,23 @@ NEAR, NEARER = 0.6, 0.95
 
 @dataclass(frozen=True)
 class Use:
-    """How much of the limits is used, and where most of it.
+    """How much of the limits is used, and where most of it."""
 
-    Attributes
-    ----------
-    used : float
-        1 or less where limits hold; infinite where there is no pose.
-    quantity : str
-        Component, ``position`` or ``rotation``; ``assembly`` where a configuration has no pose, or where most of the
-        specimens that are outside have none.
-    configuration : int
-        Its number; -1 where the size itself is refused.
-    output, load_case : str
-        Empty where the file has none.
-    contact : str
-        Where the clearances are; empty where that is not asked.
-    not_assembled : float
-        Share of the specimens that cannot be assembled there.
-    near : list of ndarray or None
-        Of every part of the mechanism the configurations that come near; None where all of them do.
-    """
-
+    #: 1 or less where limits hold; infinite where there is no pose
     used: float
+    #: component, ``position`` or ``rotation``; ``assembly`` where a configuration has no pose, or where most of the
+    #: specimens that are outside have none
     quantity: str
+    #: its number; -1 where the size itself is refused
     configuration: int
+    #: `output`, `load_case`: empty where the file has none
     output: str = ""
     load_case: str = ""
+    #: where the clearances are; empty where that is not asked
     contact: str = ""
+    #: share of the specimens that cannot be assembled there
     not_assembled: float = 0.0
+    #: of every part of the mechanism the configurations that come near; None where all of them do
     near: PlacesByPart | None = None
 
     @property

@@ -41,35 +41,24 @@ FLOOR = 0.02
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """What a search found."""
 
-    Attributes
-    ----------
-    status : str
-        ``ok``; ``unlimited``: limits hold up to the largest size that was tried, or that the file can have;
-        ``no_effect``: they do, and that size changes nothing of what is limited;
-        ``not_enough``: they are missed with a size of zero as well, or with the smallest one that can be assembled;
-        ``needs_play``: they hold with the size that is there, and are missed with a size of zero.
-    allowed : float
-        The largest size up to which limits hold; nan where there is none.
-    use : Use
-        What is used at the smallest size that was found to be too large, or at the largest one.
-    without : Use
-        What is used with a size of zero.
-    smallest : float
-        The smallest size from which on they hold up to `allowed`; nan where there is none.
-    too_small : float
-        The largest size below it that was found to be too small; nan where zero is none.
-    below : Use or None
-        What is used with that.
-    """
-
+    #: ``ok``; ``unlimited``: limits hold up to the largest size that was tried, or that the file can have;
+    #: ``no_effect``: they do, and that size changes nothing of what is limited; ``not_enough``: they are missed with a
+    #: size of zero as well, or with the smallest one that can be assembled; ``needs_play``: they hold with the size
+    #: that is there, and are missed with a size of zero
     status: str
+    #: the largest size up to which limits hold; nan where there is none
     allowed: float
+    #: what is used at the smallest size that was found to be too large, or at the largest one
     use: Use
+    #: what is used with a size of zero
     without: Use
+    #: the smallest size from which on they hold up to `allowed`; nan where there is none
     smallest: float = np.nan
+    #: the largest size below it that was found to be too small; nan where zero is none
     too_small: float = np.nan
+    #: what is used with that
     below: Use | None = None
 
 

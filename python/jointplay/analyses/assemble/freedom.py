@@ -37,23 +37,15 @@ TARGET: JointSpec = {
 
 @dataclass(frozen=True)
 class Freedom:
-    """How a part can move, and its redundant constraints.
+    """How a part can move, and its redundant constraints."""
 
-    Attributes
-    ----------
-    mobility : int
-        Freedoms that are left with the drives held.
-    redundancy : int
-        Constraints that are held already by others.
-    held : tuple of str
-        Joints and bodies that are held at their nominal place.
-    points, joints, drives : tuple of dict
-        What the specification of the part needs besides, so that they are held.
-    """
-
+    #: freedoms that are left with the drives held
     mobility: int
+    #: constraints that are held already by others
     redundancy: int
+    #: joints and bodies that are held at their nominal place
     held: tuple[str, ...]
+    #: `points`, `joints`, `drives`: what the specification of the part needs besides, so that they are held
     points: tuple[PointSpec, ...]
     joints: tuple[JointSpec, ...]
     drives: tuple[DriveSpec, ...]

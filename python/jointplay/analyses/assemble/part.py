@@ -49,33 +49,24 @@ def rigid(joint: JointSpec) -> JointSpec:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A mechanism cut out of another one.
+    """A mechanism cut out of another one."""
 
-    Attributes
-    ----------
-    m : Mechanism
-        The whole mechanism.
-    base : int
-        The body that does not move; -1 is the ground.
-    bodies, points, joints, drives, sources : tuple of int
-        What is there, by its index in the whole mechanism, in the order of the core; the base is not among the bodies.
-    parameters : ndarray of int
-        Index in the whole mechanism of every entry of the vector of offsets.
-    nominal : ndarray
-        Nominal poses of all bodies of the whole mechanism and, last, of the ground.
-    spec : Spec
-        The part as the core reads it. Its output is arbitrary, see `core`.
-    """
-
+    #: the whole mechanism
     m: Mechanism
+    #: the body that does not move; -1 is the ground
     base: int
+    #: `bodies`, `points`, `joints`, `drives`, `sources`: what is there, by its index in the whole mechanism, in the
+    #: order of the core; the base is not among the bodies
     bodies: tuple[int, ...]
     points: tuple[int, ...]
     joints: tuple[int, ...]
     drives: tuple[int, ...]
     sources: tuple[int, ...]
+    #: index in the whole mechanism of every entry of the vector of offsets
     parameters: NDArray[np.int64]
+    #: nominal poses of all bodies of the whole mechanism and, last, of the ground
     nominal: Floats
+    #: the part as the core reads it. Its output is arbitrary, see `core`.
     spec: Spec
 
     @cached_property
@@ -108,7 +99,6 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     Parameters
     ----------
-    m : Mechanism
     nominal : ndarray
         Nominal poses of all bodies, SI, ground axes; shape (body, pose).
     base : int

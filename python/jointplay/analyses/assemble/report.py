@@ -28,19 +28,12 @@ LENGTHS_OF_LINKS = {
 
 @dataclass(frozen=True)
 class Configuration:
-    """Where it is assembled: one of the mechanism's configurations, SI, nan where it is not assembled.
-
-    Attributes
-    ----------
-    configuration : int
-    poses : ndarray
-        Nominal poses of all bodies; shape (body, pose).
-    output : ndarray
-        Nominal pose of the output; shape (component,).
-    """
+    """Where it is assembled: one of the mechanism's configurations, SI, nan where it is not assembled."""
 
     configuration: int
+    #: nominal poses of all bodies; shape (body, pose)
     poses: Floats
+    #: nominal pose of the output; shape (component,)
     output: Floats
 
     @property

@@ -27,24 +27,17 @@ COINCIDENT = 1e-9
 
 @dataclass(frozen=True)
 class Span:
-    """A generalised link between two of its outer joints; lengths in metres.
+    """A generalised link between two of its outer joints; lengths in metres."""
 
-    Attributes
-    ----------
-    members : tuple of int
-        The bodies that are locked together.
-    ends : tuple of int
-        The joints at its ends.
-    nominal, actual : float
-        Its length with perfect parts, and with the known deviations and every clearance in its middle.
-    shortest, longest : float
-        Over all clearances and tolerances.
-    """
-
+    #: the bodies that are locked together
     members: tuple[int, ...]
+    #: the joints at its ends
     ends: tuple[int, int]
+    #: `nominal`, `actual`: its length with perfect parts, and with the known deviations and every clearance in its
+    #: middle
     nominal: float
     actual: float
+    #: `shortest`, `longest`: over all clearances and tolerances
     shortest: float
     longest: float
 

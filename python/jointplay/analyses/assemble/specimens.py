@@ -30,30 +30,20 @@ FITS = 1.0 + 1e-9
 
 @dataclass(frozen=True, eq=False)
 class StepSpecimens:
-    """Specimens after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a specimen failed.
+    """Specimens after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a specimen failed."""
 
-    Attributes
-    ----------
-    centres : ndarray
-        Size of the position error of the centre on the first and on the second body of every joint; shape (end, joint,
-        unit).
-    output : ndarray
-        Error of the output; shape (unit, component).
-    points : dict
-        Size of the position error of every point of the part that was asked; shape (unit,).
-    force : ndarray
-        Of every member; shape (member, unit).
-    clearance_factor : ndarray
-        Shape (unit,).
-    status : ndarray of str
-        Shape (unit,).
-    """
-
+    #: size of the position error of the centre on the first and on the second body of every joint; shape (end, joint,
+    #: unit)
     centres: Floats
+    #: error of the output; shape (unit, component)
     output: Floats
+    #: size of the position error of every point of the part that was asked; shape (unit,)
     points: dict[int, Floats]
+    #: of every member; shape (member, unit)
     force: Floats
+    #: shape (unit,)
     clearance_factor: Floats
+    #: shape (unit,)
     status: NDArray[np.str_]
 
     @property

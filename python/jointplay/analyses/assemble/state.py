@@ -34,41 +34,28 @@ TOUCHING = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A part with its deviations, under its loads; SI, indexed as in the whole mechanism, nan where nothing is yet.
+    """A part with its deviations, under its loads; SI, indexed as in the whole mechanism, nan where nothing is yet."""
 
-    Attributes
-    ----------
-    shaft, bearing : ndarray
-        Error of the centre on the first and on the second body of every joint, with the rotation of that body; shape
-        (joint, component).
-    shaft_open, bearing_open : ndarray
-        Half-width of its indeterminacy under the loads.
-    error, error_open : ndarray
-        The same of the output.
-    offset : ndarray
-        Offset of every clearance, and the known deviations; shape (parameter,).
-    decided : ndarray of bool
-        Whether the loads decide where a source is; shape (source,).
-    reaction : ndarray
-        On the second body of every joint; shape (joint, wrench).
-    force, elongation : ndarray
-        Of every member.
-    clearance_factor : float
-        Clearance scale factor required for assembly of the rigid bodies.
-    status : str
-    """
-
+    #: `shaft`, `bearing`: error of the centre on the first and on the second body of every joint, with the rotation of
+    #: that body; shape (joint, component)
     shaft: Floats
     bearing: Floats
+    #: `shaft_open`, `bearing_open`: half-width of its indeterminacy under the loads
     shaft_open: Floats
     bearing_open: Floats
+    #: `error`, `error_open`: the same of the output
     error: Floats
     error_open: Floats
+    #: offset of every clearance, and the known deviations; shape (parameter,)
     offset: Floats
+    #: whether the loads decide where a source is; shape (source,)
     decided: NDArray[np.bool_]
+    #: on the second body of every joint; shape (joint, wrench)
     reaction: Floats
+    #: `force`, `elongation`: of every member
     force: Floats
     elongation: Floats
+    #: clearance scale factor required for assembly of the rigid bodies
     clearance_factor: float
     status: str
 

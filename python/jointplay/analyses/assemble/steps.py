@@ -27,24 +27,15 @@ from .part import GROUND, Part, cut, require_unturned
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step of an assembly.
+    """One step of an assembly."""
 
-    Attributes
-    ----------
-    members : tuple of str
-        The bodies that it adds.
-    links : tuple of tuple of str
-        The same, those that are locked to one another together.
-    part : Part
-        What is assembled after it.
-    freedom : Freedom
-        How that can move.
-    kind : str
-    """
-
+    #: the bodies that it adds
     members: tuple[str, ...]
+    #: the same, those that are locked to one another together
     links: tuple[tuple[str, ...], ...]
+    #: what is assembled after it
     part: Part
+    #: how that can move
     freedom: Freedom
     kind: str
 
@@ -54,7 +45,6 @@ def steps(m: Mechanism, nominal: Floats) -> Iterator[Step]:
 
     Parameters
     ----------
-    m : Mechanism
     nominal : ndarray
         Nominal poses of all bodies, SI, ground axes; shape (body, pose).
     """

@@ -46,23 +46,15 @@ MOST_NUMBERS = 40_000_000
 
 @dataclass(frozen=True, eq=False)
 class FitState:
-    """All that is fitted.
+    """All that is fitted."""
 
-    Attributes
-    ----------
-    x : ndarray
-        The unknowns of the mechanism, SI.
-    frame : DeviceFrame or None
-        Of the measuring device; None where it is known.
-    zeros : ndarray
-        Reading of every column, SI, where the machine says zero.
-    frame_found : bool
-        Whether measured places say roughly where the frame is.
-    """
-
+    #: the unknowns of the mechanism, SI
     x: Floats
+    #: of the measuring device; None where it is known
     frame: DeviceFrame | None
+    #: reading of every column, SI, where the machine says zero
     zeros: Floats
+    #: whether measured places say roughly where the frame is
     frame_found: bool = False
 
 
@@ -76,31 +68,19 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class FitOutcome:
-    """What came out.
-
-    Attributes
-    ----------
-    state : FitState
-    about : Linearised
-    system : System
-    used : ndarray of bool
-        Rows that were not left out.
-    residual : ndarray
-        Of all rows, SI, shape (row, channel).
-    whitened : ndarray
-        Of the cells that were used.
-    converged : bool
-    many_wrong : bool
-        Whether so many rows are missed by the others that none is left out.
-    """
+    """What came out."""
 
     state: FitState
     about: Linearised
     system: System
+    #: rows that were not left out
     used: Flags
+    #: of all rows, SI, shape (row, channel)
     residual: Floats
+    #: of the cells that were used
     whitened: Floats
     converged: bool
+    #: whether so many rows are missed by the others that none is left out
     many_wrong: bool = False
 
 

@@ -74,7 +74,6 @@ def weights(readings: Readings, play: Floats, used: NDArray[np.bool_]) -> Weight
 
     Parameters
     ----------
-    readings : Readings
     play : ndarray
         Covariance that the play adds in each row, (row, channel, channel); rows of one approach have it in common.
     used : ndarray of bool
@@ -107,22 +106,14 @@ def _cells(order: NDArray[np.int64], given: NDArray[np.bool_]) -> list[tuple[NDA
 
 @dataclass(frozen=True, eq=False)
 class Missed:
-    """How far every row is from what all others predict.
-
-    Attributes
-    ----------
-    rows : ndarray of int
-    distance : ndarray
-        Squared, by its covariance.
-    count : ndarray of int
-        Cells of the row: the degrees of freedom of the distance.
-    cells : ndarray
-        Of every cell, SI.
-    """
+    """How far every row is from what all others predict."""
 
     rows: NDArray[np.int64]
+    #: squared, by its covariance
     distance: Floats
+    #: cells of the row: the degrees of freedom of the distance
     count: NDArray[np.int64]
+    #: of every cell, SI
     cells: Floats
 
 
@@ -292,17 +283,11 @@ class System:
 
 @dataclass(frozen=True)
 class Combination:
-    """Unknowns of which the readings tell only one combination, or none of what they do together.
+    """Unknowns of which the readings tell only one combination, or none of what they do together."""
 
-    Attributes
-    ----------
-    parts : tuple
-        Index of each unknown, with its coefficient in the sum that is determined, or in a step that changes nothing.
-    alike : bool
-        Whether they act alike, so that only this combination of them is determined.
-    """
-
+    #: index of each unknown, with its coefficient in the sum that is determined, or in a step that changes nothing
     parts: tuple[tuple[int, float], ...]
+    #: whether they act alike, so that only this combination of them is determined
     alike: bool
 
 

@@ -29,33 +29,22 @@ MOST = 1000
 
 @dataclass(frozen=True, eq=False)
 class Unknown:
-    """One number of a machine.
+    """One number of a machine."""
 
-    Attributes
-    ----------
-    name : str
-        As results name the parameter, or the source of a size.
-    key : str
-        Where the file has it.
-    kind : str
-        ``length``, ``angle`` or ``temperature``.
-    factor : float
-        SI per unit of the file.
-    parameter : int
-        Index of a deviation among the parameters; -1 for a number of the file.
-    mean, sigma : float
-        Of the prior, SI; infinite where there is none.
-    sizing : Sizing or None
-        Of a size.
-    """
-
+    #: as results name the parameter, or the source of a size
     name: str
+    #: where the file has it
     key: str
+    #: ``length``, ``angle`` or ``temperature``
     kind: str
+    #: SI per unit of the file
     factor: float
+    #: index of a deviation among the parameters; -1 for a number of the file
     parameter: int
+    #: `mean`, `sigma`: of the prior, SI; infinite where there is none
     mean: float
     sigma: float
+    #: of a size
     sizing: Sizing | None = field(default=None, repr=False)
 
     @property
@@ -113,7 +102,6 @@ def unknowns_of(
 
     Parameters
     ----------
-    m : Mechanism
     free : mapping
         Names of parameters, of sources, or keys of the file, with ``*`` for several, that are unknown whatever their
         tolerance: a standard deviation in units of the file, or None for no prior.

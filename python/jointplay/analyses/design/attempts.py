@@ -66,22 +66,14 @@ CHOSEN = 1.0 - 1e-6
 
 @dataclass(frozen=True)
 class DesignVariable:
-    """A value that may be chosen anew.
-
-    Attributes
-    ----------
-    key : str
-    before : float
-        In the file.
-    low, high : float
-    choices : tuple of float
-        The values of a catalogue; none between bounds.
-    """
+    """A value that may be chosen anew."""
 
     key: str
+    #: in the file
     before: float
     low: float
     high: float
+    #: the values of a catalogue; none between bounds
     choices: tuple[float, ...]
 
     @property
@@ -92,26 +84,17 @@ class DesignVariable:
 
 @dataclass(frozen=True)
 class Candidate:
-    """What was found with some values.
+    """What was found with some values."""
 
-    Attributes
-    ----------
-    values : tuple of float
-        In the order of the variables.
-    aims : mapping
-        By aim its values, of which the largest counts.
-    used : mapping
-        By what has to hold what is used of it.
-    lost : float
-        Share of the configurations without a pose or an error; infinite where the file would be refused.
-    why : str
-        What refuses it.
-    """
-
+    #: in the order of the variables
     values: tuple[float, ...]
+    #: by aim its values, of which the largest counts
     aims: Mapping[str, Floats] = field(default_factory=dict)
+    #: by what has to hold what is used of it
     used: Mapping[str, Floats] = field(default_factory=dict)
+    #: share of the configurations without a pose or an error; infinite where the file would be refused
     lost: float = 0.0
+    #: what refuses it
     why: str = ""
 
     def aim(self, name: str) -> float:

@@ -21,38 +21,23 @@ AT_BOUND = 1e-6
 
 @dataclass
 class Designed:
-    """What is told.
-
-    Attributes
-    ----------
-    m : Mechanism
-    attempts : Attempts
-    weights : mapping
-        Of the aims.
-    before : Candidate
-        The design of the file.
-    seed : int
-    losses : tuple of float
-    best : Candidate or None
-        What was found.
-    tolerated : ndarray or None
-    front : list of Candidate
-    incomplete : str
-        Why it is not finished.
-    done : int
-        Attempts.
-    """
+    """What is told."""
 
     m: Mechanism
     attempts: Attempts
+    #: of the aims
     weights: Mapping[str, float]
+    #: the design of the file
     before: Candidate
     seed: int
     losses: tuple[float, ...]
+    #: what was found
     best: Candidate | None = None
     tolerated: Floats | None = None
     front: list[Candidate] = field(default_factory=list)
+    #: why it is not finished
     incomplete: str = ""
+    #: attempts
     done: int = 0
 
 

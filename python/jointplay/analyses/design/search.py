@@ -41,26 +41,16 @@ Objective = Callable[[Candidate], float]
 
 @dataclass
 class DesignSearch:
-    """A search among attempts.
-
-    Parameters
-    ----------
-    attempts : Attempts
-    evaluations : int
-        Attempts of the global search.
-    seed : int
-    progress : Progress or None
-    done, total : int
-        Attempts that are made, and those that may be.
-    processes : Processes
-        Where attempts that do not depend on one another are made.
-    """
+    """A search among attempts."""
 
     attempts: Attempts
+    #: where attempts that do not depend on one another are made
     processes: Processes
+    #: attempts of the global search
     evaluations: int
     seed: int
     progress: Progress | None = None
+    #: `done`, `total`: attempts that are made, and those that may be
     done: int = 0
     total: int = 0
     every: list[Candidate] = field(default_factory=list)

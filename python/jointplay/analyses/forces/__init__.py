@@ -194,12 +194,7 @@ def is_judged(m: Mechanism) -> bool:
 
 
 def check(m: Mechanism) -> None:
-    """Refuse a mechanism whose pose does not decide its forces, or on which nothing acts.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a mechanism whose pose does not decide its forces, or on which nothing acts."""
     if not m.core.isostatic:
         problem = (
             "redundant or elastic members share the forces, and no pose decides how: `forces` is of determinate"

@@ -33,24 +33,16 @@ LEFT, OPEN = 1e-6, 1e-3
 
 @dataclass(frozen=True)
 class Extremes:
-    """Least and largest forces.
+    """Least and largest forces."""
 
-    Attributes
-    ----------
-    force, first_order : ndarray
-        SI, shape (configuration, force, side).
-    offset : ndarray
-        What attains them, shape (configuration, force, side, parameter).
-    parts : ndarray
-        What every parameter adds in the first order, shape (configuration, force, side, parameter).
-    unsettled : ndarray of int
-        Ascents that reached their number of steps, of every configuration.
-    """
-
+    #: `force`, `first_order`: SI, shape (configuration, force, side)
     force: Floats
     first_order: Floats
+    #: what attains them, shape (configuration, force, side, parameter)
     offset: Floats
+    #: what every parameter adds in the first order, shape (configuration, force, side, parameter)
     parts: Floats
+    #: ascents that reached their number of steps, of every configuration
     unsettled: Ints
 
 

@@ -35,19 +35,12 @@ STEP = {"length": 1e-5, "angle": 1e-5, "temperature": 1.0}
 
 @dataclass(frozen=True)
 class Balances:
-    """Statics of a determinate mechanism near its nominal configurations.
+    """Statics of a determinate mechanism near its nominal configurations."""
 
-    Parameters
-    ----------
-    m : Mechanism
-        In one load case.
-    at : Nominal
-    loads : ndarray or None
-        Force and moment of every load, SI, shape (configuration, load, 6); None where they are the same in all.
-    """
-
+    #: in one load case
     m: Mechanism
     at: Nominal
+    #: force and moment of every load, SI, shape (configuration, load, 6); None where they are the same in all
     loads: Floats | None
 
     @cached_property

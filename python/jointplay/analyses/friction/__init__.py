@@ -68,12 +68,7 @@ def require(m: Mechanism, approach: str, *, exact: bool) -> None:
 
 
 def both(asked: Setting) -> dict[str, Sliding]:
-    """The sliding states from both sides.
-
-    Parameters
-    ----------
-    asked : Setting
-    """
+    """The sliding states from both sides."""
     return {side: sliding(asked, side) for side in SIDES}
 
 

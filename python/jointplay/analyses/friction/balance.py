@@ -55,37 +55,24 @@ LOOSE, PRESSED = 4, 0.05
 
 @dataclass(frozen=True)
 class SlidingTask:
-    """What does not change while equilibrium is found, of some configurations.
-
-    Attributes
-    ----------
-    m : Mechanism
-    contacts : list of JointContact
-    drives, nominal : ndarray
-        Drive values and nominal poses.
-    wrenches : ndarray
-        Force and moment of every load, one after the other.
-    built : ndarray
-        Values of the parameters where nothing displaces a contact.
-    motions : list of ndarray
-        Direction of the motion of every contact, as `JointContact.at` has it.
-    scale : ndarray
-        Unit of forces, shape (configuration,).
-    unit : float
-        Unit of offsets.
-    offset, multipliers : ndarray
-        Values of all parameters and multipliers of all rows without friction.
-    """
+    """What does not change while equilibrium is found, of some configurations."""
 
     m: Mechanism
     contacts: list[JointContact]
+    #: `drives`, `nominal`: drive values and nominal poses
     drives: Floats
     nominal: Floats
+    #: force and moment of every load, one after the other
     wrenches: Floats
+    #: values of the parameters where nothing displaces a contact
     built: Floats
+    #: direction of the motion of every contact, as `JointContact.at` has it
     motions: list[Floats]
+    #: unit of forces, shape (configuration,)
     scale: Floats
+    #: unit of offsets
     unit: float
+    #: `offset`, `multipliers`: values of all parameters and multipliers of all rows without friction
     offset: Floats
     multipliers: Floats
 
@@ -101,29 +88,19 @@ class SlidingTask:
 
 @dataclass
 class Equilibrium:
-    """What was found, of all configurations.
+    """What was found, of all configurations."""
 
-    Attributes
-    ----------
-    y : ndarray
-        Unknowns, in the order of the rows.
-    held : ndarray of bool
-        Those whose offset nothing decides.
-    offset : ndarray
-        Of these.
-    part : ndarray
-        Part of the coefficients up to which equilibrium was found: 1 where all is well.
-    forces : ndarray
-        Largest force there, in units.
-    steps : ndarray of int
-        Steps of Newton's method.
-    """
-
+    #: unknowns, in the order of the rows
     y: Floats
+    #: those whose offset nothing decides
     held: NDArray[np.bool_]
+    #: of these
     offset: Floats
+    #: part of the coefficients up to which equilibrium was found: 1 where all is well
     part: Floats
+    #: largest force there, in units
     forces: Floats
+    #: steps of Newton's method
     steps: NDArray[np.int64]
 
     def chosen(self, places: NDArray[np.intp]) -> Equilibrium:

@@ -50,8 +50,6 @@ def wrenches(
 
     Parameters
     ----------
-    m : Mechanism
-    joint : int
     entry : Coupling
         What the file says of it.
     at : EquilibriumTerms

@@ -59,78 +59,52 @@ PLANAR = 3
 
 @dataclass(frozen=True)
 class ContactForces:
-    """What joints do in some configurations.
+    """What joints do in some configurations."""
 
-    Attributes
-    ----------
-    offset : ndarray
-        Along the rows of the contact, shape (configuration, row).
-    multiplier : ndarray
-        Of these rows, by which the loads push.
-    force : ndarray
-        Of friction, on the second body at its point, shape (configuration, 3); the opposite acts on the first body at
-        the same place. In the joint's axes on the first body, as the moments are; of `in_ground_axes` in these.
-    second, first : ndarray
-        Moments of friction on both bodies about that point.
-    """
-
+    #: along the rows of the contact, shape (configuration, row)
     offset: Floats
+    #: of these rows, by which the loads push
     multiplier: Floats
+    #: of friction, on the second body at its point, shape (configuration, 3); the opposite acts on the first body at
+    #: the same place. In the joint's axes on the first body, as the moments are; of `in_ground_axes` in these.
     force: Floats
+    #: `second`, `first`: moments of friction on both bodies about that point
     second: Floats
     first: Floats
 
 
 @dataclass(frozen=True)
 class JointContact:
-    """A joint whose offset is decided, or that rubs.
-
-    Attributes
-    ----------
-    joint : int
-    kind : str
-        What its set `rubs` as, or `FLANK`; empty where nothing rubs.
-    rows : ndarray of int
-        Rows of the closure.
-    parameters : ndarray of int
-        Parameters that displace them; empty where nothing does.
-    transform : ndarray
-        Offsets of the contacts over those of the rows.
-    parts : tuple
-        Of every contact the first unknown and the one behind its last, and lowest and highest offset: the highest is
-        the radius of a round one.
-    coefficient : float
-        Of a coupling with an efficiency the part of the power that it loses at most.
-    own : float
-        Force or moment of its own, SI.
-    radius : float
-        Of the hole, SI.
-    height, width : float
-        From face to face, SI.
-    collar : float
-        Lever of friction at the shoulders.
-    source : int
-        Of the offsets; -1 where there is none.
-    half : tuple of float
-        Of a slider in space half of its height and of its width, which bear a moment about its axis.
-    roll : float
-        Unit of its roll, a length.
-    """
+    """A joint whose offset is decided, or that rubs."""
 
     joint: int
+    #: what its set `rubs` as, or `FLANK`; empty where nothing rubs
     kind: str
+    #: rows of the closure
     rows: NDArray[np.intp]
+    #: parameters that displace them; empty where nothing does
     parameters: NDArray[np.intp]
+    #: offsets of the contacts over those of the rows
     transform: Floats
+    #: of every contact the first unknown and the one behind its last, and lowest and highest offset: the highest is the
+    #: radius of a round one
     parts: ContactParts
+    #: of a coupling with an efficiency the part of the power that it loses at most
     coefficient: float = 0.0
+    #: force or moment of its own, SI
     own: float = 0.0
+    #: of the hole, SI
     radius: float = 0.0
+    #: `height`, `width`: from face to face, SI
     height: float = 0.0
     width: float = 0.0
+    #: lever of friction at the shoulders
     collar: float = 0.0
+    #: of the offsets; -1 where there is none
     source: int = -1
+    #: of a slider in space half of its height and of its width, which bear a moment about its axis
     half: tuple[float, float] = (0.0, 0.0)
+    #: unit of its roll, a length
     roll: float = 1.0
 
     @property
@@ -288,15 +262,9 @@ def _on_ball(y: Floats, offset: Floats, w: Floats, sine: Floats) -> tuple[Floats
 
 @dataclass(frozen=True)
 class HeldOffsets:
-    """Unknowns of a contact whose offset stays: nothing presses them.
+    """Unknowns of a contact whose offset stays: nothing presses them."""
 
-    Attributes
-    ----------
-    which : ndarray of bool
-        Shape (configuration, unknown).
-    offset : ndarray
-    """
-
+    #: shape (configuration, unknown)
     which: NDArray[np.bool_]
     offset: Floats
 
@@ -306,7 +274,6 @@ def contacts(m: Mechanism, u: Floats) -> list[JointContact]:
 
     Parameters
     ----------
-    m : Mechanism
     u : ndarray
         Values of all parameters, of which those of sizes count.
 

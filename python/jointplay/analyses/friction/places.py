@@ -31,9 +31,6 @@ def motions(m: Mechanism, joint: int, at: EquilibriumTerms, velocity: Floats) ->
 
     Parameters
     ----------
-    m : Mechanism
-    joint : int
-    at : EquilibriumTerms
     velocity : ndarray
         Of the core's origins, then angular, shape (configuration, body, 6).
     """

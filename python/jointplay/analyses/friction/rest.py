@@ -33,33 +33,21 @@ TOGETHER = 1024
 
 @dataclass(frozen=True)
 class RestRange:
-    """What friction can hold at rest, nan where the mechanism is not in equilibrium without it.
+    """What friction can hold at rest, nan where the mechanism is not in equilibrium without it."""
 
-    Attributes
-    ----------
-    low, high : ndarray
-        Of every component of the error, shape (configuration, component).
-    position, rotation : ndarray
-        Largest sizes, shape (configuration,).
-    torque_low, torque_high : ndarray
-        Of every drive, shape (configuration, drive).
-    """
-
+    #: `low`, `high`: of every component of the error, shape (configuration, component)
     low: Floats
     high: Floats
+    #: `position`, `rotation`: largest sizes, shape (configuration,)
     position: Floats
     rotation: Floats
+    #: `torque_low`, `torque_high`: of every drive, shape (configuration, drive)
     torque_low: Floats
     torque_high: Floats
 
 
 def held(asked: Setting) -> RestRange:
-    """What friction can hold at rest.
-
-    Parameters
-    ----------
-    asked : Setting
-    """
+    """What friction can hold at rest."""
     m, count = asked.m, len(asked.at)
     components, drives = len(m.components), len(m.drives)
     low, high = np.full((2, count, components + 2 + drives), np.nan)

@@ -47,26 +47,17 @@ OK, UNDETERMINED, SINGULAR, STUCK = map(STATUSES.tolist().index, ("ok", "undeter
 
 @dataclass(frozen=True)
 class Sliding:
-    """What friction makes of `loaded`, from one side.
+    """What friction makes of `loaded`, from one side."""
 
-    Attributes
-    ----------
-    found : Loaded
-        Its columns.
-    friction : ndarray
-        Power of friction while the drives move as `directions` says, negative, shape (configuration, joint).
-    efficiency : ndarray
-        Power that comes out over power that goes in, shape (configuration,).
-    jam : ndarray
-        Coefficient of the joint `jams` from which it jams; nan where it does not.
-    jams : ndarray of str
-        The joint that takes most of the power there; empty where it does not.
-    """
-
+    #: its columns
     found: Loaded
+    #: power of friction while the drives move as `directions` says, negative, shape (configuration, joint)
     friction: Floats
+    #: power that comes out over power that goes in, shape (configuration,)
     efficiency: Floats
+    #: coefficient of the joint `jams` from which it jams; nan where it does not
     jam: Floats
+    #: the joint that takes most of the power there; empty where it does not
     jams: Texts
 
 
@@ -78,7 +69,6 @@ def directions(m: Mechanism, drives: Floats, motion: DriveMotion | None) -> Floa
 
     Parameters
     ----------
-    m : Mechanism
     drives : ndarray
         Their values.
     motion : DriveMotion or None
@@ -97,28 +87,17 @@ def directions(m: Mechanism, drives: Floats, motion: DriveMotion | None) -> Floa
 
 @dataclass(frozen=True)
 class Setting:
-    """What friction is asked of.
-
-    Attributes
-    ----------
-    m : Mechanism
-    at : Nominal
-    without : Loaded
-        The columns of `loaded` without friction, with details.
-    speeds : ndarray
-        How the drives move forward, shape (configuration, drive).
-    loads : ndarray
-        Force and moment of every load, one after the other, SI.
-    built : ndarray
-        Values of all parameters where nothing displaces a contact.
-    contacts : list of JointContact
-    """
+    """What friction is asked of."""
 
     m: Mechanism
     at: Nominal
+    #: the columns of `loaded` without friction, with details
     without: Loaded
+    #: how the drives move forward, shape (configuration, drive)
     speeds: Floats
+    #: force and moment of every load, one after the other, SI
     loads: Floats
+    #: values of all parameters where nothing displaces a contact
     built: Floats
     contacts: list[JointContact]
 
@@ -169,8 +148,6 @@ def setting(
 
     Parameters
     ----------
-    m : Mechanism
-    at : Nominal
     motion : DriveMotion or None
         How the drives move there; None where the file does not say.
     without : Loaded
@@ -191,7 +168,6 @@ def sliding(asked: Setting, side: str) -> Sliding:
 
     Parameters
     ----------
-    asked : Setting
     side : str
         One of `SIDES`.
     """

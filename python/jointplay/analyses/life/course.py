@@ -26,18 +26,12 @@ LONGER = 8.0
 
 @dataclass(frozen=True)
 class CourseStep:
-    """A step.
+    """A step."""
 
-    Attributes
-    ----------
-    begin, length : float
-        Cycles.
-    grown, first, last : ndarray
-        What has grown at its begin, and the growth per cycle there and at its end.
-    """
-
+    #: `begin`, `length`: cycles
     begin: float
     length: float
+    #: `grown`, `first`, `last`: what has grown at its begin, and the growth per cycle there and at its end
     grown: Floats
     first: Floats
     last: Floats

@@ -27,20 +27,13 @@ FEWEST = 6
 
 @dataclass(frozen=True)
 class Cycle:
-    """Which way the configurations are gone along.
+    """Which way the configurations are gone along."""
 
-    Parameters
-    ----------
-    name : str
-        One of `CYCLES`.
-    order : ndarray
-        Configurations in the order in which they are passed, the first one again at the end of a sampled turn.
-    times : float
-        How often the way is passed in a cycle.
-    """
-
+    #: one of `CYCLES`
     name: str
+    #: configurations in the order in which they are passed, the first one again at the end of a sampled turn
     order: np.ndarray[tuple[int], np.dtype[np.intp]]
+    #: how often the way is passed in a cycle
     times: float
 
 
@@ -49,7 +42,6 @@ def cycle_of(m: Mechanism, at: Nominal, given: str | None = None) -> Cycle:
 
     Parameters
     ----------
-    m : Mechanism
     at : Nominal
         All its configurations, which have poses.
     given : {"closed", "back-and-forth", "one-way"}, optional

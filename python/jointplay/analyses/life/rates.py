@@ -30,20 +30,13 @@ from .sliding import Faces, Order, faces_of, joined, slide_of
 
 @dataclass(frozen=True)
 class Rates:
-    """What a cycle does to the clearances, SI; nan where the loads do not say how joints share them.
+    """What a cycle does to the clearances, SI; nan where the loads do not say how joints share them."""
 
-    Parameters
-    ----------
-    growth : ndarray
-        Growth of the radius or gap per cycle.
-    coarse : ndarray
-        The same with every second configuration.
-    sliding, pressure : ndarray
-        Sliding distance per cycle, and largest mean pressure; nan where they are not known.
-    """
-
+    #: growth of the radius or gap per cycle
     growth: Floats
+    #: the same with every second configuration
     coarse: Floats
+    #: `sliding`, `pressure`: sliding distance per cycle, and largest mean pressure; nan where they are not known
     sliding: Floats
     pressure: Floats
 
@@ -176,7 +169,6 @@ def changes(part: Mechanism, whole: Mechanism, worn: Sequence[Wearing], grown: F
         With one output, in one load case.
     whole : Mechanism
         In which `worn` has its indices.
-    worn : sequence of Wearing
     grown : ndarray
         Of each.
     """

@@ -45,21 +45,15 @@ Order = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True)
 class Slide:
-    """How the second body of a joint moves against the first between the configurations that it passes, SI.
+    """How the second body of a joint moves against the first between the configurations that it passes, SI."""
 
-    Parameters
-    ----------
-    turns, shifts : ndarray
-        Rotation vectors, and displacements of the second body's point; in axes of the first body, shape (step, 3).
-    axes : ndarray
-        Axes of the first body, as rotation matrices, one more than steps.
-    along, side, normal : ndarray
-        Directions of the joint on the first body.
-    """
-
+    #: `turns`, `shifts`: rotation vectors, and displacements of the second body's point; in axes of the first body,
+    #: shape (step, 3)
     turns: Floats
     shifts: Floats
+    #: axes of the first body, as rotation matrices, one more than steps
     axes: Floats
+    #: `along`, `side`, `normal`: directions of the joint on the first body
     along: Floats
     side: Floats
     normal: Floats
@@ -70,8 +64,6 @@ def slide_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Slide:
 
     Parameters
     ----------
-    m : Mechanism
-    joint : int
     at : ndarray
         Poses of all bodies, shape (configuration, body, pose).
     order : ndarray
@@ -84,26 +76,18 @@ def slide_of(m: Mechanism, joint: int, at: Floats, order: Order) -> Slide:
 
 @dataclass(frozen=True)
 class Faces:
-    """The faces of a joint that slide through configurations, as they are passed.
+    """The faces of a joint that slide through configurations, as they are passed."""
 
-    Parameters
-    ----------
-    pressure : ndarray
-        Mean pressure of every face, Pa, shape (configuration, face).
-    start, end : ndarray
-        How far the face slides in every step, m, by the direction of the force at the start and at the end of the step;
-        shape (step, face).
-    towards : ndarray, optional
-        Of a pin: the angle at which it touches its hole, about the axis, as the first body sees it, shape
-        (configuration, face).
-    turned : ndarray, optional
-        How far the second body has turned about the axis since the first configuration.
-    """
-
+    #: mean pressure of every face, Pa, shape (configuration, face)
     pressure: Floats
+    #: `start`, `end`: how far the face slides in every step, m, by the direction of the force at the start and at the
+    #: end of the step; shape (step, face)
     start: Floats
     end: Floats
+    #: of a pin: the angle at which it touches its hole, about the axis, as the first body sees it, shape
+    #: (configuration, face)
     towards: Floats | None = None
+    #: how far the second body has turned about the axis since the first configuration
     turned: Floats | None = None
 
     def worn(self, own: Wearing) -> float:
@@ -178,12 +162,10 @@ def faces_of(
 
     Parameters
     ----------
-    m : Mechanism
     own : Wearing
         With a rate.
     source : int
         The source of its clearance.
-    slide : Slide
     reaction : ndarray
         Force and moment on the second body as it passes the configurations, ground axes, SI, shape
         (configuration, wrench).

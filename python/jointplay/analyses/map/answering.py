@@ -36,22 +36,14 @@ Chunk = tuple[int, Nominal, Floats]
 
 @dataclass(frozen=True)
 class MapQuestion:
-    """A question of a mechanism.
+    """A question of a mechanism."""
 
-    Attributes
-    ----------
-    whole : Mechanism
-        With all outputs and load cases.
-    question : str
-    options : mapping
-        Of the question.
-    asker : str
-        Who asks at the nodes of a grid.
-    """
-
+    #: with all outputs and load cases
     whole: Mechanism
     question: str
+    #: of the question
     options: Mapping[str, Any]
+    #: who asks at the nodes of a grid
     asker: str = "map"
 
     @cached_property
@@ -70,40 +62,25 @@ class MapQuestion:
 
 @dataclass(frozen=True)
 class ChunkAnswer:
-    """The answer at the nodes of a chunk.
+    """The answer at the nodes of a chunk."""
 
-    Attributes
-    ----------
-    part : Result or None
-        Over the axes of the grid; None where it is written already.
-    stamps : dict
-        Of the files of the chunk, where it is written already.
-    contacts : dict
-        States of contact at the faces of the chunk, by the face; empty where there is no load.
-    """
-
+    #: over the axes of the grid; None where it is written already
     part: Result | None
+    #: of the files of the chunk, where it is written already
     stamps: Stamps
+    #: states of contact at the faces of the chunk, by the face; empty where there is no load
     contacts: dict[str, Floats]
 
 
 @dataclass(frozen=True)
 class ChunkAsking:
-    """Asks the question chunk by chunk.
-
-    Attributes
-    ----------
-    ask : MapQuestion
-    lattice : Lattice
-    names : mapping
-        What the drives are called in the map, see `drive_names`.
-    writer : Writer or None
-        Writes chunks where they are computed; without it they are handed over.
-    """
+    """Asks the question chunk by chunk."""
 
     ask: MapQuestion
     lattice: Lattice
+    #: what the drives are called in the map, see `drive_names`
     names: Mapping[str, str]
+    #: writes chunks where they are computed; without it they are handed over
     writer: Writer | None = None
 
     def writing(self, writer: Writer | None) -> ChunkAsking:

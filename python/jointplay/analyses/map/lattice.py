@@ -20,20 +20,13 @@ COARSE = 5
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A chunk that shares a face with another one.
+    """A chunk that shares a face with another one."""
 
-    Attributes
-    ----------
-    axis : int
-        The axis across which it lies.
-    side : int
-        0: before the chunk, 1: after it.
-    number : int
-        Which chunk it is.
-    """
-
+    #: the axis across which it lies
     axis: int
+    #: 0: before the chunk, 1: after it
     side: int
+    #: which chunk it is
     number: int
 
 

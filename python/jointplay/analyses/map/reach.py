@@ -34,23 +34,15 @@ BEYOND = "other_branch"
 
 @dataclass(frozen=True)
 class Seeds:
-    """States that may lead to nodes of a chunk, one after the other.
+    """States that may lead to nodes of a chunk, one after the other."""
 
-    Attributes
-    ----------
-    nodes : ndarray
-        Number of the node in its chunk.
-    rows : ndarray
-        What was commanded in each state.
-    poses : ndarray
-        Of all bodies.
-    beyond : ndarray
-        Whether a singular pose lies between the state and the start.
-    """
-
+    #: number of the node in its chunk
     nodes: NDArray[np.int64]
+    #: what was commanded in each state
     rows: Floats
+    #: of all bodies
     poses: Floats
+    #: whether a singular pose lies between the state and the start
     beyond: Flags
 
     @classmethod
@@ -68,19 +60,12 @@ class Seeds:
 
 @dataclass(frozen=True)
 class Solved:
-    """The nominal mechanism at the nodes of a chunk.
-
-    Attributes
-    ----------
-    at : Nominal
-    crossing : ndarray
-        Part of the way to the next node along each axis at which the mechanism becomes singular, shape (node, axis).
-    seed_crossing : ndarray
-        The same of the way from each seed to its node.
-    """
+    """The nominal mechanism at the nodes of a chunk."""
 
     at: Nominal
+    #: part of the way to the next node along each axis at which the mechanism becomes singular, shape (node, axis)
     crossing: Floats
+    #: the same of the way from each seed to its node
     seed_crossing: Floats
 
 

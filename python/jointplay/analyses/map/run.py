@@ -36,20 +36,13 @@ NO_WAY, WAY_BEYOND, WAY = 0, 1, 2
 
 @dataclass(frozen=True)
 class WayIn:
-    """States that lead into a chunk.
+    """States that lead into a chunk."""
 
-    Attributes
-    ----------
-    side : str
-        The face behind which they are; empty where they are none of a neighbour.
-    offered : ndarray
-        What the nodes behind the face offer.
-    seeds : Seeds
-        Those that offer something, in their order.
-    """
-
+    #: the face behind which they are; empty where they are none of a neighbour
     side: str
+    #: what the nodes behind the face offer
     offered: Codes
+    #: those that offer something, in their order
     seeds: Seeds
 
 

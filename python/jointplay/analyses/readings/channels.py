@@ -30,29 +30,19 @@ Poses = Mapping[str, Floats]
 
 @dataclass(frozen=True)
 class Channel:
-    """One column.
+    """One column."""
 
-    Attributes
-    ----------
-    name : str
-        As the table has it.
-    kind : str
-        ``length`` or ``angle``.
-    points : tuple of str
-        The points whose poses it is made of, by name.
-    form : str
-        ``component``, ``distance`` or ``dial``.
-    component : int
-        Which component of the pose; of a component only.
-    direction : tuple of float
-        Along which a dial measures, of length one.
-    """
-
+    #: as the table has it
     name: str
+    #: ``length`` or ``angle``
     kind: str
+    #: the points whose poses it is made of, by name
     points: tuple[str, ...]
+    #: ``component``, ``distance`` or ``dial``
     form: str
+    #: which component of the pose; of a component only
     component: int = -1
+    #: along which a dial measures, of length one
     direction: tuple[float, ...] = ()
 
     def value(self, poses: Poses, axes: int) -> Floats:

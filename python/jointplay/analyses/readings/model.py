@@ -48,23 +48,15 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """What would be read, SI.
+    """What would be read, SI."""
 
-    Attributes
-    ----------
-    values : ndarray
-        Shape (row, channel).
-    by_parameter : ndarray
-        Derivatives by all parameters, shape (row, channel, parameter).
-    by_frame : ndarray
-        By small displacements of the frame, shape (row, channel, 6).
-    indeterminacy : ndarray
-        Variance that a load leaves, shape (row, channel, channel).
-    """
-
+    #: shape (row, channel)
     values: Floats
+    #: derivatives by all parameters, shape (row, channel, parameter)
     by_parameter: Floats
+    #: by small displacements of the frame, shape (row, channel, 6)
     by_frame: Floats
+    #: variance that a load leaves, shape (row, channel, channel)
     indeterminacy: Floats
 
 
@@ -135,8 +127,6 @@ class ReadingModel:
 
         Parameters
         ----------
-        u : ndarray
-        frame : DeviceFrame, optional
         derivatives : bool
             Whether they are wanted.
         of_nominal : bool
@@ -172,7 +162,6 @@ class ReadingModel:
         ----------
         sizes : sequence
             Of every size the sources that have it, by index.
-        frame : DeviceFrame, optional
         """
         count = int(self.station.max()) + 1
         moves = {point: np.zeros((count, len(self.m.components), len(sizes))) for point in self.points}

@@ -49,41 +49,27 @@ SAME = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What was read, row by row.
+    """What was read, row by row."""
 
-    Attributes
-    ----------
-    sheet : ReadingSheet
-        Where it is from.
-    channels : tuple of Channel
-        The measured columns.
-    drives : ndarray
-        Drive values, SI, shape (row, drive).
-    values : ndarray
-        What was read, SI, shape (row, channel); nan where nothing was.
-    sigma : ndarray
-        Standard deviation of each, of the same shape.
-    cases : tuple of str
-        The load case of each row; empty where none of them acted.
-    approaches : ndarray of int
-        Number of the approach of each row: rows that have it in common are of one place.
-    sides : ndarray of int
-        1 forward, -1 backward, 0 where it is not said.
-    ways : ndarray
-        How the drives move forward where joints rub, of the same shape as `drives`.
-    drive_sigma : ndarray
-        Standard deviation of every drive from approach to approach, SI, shape (row, drive).
-    """
-
+    #: where it is from
     sheet: ReadingSheet
+    #: the measured columns
     channels: tuple[Channel, ...]
+    #: drive values, SI, shape (row, drive)
     drives: Floats
+    #: what was read, SI, shape (row, channel); nan where nothing was
     values: Floats
+    #: standard deviation of each, of the same shape
     sigma: Floats
+    #: the load case of each row; empty where none of them acted
     cases: tuple[str, ...]
+    #: number of the approach of each row: rows that have it in common are of one place
     approaches: NDArray[np.int64]
+    #: 1 forward, -1 backward, 0 where it is not said
     sides: NDArray[np.int64]
+    #: how the drives move forward where joints rub, of the same shape as `drives`
     ways: Floats
+    #: standard deviation of every drive from approach to approach, SI, shape (row, drive)
     drive_sigma: Floats
 
     def __len__(self) -> int:
@@ -131,12 +117,7 @@ class Readings:
 
 
 def require_whole(m: Mechanism) -> None:
-    """Refuse a mechanism of which one output or load case is chosen.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a mechanism of which one output or load case is chosen."""
     if m.chosen != (None, None):
         raise InputError("readings are of the whole file; columns say of which output, rows of which load case")
 
@@ -150,7 +131,6 @@ def readings(
 
     Parameters
     ----------
-    m : Mechanism
     source : path or mapping
         A file, or columns by name.
     sigma : mapping or "auto", optional

@@ -39,20 +39,13 @@ FURTHER = 0.4
 
 @dataclass(frozen=True)
 class AskedGrid:
-    """Nodes of a workspace and what is held there, file units.
+    """Nodes of a workspace and what is held there, file units."""
 
-    Attributes
-    ----------
-    axes : dict
-        Rising values along each axis, by the component.
-    held : dict
-        Positions that are held.
-    orientations : tuple of dict
-        Rotations, all of which have to be reached at every node.
-    """
-
+    #: rising values along each axis, by the component
     axes: dict[str, Floats]
+    #: positions that are held
     held: dict[str, float]
+    #: rotations, all of which have to be reached at every node
     orientations: tuple[dict[str, float], ...]
 
     def of(self, whole: Mechanism, orientation: Mapping[str, float]) -> Mechanism:

@@ -22,17 +22,11 @@ MOST, LEAST = 4, 1e-2
 
 @dataclass(frozen=True)
 class Cuts:
-    """Segments of a boundary that cut corners off, and where the corners ought to be.
+    """Segments of a boundary that cut corners off, and where the corners ought to be."""
 
-    Attributes
-    ----------
-    facet : ndarray
-        Numbers of the segments.
-    to : ndarray
-        Places, shape (segment, axis).
-    """
-
+    #: numbers of the segments
     facet: Ints
+    #: places, shape (segment, axis)
     to: Floats
 
 

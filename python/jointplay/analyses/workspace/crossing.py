@@ -26,26 +26,17 @@ MOST = 60
 
 @dataclass(frozen=True)
 class Ways:
-    """Straight ways from nodes that are inside to places that are not.
+    """Straight ways from nodes that are inside to places that are not."""
 
-    Attributes
-    ----------
-    inner : ndarray
-        Places of the nodes in the grid.
-    last : ndarray
-        Commands at the ends.
-    length : ndarray
-        In the unit of the tolerance.
-    why : ndarray
-        What keeps the mechanism from the ends; empty where that is not known.
-    room : ndarray
-        Distances of the nodes and of the ends to ends of ranges, as `HeldPlaces` has them, shape (2, way).
-    """
-
+    #: places of the nodes in the grid
     inner: Ints
+    #: commands at the ends
     last: Floats
+    #: in the unit of the tolerance
     length: Floats
+    #: what keeps the mechanism from the ends; empty where that is not known
     why: Texts
+    #: distances of the nodes and of the ends to ends of ranges, as `HeldPlaces` has them, shape (2, way)
     room: Floats
 
 
@@ -56,7 +47,6 @@ def leave(of: OneOrientation, ways: Ways, tolerance: float) -> tuple[Floats, Tex
     ----------
     of : OneOrientation
         Its nodes are solved.
-    ways : Ways
     tolerance : float
         In the unit of the lengths.
     """

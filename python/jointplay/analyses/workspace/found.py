@@ -28,40 +28,26 @@ PartDone = Callable[[float], None]
 
 @dataclass(frozen=True)
 class HeldRegion:
-    """A region and its boundary, file units.
+    """A region and its boundary, file units."""
 
-    Attributes
-    ----------
-    m : Mechanism
-        With the output that the grid speaks of.
-    asked : AskedGrid
-    inside : ndarray
-        Which nodes are in it, over the axes.
-    why : ndarray
-        What keeps the mechanism from every node; empty also where a region apart from this one is.
-    apart : int
-        Nodes of such regions.
-    far : float
-        Distance from the start to the nearest node of the region, in cells.
-    edges : CrossedEdges
-        Those that lead out of it.
-    points : ndarray
-        Where they do, shape (edge, axis); then the corners that they cut off, in the plane.
-    bound : ndarray
-        What ends each of them.
-    cut : dict
-        By corner the two edges between which it is.
-    """
-
+    #: with the output that the grid speaks of
     m: Mechanism
     asked: AskedGrid
+    #: which nodes are in it, over the axes
     inside: Flags
+    #: what keeps the mechanism from every node; empty also where a region apart from this one is
     why: Texts
+    #: nodes of such regions
     apart: int
+    #: distance from the start to the nearest node of the region, in cells
     far: float
+    #: those that lead out of it
     edges: CrossedEdges
+    #: where they do, shape (edge, axis); then the corners that they cut off, in the plane
     points: Floats
+    #: what ends each of them
     bound: Texts
+    #: by corner the two edges between which it is
     cut: dict[int, tuple[int, int]]
 
     @property
@@ -123,14 +109,12 @@ def region(
     ----------
     whole : Mechanism
         With all outputs and load cases.
-    asked : AskedGrid
     start : ndarray
         Position along every axis at the start, file units.
     asks : sequence of MapQuestion
         Whose limits have to hold.
     tolerance : float
         Of the boundary along edges, file units.
-    part : callable
     """
     every: list[tuple[OneOrientation, HeldPlaces]] = []
     count = len(asked.orientations)

@@ -34,21 +34,14 @@ AT_ONCE = 4096
 
 @dataclass(frozen=True)
 class HeldPlaces:
-    """What was found at some configurations.
+    """What was found at some configurations."""
 
-    Attributes
-    ----------
-    why : ndarray
-        What keeps the mechanism from being there; empty where nothing does.
-    room : ndarray
-        How far the drives and joints are from the nearest end of a range, as a part of the range, negative beyond it;
-        nan where it does not decide.
-    ends : ndarray or None
-        On ways, the part up to which the mechanism follows; nan where it gets to the place.
-    """
-
+    #: what keeps the mechanism from being there; empty where nothing does
     why: Texts
+    #: how far the drives and joints are from the nearest end of a range, as a part of the range, negative beyond it;
+    #: nan where it does not decide
     room: Floats
+    #: on ways, the part up to which the mechanism follows; nan where it gets to the place
     ends: Floats | None = None
 
     @property

@@ -40,20 +40,13 @@ def framed_values(values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class CrossedEdges:
-    """The edges that lead out of a region.
+    """The edges that lead out of a region."""
 
-    Attributes
-    ----------
-    inside : ndarray
-        The framed region.
-    number : dict
-        By direction: the number of the edge from each node on, -1 where it leads out of nothing.
-    inner, outer : ndarray
-        The nodes at the ends of every edge, as places in the flattened region.
-    """
-
+    #: the framed region
     inside: Flags
+    #: by direction: the number of the edge from each node on, -1 where it leads out of nothing
     number: dict[KuhnStep, Ints]
+    #: `inner`, `outer`: the nodes at the ends of every edge, as places in the flattened region
     inner: Ints
     outer: Ints
 

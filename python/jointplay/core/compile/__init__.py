@@ -82,34 +82,23 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Limits:
-    """What is acceptable, in SI and radians.
+    """What is acceptable, in SI and radians."""
 
-    Parameters
-    ----------
-    errors : mapping
-        Lowest and highest acceptable value of the components of the error, of `position` and of `rotation`, infinite
-        where one side has no limit; those without any are left out.
-    probability : float
-        Share of the specimens that must keep to the limits; nan where the file asks for none.
-    contact : str
-        Where clearances are in these specimens, ``scattered`` or ``loaded``; empty where the file does not say.
-    singular_value : float
-        Smallest acceptable singular value of the length-scaled Jacobian.
-    drives, joints : mapping
-        Ranges (lowest, highest) by name.
-    drive_torques : mapping
-        Lowest and highest acceptable moment or force of drives, by name.
-    reactions : mapping
-        The same of the sizes of reaction forces, by joint; the lowest is infinite.
-    """
-
+    #: lowest and highest acceptable value of the components of the error, of `position` and of `rotation`, infinite
+    #: where one side has no limit; those without any are left out
     errors: Mapping[str, Interval]
+    #: share of the specimens that must keep to the limits; nan where the file asks for none
     probability: float
+    #: where clearances are in these specimens, ``scattered`` or ``loaded``; empty where the file does not say
     contact: str
+    #: smallest acceptable singular value of the length-scaled Jacobian
     singular_value: float
+    #: `drives`, `joints`: ranges (lowest, highest) by name
     drives: Mapping[str, Interval]
     joints: Mapping[str, Interval]
+    #: lowest and highest acceptable moment or force of drives, by name
     drive_torques: Mapping[str, Interval]
+    #: the same of the sizes of reaction forces, by joint; the lowest is infinite
     reactions: Mapping[str, Interval]
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -142,140 +131,95 @@ def limit_key(name: str) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Compiled:
-    """A mechanism in numbers. SI and radians, except where a factor says how to get there.
+    """A mechanism in numbers. SI and radians, except where a factor says how to get there."""
 
-    Parameters
-    ----------
-    file : str
-        Name for messages.
-    data : MechanismFile
-        The checked file.
-    units : Units
-        Units of the file.
-    bodies, joints : tuple of str
-        Names; a pin with several riders counts as several joints, ``PIN/RIDER``. An elastic body has a further piece,
-        ``BODY.JOINT``, for everything that sits along it, and a joint, ``BODY.FROM-TO``, between neighbours.
-    owners : tuple of str
-        The body of the file that each of the bodies is, or is a piece of.
-    crosses : frozenset of int
-        Indices of the bodies that are crosses of universal joints.
-    members : tuple of Member
-        The elastic parts of bodies, and which joint gives as they do.
-    spins : tuple of Spin
-        Turns of bodies about a line that move nothing of interest, held unless a load turns them.
-    joint_kinds : tuple of str
-        Type of each joint.
-    guess : ndarray
-        Poses of all bodies at the start.
-    points : tuple of Point
-        All points of bodies that something refers to; the ground is body -1.
-    joint_points : tuple
-        The points of every joint on its first and on its second body.
-    output_point : int
-        The point whose error is asked.
-    seen_from : int or None
-        The body against which the output is measured; None if it is the ground.
-    sources : tuple of str
-        Names of what can be off.
-    source_kinds : tuple of str
-        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
-        ``drive``, ``backlash`` or ``thermal``.
-    compiled_sources : tuple of CompiledSource
-        The sources in numbers.
-    drives : tuple of str
-        Names of the drives.
-    drive_joints : tuple of int
-        Index of the joint that each drive commands, of a motor that moves several the first.
-    drive_moves : tuple
-        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
-    parameters : tuple of str
-        Label of every entry of the vector u of all offsets, such as ``J1.x``.
-    parameter_factors : ndarray
-        SI per file unit of every entry of u.
-    parameter_source : ndarray of int
-        Source of every entry of u.
-    centre : ndarray
-        Known deviations: where u is when nothing is off.
-    components : tuple of str
-        Components of a pose.
-    component_factors : ndarray
-        SI per file unit of the components of a pose.
-    pose_size : int
-        How many numbers a body's pose has in the core: in space it has a quaternion.
-    drive_factors : ndarray
-        SI per file unit of every drive.
-    drive_values : ndarray or None
-        Commanded values, shape (configuration, drive); None when a path is followed.
-    motion : DriveMotion or None
-        Speeds and accelerations of the drives; None where every drive is at rest.
-    rotor_inertia : ndarray
-        Of every drive, reduced to its value: kg m^2, or kg where the value is a length.
-    start_drives : ndarray
-        Drive values at the start guess, from which a path is approached.
-    targets : ndarray or None
-        Output poses asked by a path, shape (configuration, component), nan where nothing is asked.
-    target_components : tuple of str
-        Components that the path asks for.
-    grid : Grid or None
-        What is mapped.
-    limits : Limits
-        What is acceptable.
-    ideal : Ideal or None
-        What the output ought to do.
-    assembly : AssemblyOrder or None
-        In which order it is assembled.
-    loads : Loads
-        What acts in each configuration.
-    has_loads : bool
-        Whether any force, moment or spring acts.
-    length : float
-        Characteristic length, by which angles and lengths are compared; never zero.
-    core_spec : Spec
-        The mechanism as the core reads it.
-    """
-
+    #: name for messages
     file: str
+    #: the checked file
     data: MechanismFile
+    #: units of the file
     units: Units
+    #: `bodies`, `joints`: names; a pin with several riders counts as several joints, ``PIN/RIDER``. An elastic body has
+    #: a further piece, ``BODY.JOINT``, for everything that sits along it, and a joint, ``BODY.FROM-TO``, between
+    #: neighbours.
     bodies: tuple[str, ...]
+    #: the body of the file that each of the bodies is, or is a piece of
     owners: tuple[str, ...]
+    #: indices of the bodies that are crosses of universal joints
     crosses: frozenset[int]
+    #: the elastic parts of bodies, and which joint gives as they do
     members: tuple[Member, ...]
+    #: turns of bodies about a line that move nothing of interest, held unless a load turns them
     spins: tuple[Spin, ...]
     joints: tuple[str, ...]
+    #: type of each joint
     joint_kinds: tuple[str, ...]
+    #: poses of all bodies at the start
     guess: Floats
+    #: all points of bodies that something refers to; the ground is body -1
     points: tuple[Point, ...]
+    #: the points of every joint on its first and on its second body
     joint_points: tuple[tuple[int, int], ...]
+    #: the point whose error is asked
     output_point: int
+    #: the body against which the output is measured; None if it is the ground
     seen_from: int | None
+    #: names of what can be off
     sources: tuple[str, ...]
+    #: ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
+    #: ``drive``, ``backlash`` or ``thermal``
     source_kinds: tuple[str, ...]
+    #: the sources in numbers
     compiled_sources: tuple[CompiledSource, ...]
+    #: names of the drives
     drives: tuple[str, ...]
+    #: index of the joint that each drive commands, of a motor that moves several the first
     drive_joints: tuple[int, ...]
+    #: of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI
     drive_moves: tuple[Moves, ...]
+    #: label of every entry of the vector u of all offsets, such as ``J1.x``
     parameters: tuple[str, ...]
+    #: SI per file unit of every entry of u
     parameter_factors: Floats
+    #: source of every entry of u
     parameter_source: NDArray[np.int64]
+    #: known deviations: where u is when nothing is off
     centre: Floats
+    #: components of a pose
     components: tuple[str, ...]
+    #: SI per file unit of the components of a pose
     component_factors: Floats
+    #: how many numbers a body's pose has in the core: in space it has a quaternion
     pose_size: int
+    #: SI per file unit of every drive
     drive_factors: Floats
+    #: commanded values, shape (configuration, drive); None when a path is followed
     drive_values: Floats | None
+    #: speeds and accelerations of the drives; None where every drive is at rest
     motion: DriveMotion | None
+    #: of every drive, reduced to its value: kg m^2, or kg where the value is a length
     rotor_inertia: Floats
+    #: drive values at the start guess, from which a path is approached
     start_drives: Floats
+    #: output poses asked by a path, shape (configuration, component), nan where nothing is asked
     targets: Floats | None
+    #: components that the path asks for
     target_components: tuple[str, ...]
+    #: what is mapped
     grid: Grid | None
+    #: what is acceptable
     limits: Limits
+    #: what the output ought to do
     ideal: Ideal | None
+    #: in which order it is assembled
     assembly: AssemblyOrder | None
+    #: what acts in each configuration
     loads: Loads
+    #: whether any force, moment or spring acts
     has_loads: bool
+    #: characteristic length, by which angles and lengths are compared; never zero
     length: float
+    #: the mechanism as the core reads it
     core_spec: Spec
 
     @property
@@ -305,23 +249,13 @@ class Compiled:
         return found
 
     def compliance(self, joint: int) -> Floats | None:
-        """Displacement per force of the directions that a joint holds, SI; None where it is rigid.
-
-        Parameters
-        ----------
-        joint : int
-        """
+        """Displacement per force of the directions that a joint holds, SI; None where it is rigid."""
         given = self.core_spec["joints"][joint].get("compliance")
         size = math.isqrt(len(given or ()))
         return None if given is None else np.reshape(given, (size, size))
 
     def gives_way(self, drive: int) -> tuple[bool, ...]:
-        """Whether a drive winds up towards each of the joints that it moves.
-
-        Parameters
-        ----------
-        drive : int
-        """
+        """Whether a drive winds up towards each of the joints that it moves."""
         size = len(self.drive_moves[drive])
         compliance = self.core_spec["drives"][drive].get("compliance", [0.0] * size**2)
         return tuple(c > 0.0 for c in compliance[:: size + 1])
@@ -341,7 +275,6 @@ class Compiled:
 
         Parameters
         ----------
-        joint : int
         poses : ndarray
             Shape (..., body, pose).
         """
@@ -352,7 +285,6 @@ class Compiled:
 
         Parameters
         ----------
-        joint : int
         poses : ndarray
             Shape (..., body, pose).
         """
@@ -363,30 +295,19 @@ class Compiled:
 
         Parameters
         ----------
-        point : int
         u : ndarray
             All parameters, shape (specimen, parameter).
         """
         return on_body(self.core_spec, point, u)
 
     def coordinate_kind(self, joint: int) -> str:
-        """Whether the coordinate of a joint is an ``angle`` or a ``length``.
-
-        Parameters
-        ----------
-        joint : int
-        """
+        """Whether the coordinate of a joint is an ``angle`` or a ``length``."""
         follows = self.core_spec["joints"][joint].get("follows")
         own = joint if follows is None else follows["of"]
         return "angle" if self.joint_kinds[own] in ANGULAR else "length"
 
     def driven_joint(self, source: int) -> int:
-        """The joint in which a source of a drive shows.
-
-        Parameters
-        ----------
-        source : int
-        """
+        """The joint in which a source of a drive shows."""
         own = self.compiled_sources[source].spec
         return own["joint"] if "joint" in own else self.drive_joints[own["drive"]]
 

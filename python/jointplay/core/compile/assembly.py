@@ -12,17 +12,11 @@ from .graph import GROUND, GROUND_INDEX, Graph
 
 @dataclass(frozen=True)
 class AssemblyOrder:
-    """An order of assembly.
+    """An order of assembly."""
 
-    Parameters
-    ----------
-    base : int
-        Index of the body that everything is assembled on; -1 is the ground.
-    steps : tuple of tuple of int
-        Indices of the bodies that each step adds.
-    """
-
+    #: index of the body that everything is assembled on; -1 is the ground
     base: int
+    #: indices of the bodies that each step adds
     steps: tuple[tuple[int, ...], ...]
 
 

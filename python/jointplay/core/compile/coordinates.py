@@ -45,23 +45,15 @@ def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class RelativePose:
-    """How the second body of a joint is seen from the first, SI.
+    """How the second body of a joint is seen from the first, SI."""
 
-    Attributes
-    ----------
-    axes : ndarray
-        Axes of the first body as rotation matrices, shape (..., 3, 3).
-    apart : ndarray
-        From the first body's point to the second's, axes of the first, shape (..., 3).
-    turned : ndarray
-        Quaternion of the second body in the first, shape (..., 4).
-    directions : ndarray
-        The joint's axis, side and normal on the first body, its rows; in the plane the side is across the plane.
-    """
-
+    #: axes of the first body as rotation matrices, shape (..., 3, 3)
     axes: Floats
+    #: from the first body's point to the second's, axes of the first, shape (..., 3)
     apart: Floats
+    #: quaternion of the second body in the first, shape (..., 4)
     turned: Floats
+    #: the joint's axis, side and normal on the first body, its rows; in the plane the side is across the plane
     directions: Floats
 
 

@@ -16,10 +16,6 @@ def check_costs(data: MechanismFile, graph: Graph, sources: Sequence[CompiledSou
     """Refuse costs of what is no source.
 
     A clearance has one cost, whatever makes it: hole and pin, several bodies on one pin, both pins of a cross.
-
-    Raises
-    ------
-    InputError
     """
     if not data.costs:
         return

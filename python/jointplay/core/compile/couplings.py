@@ -59,7 +59,6 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
 
     Parameters
     ----------
-    data : MechanismFile
     graph : Graph
         With all points on the pieces of elastic bodies.
     guess : ndarray

@@ -30,34 +30,22 @@ Moves = tuple[tuple[int, float], ...]
 
 @dataclass(frozen=True)
 class Commands:
-    """Drives in SI units.
-
-    Parameters
-    ----------
-    names : tuple of str
-    joints : tuple of int
-        Index of the driven joint, of a motor that moves several the first.
-    moves : tuple
-        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
-    factors : ndarray
-        SI per file unit of each drive.
-    values : ndarray or None
-        Commanded values, shape (configuration, drive); None when a path or the nodes of a grid decide them.
-    targets : ndarray or None
-        Poses asked of the output, shape (configuration, component), nan where nothing is asked.
-    target_components : tuple of str
-        The components that are asked.
-    motion : DriveMotion or None
-        Speeds and accelerations; None where every drive is at rest.
-    """
+    """Drives in SI units."""
 
     names: tuple[str, ...]
+    #: index of the driven joint, of a motor that moves several the first
     joints: tuple[int, ...]
+    #: of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI
     moves: tuple[Moves, ...]
+    #: SI per file unit of each drive
     factors: NDArray[np.float64]
+    #: commanded values, shape (configuration, drive); None when a path or the nodes of a grid decide them
     values: NDArray[np.float64] | None
+    #: poses asked of the output, shape (configuration, component), nan where nothing is asked
     targets: NDArray[np.float64] | None
+    #: the components that are asked
     target_components: tuple[str, ...]
+    #: speeds and accelerations; None where every drive is at rest
     motion: DriveMotion | None
 
     def first_values(self, data: MechanismFile) -> dict[int, float]:

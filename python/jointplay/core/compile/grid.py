@@ -15,26 +15,17 @@ from .drives import Commands
 
 @dataclass(frozen=True)
 class Grid:
-    """Nodes of a map.
+    """Nodes of a map."""
 
-    Parameters
-    ----------
-    of_output : bool
-        Whether it asks for poses of the output, not for values of the drives.
-    axes : tuple of str
-        Names of the drives or components along the axes, in the order of the dimensions.
-    values : tuple of ndarray
-        Values along each axis, SI and radians.
-    labels : tuple of ndarray
-        The same in file units.
-    held : dict
-        The single value of every other drive or asked component, SI and radians.
-    """
-
+    #: whether it asks for poses of the output, not for values of the drives
     of_output: bool
+    #: names of the drives or components along the axes, in the order of the dimensions
     axes: tuple[str, ...]
+    #: values along each axis, SI and radians
     values: tuple[Floats, ...]
+    #: the same in file units
     labels: tuple[Floats, ...]
+    #: the single value of every other drive or asked component, SI and radians
     held: dict[str, float]
 
     @property

@@ -27,41 +27,26 @@ BODY = "body"
 
 @dataclass(frozen=True)
 class Inertial:
-    """A body that its inertia loads while it moves.
+    """A body that its inertia loads while it moves."""
 
-    Parameters
-    ----------
-    body : str
-        Its name.
-    load : int
-        The number of its weight among the loads, at its centre of mass, to which the forces of inertia are added.
-    mass : float
-    matrix : ndarray
-        Of its moments of inertia about the centre, body axes.
-    """
-
+    #: its name
     body: str
+    #: the number of its weight among the loads, at its centre of mass, to which the forces of inertia are added
     load: int
     mass: float
+    #: of its moments of inertia about the centre, body axes
     matrix: Floats
 
 
 @dataclass
 class Loads:
-    """Loads and weights, and what inertia loads.
+    """Loads and weights, and what inertia loads."""
 
-    Parameters
-    ----------
-    first : list of LoadSpec
-        Those of the first configuration, as the core wants them.
-    along : dict
-        Loads of all configurations by the number of the load; of those that change along the path.
-    inertial : list of Inertial
-        What inertia loads while the drives move; nothing where they are at rest.
-    """
-
+    #: those of the first configuration, as the core wants them
     first: list[LoadSpec] = field(default_factory=list)
+    #: loads of all configurations by the number of the load; of those that change along the path
     along: dict[int, list[LoadSpec]] = field(default_factory=dict)
+    #: what inertia loads while the drives move; nothing where they are at rest
     inertial: list[Inertial] = field(default_factory=list)
 
     @property

@@ -29,46 +29,30 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Member:
-    """A piece of an elastic body between two places where something acts on it.
+    """A piece of an elastic body between two places where something acts on it."""
 
-    Parameters
-    ----------
-    name : str
-        The body, or ``BODY.FROM-TO`` where the body has several.
-    body : str
-        The elastic body of the file.
-    between : tuple of str
-        What sits at its ends: joints, or ``output``, ``load0``, ``centre``.
-    joint : int
-        Index of the fixed joint that gives as the member does. Its axis points from the first end to the second, so
-        that its displacement along is the elongation and its reaction along the axis is minus the tension.
-    length : float
-        In metres.
-    """
-
+    #: the body, or ``BODY.FROM-TO`` where the body has several
     name: str
+    #: the elastic body of the file
     body: str
+    #: what sits at its ends: joints, or ``output``, ``load0``, ``centre``
     between: tuple[str, str]
+    #: index of the fixed joint that gives as the member does. Its axis points from the first end to the second, so that
+    #: its displacement along is the elongation and its reaction along the axis is minus the tension.
     joint: int
+    #: in metres
     length: float
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """What the elastic bodies of a mechanism add to it.
+    """What the elastic bodies of a mechanism add to it."""
 
-    Parameters
-    ----------
-    bodies : tuple of str
-        Names of the further pieces.
-    owners : tuple of int
-        Index of the body that each of them is a piece of.
-    members : tuple of Member
-        The elastic parts.
-    """
-
+    #: names of the further pieces
     bodies: tuple[str, ...]
+    #: index of the body that each of them is a piece of
     owners: tuple[int, ...]
+    #: the elastic parts
     members: tuple[Member, ...]
 
     def guess(self, guess: NDArray[np.float64]) -> NDArray[np.float64]:

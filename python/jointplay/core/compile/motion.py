@@ -45,20 +45,13 @@ ORDERS = 4
 
 @dataclass(frozen=True)
 class DriveMotion:
-    """How the drives move, SI.
+    """How the drives move, SI."""
 
-    Parameters
-    ----------
-    rates : ndarray
-        Speed, acceleration and the derivative of that (jerk), shape (3, configuration, drive).
-    times : ndarray or None
-        When each configuration is passed, from zero; None where drive values alone do not say it.
-    rounded : mapping
-        Of drives with a table the part of their largest acceleration that its rounding can make of nothing.
-    """
-
+    #: speed, acceleration and the derivative of that (jerk), shape (3, configuration, drive)
     rates: Floats
+    #: when each configuration is passed, from zero; None where drive values alone do not say it
     times: Floats | None
+    #: of drives with a table the part of their largest acceleration that its rounding can make of nothing
     rounded: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -78,17 +71,11 @@ class DriveMotion:
 
 @dataclass(frozen=True)
 class Clock:
-    """Instants at which motions from rest to rest are looked at.
+    """Instants at which motions from rest to rest are looked at."""
 
-    Parameters
-    ----------
-    times : ndarray
-        Seconds.
-    after : ndarray of bool
-        Whether it is the side after a jump of an acceleration.
-    """
-
+    #: seconds
     times: Floats
+    #: whether it is the side after a jump of an acceleration
     after: Floats
 
 
@@ -166,13 +153,10 @@ def compile_motion(
 
     Parameters
     ----------
-    data : MechanismFile
-    graph : Graph
     values : ndarray or None
         Commanded values, SI; None where a path or the nodes of a grid decide them.
     factors : ndarray
         SI per file unit of each drive.
-    clock : Clock or None
     turning : sequence of bool
         Which drives turn.
     """

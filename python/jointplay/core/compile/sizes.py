@@ -33,30 +33,20 @@ MILLIMETRE, MICROMETRE = 1e-3, 1e-6
 
 @dataclass(frozen=True)
 class Size:
-    """One size that scatters. Lengths are in SI; those from the nominal size are small, so that it does not round them.
+    """One size that scatters. Lengths are in SI; those from the nominal size are small, so it does not round them."""
 
-    Parameters
-    ----------
-    name : str
-        ``hole``, ``pin``, ``slot``, ``slider``, ``size`` or ``reduction``.
-    factor : float
-        What the radius or the gap of the clearance is per unit of it.
-    nominal : float
-        Nominal size.
-    low, high : float
-        Its limits, from the nominal size.
-    law : str or LawTable
-        How it scatters between them.
-    deviation : float, optional
-        Its known deviation from the nominal size.
-    """
-
+    #: ``hole``, ``pin``, ``slot``, ``slider``, ``size`` or ``reduction``
     name: str
+    #: what the radius or the gap of the clearance is per unit of it
     factor: float
+    #: nominal size
     nominal: float
+    #: `low`, `high`: its limits, from the nominal size
     low: float
     high: float
+    #: how it scatters between them
     law: str | LawTable
+    #: its known deviation from the nominal size
     deviation: float | None = None
 
     @property
@@ -80,8 +70,6 @@ def sizes_of(play: SizedClearance, units: Units, refuse: Refuse) -> tuple[float,
 
     Parameters
     ----------
-    play : SizedClearance
-    units : Units
     refuse : callable
         Makes the error from a sentence and the key below the clearance.
 

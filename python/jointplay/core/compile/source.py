@@ -16,32 +16,21 @@ LOOSE = ("clearance", "backlash")
 
 @dataclass(frozen=True)
 class CompiledSource:
-    """One thing that can be off.
-
-    Parameters
-    ----------
-    name : str
-    kind : str
-        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``,
-        ``link``, ``drive``, ``backlash`` or ``thermal``.
-    components : tuple of str
-        What each of its parameters is called.
-    factors : tuple of float
-        SI per file unit of each parameter.
-    centre : tuple of float
-        Known deviation of each parameter, SI.
-    spec : SourcePart
-        The rest of it as the core wants it.
-    key : str
-        Where the file says it, if that does not follow from its name.
-    """
+    """One thing that can be off."""
 
     name: str
+    #: ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
+    #: ``drive``, ``backlash`` or ``thermal``
     kind: str
+    #: what each of its parameters is called
     components: tuple[str, ...]
+    #: SI per file unit of each parameter
     factors: tuple[float, ...]
+    #: known deviation of each parameter, SI
     centre: tuple[float, ...]
+    #: the rest of it as the core wants it
     spec: SourcePart = field(repr=False)
+    #: where the file says it, if that does not follow from its name
     key: str = ""
 
     @property

@@ -33,23 +33,15 @@ STRAIGHT = ("prismatic", "fixed")
 
 @dataclass(frozen=True)
 class Spin:
-    """A turn of bodies about the line through two ball centres.
+    """A turn of bodies about the line through two ball centres."""
 
-    Parameters
-    ----------
-    bodies : tuple of int
-        The bodies that turn, pieces of elastic ones among them.
-    joints : tuple of int
-        A ball joint at either end; the first one holds the spin.
-    frames : tuple of AxisAndSide
-        The line, and a direction across it that is held, on the first and the second body of that joint.
-    load : str or None
-        What loads the bodies so that they turn, by its key in the file; then the spin is not held.
-    """
-
+    #: the bodies that turn, pieces of elastic ones among them
     bodies: tuple[int, ...]
+    #: a ball joint at either end; the first one holds the spin
     joints: tuple[int, int]
+    #: the line, and a direction across it that is held, on the first and the second body of that joint
     frames: tuple[AxisAndSide, AxisAndSide]
+    #: what loads the bodies so that they turn, by its key in the file; then the spin is not held
     load: str | None
 
 

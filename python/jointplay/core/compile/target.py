@@ -18,75 +18,50 @@ from .graph import Graph
 
 @dataclass(frozen=True)
 class Wanted:
-    """A coordinate that ought to have some value.
+    """A coordinate that ought to have some value."""
 
-    Parameters
-    ----------
-    component : int or None
-        Which of the output's pose.
-    joint : int or None
-        Else the joint whose coordinate it is.
-    factor : float
-        SI per unit of the file.
-    drive : int or None
-        The drive of a table or of a range.
-    expression : str or None
-        In the drives, in units of the file.
-    at, values : ndarray
-        Of a table, SI; empty where there is none.
-    value : float or None
-        Of a dwell, SI; None for the middle between its ends.
-    span : tuple or None
-        Range of the drive, SI; None for the whole path.
-    """
-
+    #: which of the output's pose
     component: int | None
+    #: else the joint whose coordinate it is
     joint: int | None
+    #: SI per unit of the file
     factor: float
+    #: the drive of a table or of a range
     drive: int | None = None
+    #: in the drives, in units of the file
     expression: str | None = None
+    #: `at`, `values`: of a table, SI; empty where there is none
     at: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
+    #: of a dwell, SI; None for the middle between its ends
     value: float | None = None
+    #: range of the drive, SI; None for the whole path
     span: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Ideal:
-    """What the output ought to do.
+    """What the output ought to do."""
 
-    Parameters
-    ----------
-    kind : {"points", "line", "circle", "function", "dwell"}
-    tolerance : float
-        Largest acceptable structural error, SI; infinite where none is given.
-    fit : bool
-        Whether the line or the circle is the one that fits best.
-    timed : bool
-        Whether points belong to configurations.
-    points : ndarray
-        Points, those of a line, or the centre of a circle, shape (point, axis).
-    radius : float
-        Of a circle.
-    axis : tuple of float
-        Of a circle in space.
-    wanted : Wanted or None
-        Of a function and a dwell.
-    variables : mapping
-        Values of the file's variables, for expressions.
-    angle : float
-        The file's unit of angles in radians.
-    """
-
+    #: {"points", "line", "circle", "function", "dwell"}
     kind: str
+    #: largest acceptable structural error, SI; infinite where none is given
     tolerance: float
+    #: whether the line or the circle is the one that fits best
     fit: bool
+    #: whether points belong to configurations
     timed: bool
+    #: points, those of a line, or the centre of a circle, shape (point, axis)
     points: Floats
+    #: of a circle
     radius: float
+    #: of a circle in space
     axis: tuple[float, ...]
+    #: of a function and a dwell
     wanted: Wanted | None
+    #: values of the file's variables, for expressions
     variables: Mapping[str, object]
+    #: the file's unit of angles in radians
     angle: float
 
     @property

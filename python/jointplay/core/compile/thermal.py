@@ -21,20 +21,13 @@ from .graph import GROUND, GROUND_INDEX, Graph
 
 @dataclass(frozen=True)
 class Growth:
-    """What the bodies do by a kelvin.
+    """What the bodies do by a kelvin."""
 
-    Parameters
-    ----------
-    difference : float
-        How far the temperature is from the one of the file, in kelvin.
-    scatters : bool
-        Whether it has a tolerance.
-    coefficients : dict
-        Coefficient of thermal expansion by index of the body, ground among them.
-    """
-
+    #: how far the temperature is from the one of the file, in kelvin
     difference: float
+    #: whether it has a tolerance
     scatters: bool
+    #: coefficient of thermal expansion by index of the body, ground among them
     coefficients: dict[int, float]
 
     def moves(self, graph: Graph) -> list[GrowthSpec]:

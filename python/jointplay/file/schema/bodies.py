@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, JsonValue, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
@@ -19,11 +18,13 @@ from .values import (
     Direction,
     NonNegative,
     Number,
+    Omittable,
     OneOrTwo,
     Pair,
     Positive,
     Table,
     Triple,
+    omitted,
     problem,
 )
 
@@ -128,14 +129,14 @@ class BodyTable(Table):
     mass: NonNegative = Field(0.0, description="mass in kg")
     centre: tuple[float, ...]
     rotational_inertia: float | tuple[float, ...] | None
-    expansion: Expansion | SkipJsonSchema[None] = Field(
-        None, description="coefficient of thermal expansion, 1/K; the one of the whole file if left out"
+    expansion: Omittable[Expansion] = omitted(
+        "coefficient of thermal expansion, 1/K; the one of the whole file if left out"
     )
-    stiffness: Positive | SkipJsonSchema[None] = Field(
-        None, description="axial stiffness of the whole member between its outermost joints, force per length"
+    stiffness: Omittable[Positive] = omitted(
+        "axial stiffness of the whole member between its outermost joints, force per length"
     )
-    E: Positive | SkipJsonSchema[None] = Field(None, description="modulus of elasticity, force per length squared")
-    area: Positive | SkipJsonSchema[None] = Field(None, description="area of the section: with E it can be stretched")
+    E: Omittable[Positive] = omitted("modulus of elasticity, force per length squared")
+    area: Omittable[Positive] = omitted("area of the section: with E it can be stretched")
     inertia: float | tuple[float, ...] | None
 
     @model_validator(mode="after")
@@ -168,14 +169,12 @@ class PlanarBody(BodyTable):
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("G", "torsion", "side"), IN_SPACE)
 
     centre: Pair = Field((0.0, 0.0), description="centre of mass in body axes")
-    rotational_inertia: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="moment of inertia about the centre of mass, kg times length squared; acts with a speed"
+    rotational_inertia: Omittable[NonNegative] = omitted(
+        "moment of inertia about the centre of mass, kg times length squared; acts with a speed"
     )
-    inertia: Positive | SkipJsonSchema[None] = Field(
-        None, description="second moment of area of the section: with E it can be bent"
-    )
-    outline: OutlineLines | SkipJsonSchema[None] = Field(
-        None, description="what drawings show of it: closed lines, of holes too, each a list of corners in body axes"
+    inertia: Omittable[Positive] = omitted("second moment of area of the section: with E it can be bent")
+    outline: Omittable[OutlineLines] = omitted(
+        "what drawings show of it: closed lines, of holes too, each a list of corners in body axes"
     )
 
 
@@ -186,21 +185,18 @@ class SpatialBody(BodyTable):
     elsewhere: ClassVar[Mapping[str, str]] = {"outline": IN_PLANE}
 
     centre: Triple = Field((0.0, 0.0, 0.0), description="centre of mass in body axes")
-    rotational_inertia: InertiaMatrix | SkipJsonSchema[None] = Field(
-        None,
-        description="[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the"
+    rotational_inertia: Omittable[InertiaMatrix] = omitted(
+        "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the"
         " centre of mass in body axes, kg times length squared; acts with a speed",
     )
-    inertia: Annotated[OneOrTwo, BeforeValidator(_of_area)] | SkipJsonSchema[None] = Field(
-        None, description="second moment of area; two of them for bending about `side` and about the direction across"
+    inertia: Omittable[Annotated[OneOrTwo, BeforeValidator(_of_area)]] = omitted(
+        "second moment of area; two of them for bending about `side` and about the direction across"
     )
-    G: Positive | SkipJsonSchema[None] = Field(None, description="shear modulus, force per length squared")
-    torsion: Positive | SkipJsonSchema[None] = Field(
-        None, description="torsion constant of the section (round: its polar moment): with G it can be twisted"
+    G: Omittable[Positive] = omitted("shear modulus, force per length squared")
+    torsion: Omittable[Positive] = omitted(
+        "torsion constant of the section (round: its polar moment): with G it can be twisted"
     )
-    side: Direction | SkipJsonSchema[None] = Field(
-        None, description="direction across the member, in body axes, to which its two inertias refer"
-    )
+    side: Omittable[Direction] = omitted("direction across the member, in body axes, to which its two inertias refer")
 
     @model_validator(mode="after")
     def _twisted(self) -> Self:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
@@ -14,10 +13,12 @@ from .values import (
     IN_SPACE,
     ClearanceLaw,
     NonNegative,
+    Omittable,
     Pair,
     Positive,
     Table,
     Tolerance,
+    omitted,
     problem,
     short,
 )
@@ -48,13 +49,9 @@ class SizedClearance(Clearance):
         "backlash": "that of teeth is of a gear or rack, and what a gearbox loses of a drive, [drives.NAME]"
     }
 
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(
-        None, description="how far the clearance may be off, in the measure in which it is given"
-    )
-    fit: Fit | SkipJsonSchema[None] = Field(None, description="instead: tolerance classes of ISO 286, such as H7/g6")
-    size_law: ToleranceLaw | SkipJsonSchema[None] = Field(
-        None, description=f"how the sizes scatter that have no law of their own: {SIZE_LAW}"
-    )
+    tolerance: Omittable[Tolerance] = omitted("how far the clearance may be off, in the measure in which it is given")
+    fit: Omittable[Fit] = omitted("instead: tolerance classes of ISO 286, such as H7/g6")
+    size_law: Omittable[ToleranceLaw] = omitted(f"how the sizes scatter that have no law of their own: {SIZE_LAW}")
 
     @model_validator(mode="after")
     def _one_measure(self) -> Self:
@@ -118,13 +115,13 @@ class RadialClearance(SizedClearance):
     nominal_key: ClassVar[str] = "diameter"
     grows_with: ClassVar[str] = "diameter"
 
-    radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
-    diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
-    diameter: Positive | SkipJsonSchema[None] = Field(
-        None, description="nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance"
+    radial: Omittable[NonNegative] = omitted("hole radius minus pin radius")
+    diametral: Omittable[NonNegative] = omitted("hole diameter minus pin diameter")
+    diameter: Omittable[Positive] = omitted(
+        "nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance"
     )
-    hole: Hole | SkipJsonSchema[None] = Field(None, description="instead, with pin: diameter and limits of the hole")
-    pin: Pin | SkipJsonSchema[None] = Field(None, description="diameter and limits of the pin")
+    hole: Omittable[Hole] = omitted("instead, with pin: diameter and limits of the hole")
+    pin: Omittable[Pin] = omitted("diameter and limits of the pin")
 
     def _missing(self) -> str:
         return (
@@ -153,12 +150,12 @@ class BearingKeys(SizedClearance):
         "fits": "what mounting takes away from the clearance is given as reduction = 0.005, or [least, most]",
     }
 
-    bearing: BearingGroup | SkipJsonSchema[None] = Field(
-        None, description="instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
+    bearing: Omittable[BearingGroup] = omitted(
+        "instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
     )
-    bore: Positive | SkipJsonSchema[None] = Field(None, description="with bearing: diameter of its bore")
-    reduction: LeastMost | SkipJsonSchema[None] = Field(
-        None, description="with bearing: by how much mounting reduces its clearance; [least, most] where that scatters"
+    bore: Omittable[Positive] = omitted("with bearing: diameter of its bore")
+    reduction: Omittable[LeastMost] = omitted(
+        "with bearing: by how much mounting reduces its clearance; [least, most] where that scatters"
     )
 
     @model_validator(mode="after")
@@ -195,10 +192,10 @@ class GapClearance(SizedClearance):
     #: what has the gap on each side
     inner: ClassVar[str]
 
-    gap: NonNegative | SkipJsonSchema[None] = Field(None, description="gap on each side")
-    nominal: Positive | SkipJsonSchema[None] = Field(None, description="with fit: nominal width of the slot")
-    slot: Slot | SkipJsonSchema[None] = Field(None, description="instead, with slider: width and limits of the slot")
-    slider: Slider | SkipJsonSchema[None] = Field(None, description="width and limits of what is in the slot")
+    gap: Omittable[NonNegative] = omitted("gap on each side")
+    nominal: Omittable[Positive] = omitted("with fit: nominal width of the slot")
+    slot: Omittable[Slot] = omitted("instead, with slider: width and limits of the slot")
+    slider: Omittable[Slider] = omitted("width and limits of what is in the slot")
 
     def _missing(self) -> str:
         return f"'gap' is missing (gap on each side of the {self.inner}); or fit and nominal, or slot and slider"
@@ -226,7 +223,7 @@ class SleeveClearance(RadialClearance):
 
     example: ClassVar[str] = "{ radial = 0.02, length = 30 }"
 
-    length: Positive | SkipJsonSchema[None] = Field(None, description="length of the pin inside its hole")
+    length: Omittable[Positive] = omitted("length of the pin inside its hole")
 
     @model_validator(mode="after")
     def _bounded(self) -> Self:
@@ -273,9 +270,7 @@ class GuideClearance(GapClearance):
 
     length: Positive = Field(description="length of the slider inside its guide")
     width: Positive = Field(description="size of its section along `side`")
-    height: Positive | SkipJsonSchema[None] = Field(
-        None, description="size of its section across axis and `side`; as its width if left out"
-    )
+    height: Omittable[Positive] = omitted("size of its section across axis and `side`; as its width if left out")
 
 
 class BallClearance(RadialClearance):
@@ -312,7 +307,7 @@ class RunOut(Table):
 
     example: ClassVar[str] = "0.02 or { tolerance = 0.02, deviation = [0, 0] }"
 
-    tolerance: NonNegative | SkipJsonSchema[None] = Field(None, description="largest eccentricity, a radius")
+    tolerance: Omittable[NonNegative] = omitted("largest eccentricity, a radius")
     deviation: Pair = Field((0.0, 0.0), description="the known eccentricity of one built specimen, in body axes")
     law: ClearanceLaw = Field(
         "normal", description="how it scatters: normal (three sigma to the radius), uniform in the disc, or boundary"
@@ -339,12 +334,11 @@ class FlankClearance(Clearance):
     )
     example: ClassVar[str] = "{ backlash = 0.1 } (arc at the pitch circle, flank to flank) or { backlash_angle = 0.3 }"
 
-    backlash: NonNegative | SkipJsonSchema[None] = Field(
-        None,
-        description="backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)",
+    backlash: Omittable[NonNegative] = omitted(
+        "backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)"
     )
-    backlash_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="instead: angle that the second body turns from flank to flank while the first is held"
+    backlash_angle: Omittable[NonNegative] = omitted(
+        "instead: angle that the second body turns from flank to flank while the first is held"
     )
 
     @model_validator(mode="after")

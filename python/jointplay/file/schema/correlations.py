@@ -3,9 +3,8 @@
 from typing import Annotated, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
-from .values import EXPRESSION, Table, problem
+from .values import EXPRESSION, Omittable, Table, omitted, problem
 
 #: more sources than one batch has to do with
 MOST_SOURCES = 200
@@ -23,9 +22,9 @@ class Correlation(Table):
     sources: Annotated[tuple[str, ...], Field(strict=False, min_length=2, max_length=MOST_SOURCES)] = Field(
         description="names of sizes, dimensions, angles, ratio errors and drive errors"
     )
-    rank: Rank | SkipJsonSchema[None] = Field(None, description="rank correlation of every two of them")
-    ranks: Annotated[tuple[Row, ...], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="instead of rank: the matrix of rank correlations, row by row"
+    rank: Omittable[Rank] = omitted("rank correlation of every two of them")
+    ranks: Omittable[Annotated[tuple[Row, ...], Field(strict=False)]] = omitted(
+        "instead of rank: the matrix of rank correlations, row by row"
     )
 
     @model_validator(mode="after")

@@ -11,11 +11,10 @@ import math
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import BearingGroup
 from .sizes import Fit
-from .values import NonNegative, Number, Positive, Table, problem
+from .values import NonNegative, Number, Omittable, Positive, Table, omitted, problem
 
 #: the ways to say what is chosen
 WAYS = ("size", "fit", "bearing")
@@ -37,13 +36,9 @@ class Choice(Table):
     example: ClassVar[str] = '{ fit = "H7/g6", cost = 4.2 } or { size = 0.02, cost = 3 }'
 
     cost: NonNegative = Field(description="its price, in any currency, the same everywhere in the file")
-    size: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="the size of the clearance in its measure, or the tolerance or error"
-    )
-    fit: Fit | SkipJsonSchema[None] = Field(None, description="tolerance classes of ISO 286, such as H7/g6")
-    bearing: BearingGroup | SkipJsonSchema[None] = Field(
-        None, description="clearance group of a deep groove ball bearing, such as C3"
-    )
+    size: Omittable[NonNegative] = omitted("the size of the clearance in its measure, or the tolerance or error")
+    fit: Omittable[Fit] = omitted("tolerance classes of ISO 286, such as H7/g6")
+    bearing: Omittable[BearingGroup] = omitted("clearance group of a deep groove ball bearing, such as C3")
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -74,20 +69,17 @@ class Cost(Table):
         '{ model = "reciprocal", b = 0.1, from = 0.01, to = 0.1 } or { choices = [{ fit = "H7/g6", cost = 4 }] }'
     )
 
-    model: Literal["reciprocal", "exponential"] | SkipJsonSchema[None] = Field(
-        None,
-        description="reciprocal: a + b / t^k; exponential: a + b exp(-k t); t is the size in the units of the file",
+    model: Omittable[Literal["reciprocal", "exponential"]] = omitted(
+        "reciprocal: a + b / t^k; exponential: a + b exp(-k t); t is the size in the units of the file"
     )
-    a: Number | SkipJsonSchema[None] = Field(None, description="what it costs in any case; 0 if left out")
-    b: Number | SkipJsonSchema[None] = Field(None, description="what tightness costs; not negative")
-    k: Positive | SkipJsonSchema[None] = Field(
-        None, description="how fast the cost falls as the size grows; 1 if left out, of a reciprocal cost"
+    a: Omittable[Number] = omitted("what it costs in any case; 0 if left out")
+    b: Omittable[Number] = omitted("what tightness costs; not negative")
+    k: Omittable[Positive] = omitted("how fast the cost falls as the size grows; 1 if left out, of a reciprocal cost")
+    from_: Omittable[Positive] = omitted("smallest size that can be made", alias="from")
+    to: Omittable[Positive] = omitted("largest size that is considered")
+    choices: Omittable[Annotated[tuple[Choice, ...], Field(strict=False, min_length=1, max_length=MOST_CHOICES)]] = (
+        omitted("instead of a model: what can be ordered, with prices")
     )
-    from_: Positive | SkipJsonSchema[None] = Field(None, alias="from", description="smallest size that can be made")
-    to: Positive | SkipJsonSchema[None] = Field(None, description="largest size that is considered")
-    choices: (
-        Annotated[tuple[Choice, ...], Field(strict=False, min_length=1, max_length=MOST_CHOICES)] | SkipJsonSchema[None]
-    ) = Field(None, description="instead of a model: what can be ordered, with prices")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

@@ -12,7 +12,6 @@ from fractions import Fraction
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import not_known, shown
 
@@ -22,17 +21,7 @@ from .joints import ELASTIC, JointTable, PlanarJoint
 from .placements import PlacementTable, SpatialPlacementTable
 from .spatial_joints import SpatialJoint
 from .stiffness import FlankStiffness, JournalStiffness, StrandStiffness
-from .values import (
-    Axis,
-    Direction,
-    Name,
-    NonNegative,
-    Number,
-    Pair,
-    Positive,
-    Triple,
-    problem,
-)
+from .values import Axis, Direction, Name, NonNegative, Number, Omittable, Pair, Positive, Triple, omitted, problem
 
 #: more teeth than any wheel has; a larger number is a slip of the keyboard
 MOST_TEETH = 10_000
@@ -62,14 +51,12 @@ class Coupling(JointTable):
         "friction": "of flanks and belts the efficiency is given, such as efficiency = 0.97",
     }
 
-    ratio_error: Ratio | SkipJsonSchema[None] = Field(
-        None,
-        description="transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a"
+    ratio_error: Omittable[Ratio] = omitted(
+        "transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a"
         " screw along its axis)",
     )
-    efficiency: Efficiencies | SkipJsonSchema[None] = Field(
-        None,
-        description="power out over power in, which counts where a direction of approach is asked for; of a pair the"
+    efficiency: Omittable[Efficiencies] = omitted(
+        "power out over power in, which counts where a direction of approach is asked for; of a pair the"
         " first where the first body drives, of a screw where its turning drives",
     )
 
@@ -137,8 +124,8 @@ MARKS = (
 class PlanarMesh(PlanarJoint, Mesh):
     """A coupling at the rims of wheels in the plane."""
 
-    at: Annotated[tuple[Pair, Pair], Field(strict=False)] | SkipJsonSchema[None] = Field(  # type: ignore[assignment]
-        None, description="with `bodies`: the joint's point on each of the two, as drawn"
+    at: Omittable[Annotated[tuple[Pair, Pair], Field(strict=False)]] = omitted(  # type: ignore[assignment]
+        "with `bodies`: the joint's point on each of the two, as drawn"
     )
 
     @property
@@ -157,8 +144,8 @@ class SpatialMesh(SpatialJoint, Mesh):
 
     needs_axis: ClassVar[bool] = True
 
-    at: Annotated[tuple[Triple, Triple], Field(strict=False)] | SkipJsonSchema[None] = Field(  # type: ignore[assignment]
-        None, description="with `bodies`: the joint's point on each of the two, as drawn"
+    at: Omittable[Annotated[tuple[Triple, Triple], Field(strict=False)]] = omitted(  # type: ignore[assignment]
+        "with `bodies`: the joint's point on each of the two, as drawn"
     )
 
     @property
@@ -188,16 +175,14 @@ class GearKeys(Mesh):
     held: ClassVar[tuple[str, ...]] = ("flank",)
 
     type: Literal["gear"] = Field(description="kind of joint")
-    clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    clearance: Omittable[FlankClearance] = omitted("play built into the joint")
+    stiffness: Omittable[FlankStiffness] = omitted(ELASTIC)
     teeth: TwoTeeth = Field(description="tooth counts of the wheels on the first and on the second body")
-    module: Positive | SkipJsonSchema[None] = Field(None, description="module: pitch diameter over tooth count")
-    pitch_radii: TwoRadii | SkipJsonSchema[None] = Field(
-        None, alias="radii", description="instead of the module: pitch radii of both wheels"
-    )
+    module: Omittable[Positive] = omitted("module: pitch diameter over tooth count")
+    pitch_radii: Omittable[TwoRadii] = omitted("instead of the module: pitch radii of both wheels", alias="radii")
     internal: bool = Field(False, description="whether the second body is a ring with teeth inside")
-    pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle where the pitch circles touch, at most 45 degrees; 20 if left out"
+    pressure_angle: Omittable[NonNegative] = omitted(
+        "pressure angle where the pitch circles touch, at most 45 degrees; 20 if left out"
     )
 
     @model_validator(mode="after")
@@ -244,16 +229,12 @@ class RackKeys(Mesh):
     held: ClassVar[tuple[str, ...]] = ("flank",)
 
     type: Literal["rack"] = Field(description="kind of joint")
-    clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    radius: Positive | SkipJsonSchema[None] = Field(None, description="pitch radius of the pinion")
-    teeth: Teeth | SkipJsonSchema[None] = Field(None, description="tooth count of the pinion")
-    module: Positive | SkipJsonSchema[None] = Field(
-        None, description="instead of the radius, with teeth: pitch diameter over tooth count"
-    )
-    pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle, at most 45 degrees; 20 if left out"
-    )
+    clearance: Omittable[FlankClearance] = omitted("play built into the joint")
+    stiffness: Omittable[FlankStiffness] = omitted(ELASTIC)
+    radius: Omittable[Positive] = omitted("pitch radius of the pinion")
+    teeth: Omittable[Teeth] = omitted("tooth count of the pinion")
+    module: Omittable[Positive] = omitted("instead of the radius, with teeth: pitch diameter over tooth count")
+    pressure_angle: Omittable[NonNegative] = omitted("pressure angle, at most 45 degrees; 20 if left out")
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
@@ -290,18 +271,16 @@ class BeltKeys(Mesh):
     held: ClassVar[tuple[str, ...]] = ("strand",)
 
     type: Literal["belt"] = Field(description="kind of joint")
-    clearance: BeltClearance | SkipJsonSchema[None] = Field(None, description="slack of the belt or chain")
-    stiffness: StrandStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    pitch_radii: TwoRadii | SkipJsonSchema[None] = Field(
-        None, alias="radii", description="pitch radii of the pulleys on the first and on the second body"
+    clearance: Omittable[BeltClearance] = omitted("slack of the belt or chain")
+    stiffness: Omittable[StrandStiffness] = omitted(ELASTIC)
+    pitch_radii: Omittable[TwoRadii] = omitted(
+        "pitch radii of the pulleys on the first and on the second body", alias="radii"
     )
-    teeth: TwoTeeth | SkipJsonSchema[None] = Field(None, description="tooth counts of the pulleys or sprockets")
-    pitch: Positive | SkipJsonSchema[None] = Field(
-        None, description="instead of the radii, with teeth: distance of two teeth of the belt or chain"
-    )
+    teeth: Omittable[TwoTeeth] = omitted("tooth counts of the pulleys or sprockets")
+    pitch: Omittable[Positive] = omitted("instead of the radii, with teeth: distance of two teeth of the belt or chain")
     crossed: bool = Field(False, description="whether it is crossed, so that the pulleys turn against each other")
-    distance: Positive | SkipJsonSchema[None] = Field(
-        None, description="distance of the centres at which it has its slack; as in the start if left out"
+    distance: Omittable[Positive] = omitted(
+        "distance of the centres at which it has its slack; as in the start if left out"
     )
 
     @model_validator(mode="after")
@@ -350,31 +329,30 @@ class CrossedGear(SpatialMesh):
     drawn: ClassVar[str] = "the centres of both pitch circles, [{point}, {point}]"
 
     type: Literal["crossed_gear"] = Field(description="kind of joint")
-    clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    clearance: Omittable[FlankClearance] = omitted("play built into the joint")
+    stiffness: Omittable[FlankStiffness] = omitted(ELASTIC)
     teeth: TwoTeeth = Field(
         description="tooth counts of the wheels on the first and on the second body; of a worm its threads"
     )
     pitch_radii: TwoRadii = Field(alias="radii", description="radii of both pitch circles, which touch each other")
-    hand: Literal["right", "left"] | SkipJsonSchema[None] = Field(
-        None, description="hand of the teeth or threads of the first wheel; straight teeth have none"
+    hand: Omittable[Literal["right", "left"]] = omitted(
+        "hand of the teeth or threads of the first wheel; straight teeth have none"
     )
-    spiral_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="only where the axes intersect: angle from straight teeth at the pitch point"
+    spiral_angle: Omittable[NonNegative] = omitted(
+        "only where the axes intersect: angle from straight teeth at the pitch point"
     )
-    pressure_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="pressure angle in the section across the teeth, at most 45 degrees; 20 if left out"
+    pressure_angle: Omittable[NonNegative] = omitted(
+        "pressure angle in the section across the teeth, at most 45 degrees; 20 if left out"
     )
-    marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(
-        None,
-        description="direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as"
+    marks: Omittable[dict[Name, Direction]] = omitted(
+        "direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as"
         " in the start if left out",
     )
-    friction: ToothRubs | SkipJsonSchema[None] = Field(
-        None, description=f"of teeth that slide where the pitch circles touch, as those of worms do: {RUBS}"
+    friction: Omittable[ToothRubs] = omitted(
+        f"of teeth that slide where the pitch circles touch, as those of worms do: {RUBS}"
     )
-    axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="with `bodies`: directions of the axes of the first and of the second wheel"
+    axes: Omittable[Annotated[tuple[Direction, Direction], Field(strict=False)]] = omitted(
+        "with `bodies`: directions of the axes of the first and of the second wheel"
     )
 
     @model_validator(mode="after")
@@ -416,13 +394,13 @@ class CrossedGear(SpatialMesh):
 class Gear(PlanarMesh, GearKeys):
     """Two toothed wheels that mesh."""
 
-    marks: dict[Name, Axis] | SkipJsonSchema[None] = Field(None, description=MARKS)
+    marks: Omittable[dict[Name, Axis]] = omitted(MARKS)
 
 
 class SpatialGear(SpatialMesh, GearKeys):
     """Two toothed wheels that mesh, of parallel axes."""
 
-    marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(None, description=MARKS)
+    marks: Omittable[dict[Name, Direction]] = omitted(MARKS)
 
 
 class Rack(PlanarMesh, RackKeys):
@@ -452,13 +430,13 @@ class SpatialRack(SpatialMesh, RackKeys):
 class Belt(PlanarMesh, BeltKeys):
     """A belt or chain around two pulleys."""
 
-    marks: dict[Name, Axis] | SkipJsonSchema[None] = Field(None, description=MARKS)
+    marks: Omittable[dict[Name, Axis]] = omitted(MARKS)
 
 
 class SpatialBelt(SpatialMesh, BeltKeys):
     """A belt or chain around two pulleys of parallel axes."""
 
-    marks: dict[Name, Direction] | SkipJsonSchema[None] = Field(None, description=MARKS)
+    marks: Omittable[dict[Name, Direction]] = omitted(MARKS)
 
 
 class Screw(SpatialJoint, Coupling):
@@ -470,12 +448,12 @@ class Screw(SpatialJoint, Coupling):
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["screw"] = Field(description="kind of joint")
-    clearance: ScrewClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    clearance: Omittable[ScrewClearance] = omitted("play built into the joint")
+    stiffness: Omittable[JournalStiffness] = omitted(ELASTIC)
     lead: Number = Field(
         description="travel of the second body along the axis for one turn; negative for a left-hand one"
     )
-    friction: ThreadRubs | SkipJsonSchema[None] = Field(None, description=f"of its thread: {RUBS}")
+    friction: Omittable[ThreadRubs] = omitted(f"of its thread: {RUBS}")
 
     @model_validator(mode="after")
     def _has_a_lead(self) -> Self:

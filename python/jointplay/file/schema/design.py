@@ -3,11 +3,10 @@
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import not_known, shown
 
-from .values import Name, Number, Numbers, Pair, Positive, Table, evaluated, problem
+from .values import Name, Number, Numbers, Omittable, Pair, Positive, Table, evaluated, omitted, problem
 
 #: what `design` is
 DESIGN = "which values may be chosen anew, what is to be small, and what has to hold"
@@ -35,11 +34,11 @@ class Variation(Table):
 
     example: ClassVar[str] = "[60, 90], { from = 60, to = 90, step = 0.5 } or { values = [60, 63, 67] }"
 
-    from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="smallest value")
-    to: Number | SkipJsonSchema[None] = Field(None, description="largest value")
-    step: Positive | SkipJsonSchema[None] = Field(None, description="with from and to: only values so far apart")
-    values: Annotated[Numbers, Field(min_length=1, max_length=MOST_VALUES)] | SkipJsonSchema[None] = Field(
-        None, description="instead: the values of a catalogue"
+    from_: Omittable[Number] = omitted("smallest value", alias="from")
+    to: Omittable[Number] = omitted("largest value")
+    step: Omittable[Positive] = omitted("with from and to: only values so far apart")
+    values: Omittable[Annotated[Numbers, Field(min_length=1, max_length=MOST_VALUES)]] = omitted(
+        "instead: the values of a catalogue"
     )
 
     @model_validator(mode="after")
@@ -106,8 +105,8 @@ class DesignTable(Table):
     vary: dict[DottedKey, AnyVariation] = Field(
         {}, description="bounds or catalogues by the key of a value, as `--set` takes it, in quotes"
     )
-    aim: Aims | SkipJsonSchema[None] = Field(
-        None, description="what is to be small, at the configuration where it is largest; of two there is a front"
+    aim: Omittable[Aims] = omitted(
+        "what is to be small, at the configuration where it is largest; of two there is a front"
     )
     weights: dict[str, Positive] = Field(
         {}, description="instead of aim: several, each times its weight, whose sum is to be small"

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .laws import Deviating
 from .values import (
@@ -18,9 +17,11 @@ from .values import (
     ClearanceLaw,
     NonNegative,
     Number,
+    Omittable,
     Pair,
     Positive,
     Table,
+    omitted,
     problem,
     short,
 )
@@ -37,7 +38,7 @@ class ComponentDeviation(Deviating):
 
 #: a number is a tolerance, plus and minus
 Component = Annotated[ComponentDeviation, short(lambda value: {"tolerance": value}, NonNegative | ComponentDeviation)]
-_Component = Component | SkipJsonSchema[None]
+_Component = Omittable[Component]
 
 
 class Components(Table):
@@ -62,9 +63,8 @@ class Zone(Components):
     #: what belongs to a zone
     of_zone: ClassVar[tuple[str, ...]] = ("deviation", "law")
 
-    law: ClearanceLaw | SkipJsonSchema[None] = Field(
-        None,
-        description="how it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary",
+    law: Omittable[ClearanceLaw] = omitted(
+        "how it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary"
     )
 
     @property
@@ -98,9 +98,9 @@ class PlanarPosition(Zone):
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "length", "spherical"), IN_SPACE)
     keys: ClassVar[tuple[str, ...]] = ("x", "y")
 
-    x: _Component = Field(None, description="deviation along the x axis of the body")
-    y: _Component = Field(None, description="deviation along the y axis of the body")
-    diameter: NonNegative | SkipJsonSchema[None] = Field(None, description=DIAMETER)
+    x: _Component = omitted("deviation along the x axis of the body")
+    y: _Component = omitted("deviation along the y axis of the body")
+    diameter: Omittable[NonNegative] = omitted(DIAMETER)
     deviation: Pair = Field((0.0, 0.0), description="with diameter: the known deviation [x, y] in body axes")
 
 
@@ -111,16 +111,14 @@ class SpatialPosition(Zone):
     keys: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     of_zone: ClassVar[tuple[str, ...]] = ("deviation", "law", "length", "spherical")
 
-    x: _Component = Field(None, description="deviation along the x axis of the body")
-    y: _Component = Field(None, description="deviation along the y axis of the body")
-    z: _Component = Field(None, description="deviation along the z axis of the body")
-    diameter: NonNegative | SkipJsonSchema[None] = Field(None, description=f"{DIAMETER}; a cylinder about its axis")
-    length: Positive | SkipJsonSchema[None] = Field(
-        None, description="with diameter: length of the cylinder, in which the axis shifts and tilts"
-    )
+    x: _Component = omitted("deviation along the x axis of the body")
+    y: _Component = omitted("deviation along the y axis of the body")
+    z: _Component = omitted("deviation along the z axis of the body")
+    diameter: Omittable[NonNegative] = omitted(f"{DIAMETER}; a cylinder about its axis")
+    length: Omittable[Positive] = omitted("with diameter: length of the cylinder, in which the axis shifts and tilts")
     spherical: bool = Field(False, description="with diameter: a ball instead of a cylinder")
-    deviation: Annotated[tuple[Number, ...], Field(strict=False, min_length=2, max_length=3)] | SkipJsonSchema[None] = (
-        Field(None, description="with diameter: the known deviation, [side, normal]; of a ball [x, y, z] in body axes")
+    deviation: Omittable[Annotated[tuple[Number, ...], Field(strict=False, min_length=2, max_length=3)]] = omitted(
+        "with diameter: the known deviation, [side, normal]; of a ball [x, y, z] in body axes"
     )
 
     @model_validator(mode="after")
@@ -146,13 +144,13 @@ class AxisDeviation(Zone):
     sized: ClassVar[str] = "angle"
     of_zone: ClassVar[tuple[str, ...]] = ("deviation", "law")
 
-    side: _Component = Field(None, description="rotation about the side")
-    normal: _Component = Field(None, description="rotation about the normal (axis x side)")
-    angle: NonNegative | SkipJsonSchema[None] = Field(None, description="largest angle to the drawn axis: a cone")
-    diameter: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="instead, with length: diameter of the cylinder in which the axis lies (ISO 1101)"
+    side: _Component = omitted("rotation about the side")
+    normal: _Component = omitted("rotation about the normal (axis x side)")
+    angle: Omittable[NonNegative] = omitted("largest angle to the drawn axis: a cone")
+    diameter: Omittable[NonNegative] = omitted(
+        "instead, with length: diameter of the cylinder in which the axis lies (ISO 1101)"
     )
-    length: Positive | SkipJsonSchema[None] = Field(None, description="with diameter: length of the cylinder")
+    length: Omittable[Positive] = omitted("with diameter: length of the cylinder")
     deviation: Pair = Field((0.0, 0.0), description="with a zone: the known rotations [about side, about normal]")
 
     @property
@@ -197,9 +195,9 @@ class PlanarLink(LinkTable):
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "rx", "ry", "rz", *DH), IN_SPACE)
     keys: ClassVar[tuple[str, ...]] = ("x", "y", "angle")
 
-    x: _Component = Field(None, description="deviation along the x axis of the body")
-    y: _Component = Field(None, description="deviation along the y axis of the body")
-    angle: _Component = Field(None, description="deviation of the angle")
+    x: _Component = omitted("deviation along the x axis of the body")
+    y: _Component = omitted("deviation along the y axis of the body")
+    angle: _Component = omitted("deviation of the angle")
 
 
 class SpatialLink(LinkTable):
@@ -209,16 +207,16 @@ class SpatialLink(LinkTable):
     elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
     keys: ClassVar[tuple[str, ...]] = ("x", "y", "z", "rx", "ry", "rz", *DH)
 
-    x: _Component = Field(None, description="deviation along the x axis of the body")
-    y: _Component = Field(None, description="deviation along the y axis of the body")
-    z: _Component = Field(None, description="deviation along the z axis of the body")
-    rx: _Component = Field(None, description="x of the rotation vector of the second joint, body axes")
-    ry: _Component = Field(None, description="y of the rotation vector of the second joint, body axes")
-    rz: _Component = Field(None, description="z of the rotation vector of the second joint, body axes")
-    a: _Component = Field(None, description="Denavit-Hartenberg: deviation along the common normal of the axes")
-    alpha: _Component = Field(None, description="Denavit-Hartenberg: deviation of the angle about the common normal")
-    d: _Component = Field(None, description="Denavit-Hartenberg: deviation along the axis of the first joint")
-    theta: _Component = Field(None, description="Denavit-Hartenberg: deviation of the angle about that axis")
+    x: _Component = omitted("deviation along the x axis of the body")
+    y: _Component = omitted("deviation along the y axis of the body")
+    z: _Component = omitted("deviation along the z axis of the body")
+    rx: _Component = omitted("x of the rotation vector of the second joint, body axes")
+    ry: _Component = omitted("y of the rotation vector of the second joint, body axes")
+    rz: _Component = omitted("z of the rotation vector of the second joint, body axes")
+    a: _Component = omitted("Denavit-Hartenberg: deviation along the common normal of the axes")
+    alpha: _Component = omitted("Denavit-Hartenberg: deviation of the angle about the common normal")
+    d: _Component = omitted("Denavit-Hartenberg: deviation along the axis of the first joint")
+    theta: _Component = omitted("Denavit-Hartenberg: deviation of the angle about that axis")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

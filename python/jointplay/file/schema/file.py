@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, JsonValue, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
@@ -43,7 +42,7 @@ from .tables import (
     VariableName,
 )
 from .target import TARGET, PlanarTarget, SpatialTarget, TargetTable
-from .values import Name, NonNegative, Number, Pair, Plain, Table, Triple, problem, short
+from .values import Name, NonNegative, Number, Omittable, Pair, Plain, Table, Triple, omitted, problem, short
 
 #: what the key `patterns` is
 PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
@@ -114,23 +113,21 @@ class MechanismFile(Table):
     start: Mapping[str, StartTable]
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
     path: PathTable | None
-    grid: GridTable | SkipJsonSchema[None] = Field(
-        None, description="what is mapped: ranges of drives or of the output"
-    )
+    grid: Omittable[GridTable] = omitted("what is mapped: ranges of drives or of the output")
     output: OutputTable | None
     outputs: Mapping[str, OneOfSeveral]
     target: TargetTable | None
     loads: Sequence[LoadTable]
     load_cases: Mapping[str, Sequence[LoadTable]]
     springs: Mapping[str, SpringTable]
-    temperature: (
-        Annotated[Temperature, short(lambda value: {"deviation": value}, Number | Temperature)] | SkipJsonSchema[None]
-    ) = Field(None, description="difference in kelvin from the temperature at which the lengths of the file hold")
-    expansion: Expansion | SkipJsonSchema[None] = Field(
-        None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
+    temperature: Omittable[Annotated[Temperature, short(lambda value: {"deviation": value}, Number | Temperature)]] = (
+        omitted("difference in kelvin from the temperature at which the lengths of the file hold")
     )
-    friction: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="coefficient of friction of every pin, guide, slot and ball that names none; bearings roll"
+    expansion: Omittable[Expansion] = omitted(
+        "coefficient of thermal expansion in 1/K of every body without its own, ground included"
+    )
+    friction: Omittable[NonNegative] = omitted(
+        "coefficient of friction of every pin, guide, slot and ball that names none; bearings roll"
     )
     followers: dict[Name, Follower] = Field({}, description="joint coordinates that depend on those of other joints")
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
@@ -139,10 +136,10 @@ class MechanismFile(Table):
         (), description="sources that scatter together"
     )
     costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
-    design: DesignTable | SkipJsonSchema[None] = Field(None, description=DESIGN)
-    assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
-    board: Board | SkipJsonSchema[None] = Field(None, description="what the drawing board of the studio keeps")
-    document: TitleBlock | SkipJsonSchema[None] = Field(None, description="author, revision, signatures, for `report`")
+    design: Omittable[DesignTable] = omitted(DESIGN)
+    assembly: Omittable[Assembly] = omitted("the order in which it is assembled")
+    board: Omittable[Board] = omitted("what the drawing board of the studio keeps")
+    document: Omittable[TitleBlock] = omitted("author, revision, signatures, for `report`")
     limits: LimitsTable
 
     @model_validator(mode="before")
@@ -220,10 +217,10 @@ class PlanarFile(MechanismFile):
     joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
     links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
-    path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
-    output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    path: Omittable[Path] = omitted("targets of the output, in place of drive values")
+    output: Omittable[Output] = omitted(OUTPUT)
     outputs: dict[Name, NamedOutput] = Field({}, description=OUTPUTS)
-    target: PlanarTarget | SkipJsonSchema[None] = Field(None, description=TARGET)
+    target: Omittable[PlanarTarget] = omitted(TARGET)
     loads: LoadTables = Field((), description="forces and moments")
     load_cases: dict[Name, LoadTables] = Field({}, description=LOAD_CASES)
     springs: dict[Name, Spring] = Field({}, description="springs between bodies")
@@ -242,12 +239,10 @@ class SpatialFile(MechanismFile):
     start: dict[Name, SpatialStart] = Field(
         {}, description="roughly where the bodies are; needed where the joints do not determine it"
     )
-    path: SpatialPath | SkipJsonSchema[None] = Field(
-        None, description="targets of the output, in place of drive values"
-    )
-    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    path: Omittable[SpatialPath] = omitted("targets of the output, in place of drive values")
+    output: Omittable[SpatialOutput] = omitted(OUTPUT)
     outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
-    target: SpatialTarget | SkipJsonSchema[None] = Field(None, description=TARGET)
+    target: Omittable[SpatialTarget] = omitted(TARGET)
     loads: SpatialLoads = Field((), description="forces and moments")
     load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")

@@ -4,13 +4,12 @@ import math
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
 from .drives import Flanks
 from .laws import ToleranceLaw, check_law
-from .values import ClearanceLaw, Number, Numbers, Positive, Table, Tolerance, problem
+from .values import ClearanceLaw, Number, Numbers, Omittable, Positive, Table, Tolerance, omitted, problem
 
 #: terms of a polynomial and points of a table
 MOST_TERMS, MOST_POINTS = 20, 2000
@@ -28,42 +27,41 @@ class Follower(Table):
 
     joint: str = Field(description="the joint whose coordinate follows")
     follows: str = Field(description="the joint whose coordinate it depends on")
-    polynomial: Annotated[Numbers, Field(max_length=MOST_TERMS)] | SkipJsonSchema[None] = Field(
-        None, description="coefficients of the powers of the leading coordinate, from the constant on, in file units"
+    polynomial: Omittable[Annotated[Numbers, Field(max_length=MOST_TERMS)]] = omitted(
+        "coefficients of the powers of the leading coordinate, from the constant on, in file units"
     )
     origin: Number = Field(
         0.0,
         description="of a polynomial: the leading coordinate from which its powers count; an angle counts within half a"
         " turn of it",
     )
-    at: Annotated[Numbers, Field(min_length=2, max_length=MOST_POINTS)] | SkipJsonSchema[None] = Field(
-        None, description="instead: values of the leading coordinate, rising"
+    at: Omittable[Annotated[Numbers, Field(min_length=2, max_length=MOST_POINTS)]] = omitted(
+        "instead: values of the leading coordinate, rising"
     )
-    values: Annotated[Numbers, Field(min_length=2, max_length=MOST_POINTS)] | SkipJsonSchema[None] = Field(
-        None, description="with `at`: the following coordinate there; between them a cubic spline"
+    values: Omittable[Annotated[Numbers, Field(min_length=2, max_length=MOST_POINTS)]] = omitted(
+        "with `at`: the following coordinate there; between them a cubic spline"
     )
-    csv: str | SkipJsonSchema[None] = Field(None, description="instead: file in the same folder with both")
-    columns: Annotated[tuple[str, str], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="with csv: names of the columns of the leading and of the following coordinate"
+    csv: Omittable[str] = omitted("instead: file in the same folder with both")
+    columns: Omittable[Annotated[tuple[str, str], Field(strict=False)]] = omitted(
+        "with csv: names of the columns of the leading and of the following coordinate"
     )
     ends: Literal["natural", "clamped", "periodic"] = Field(
         "natural",
         description="of a table: without curvature (natural), without slope (clamped), or the same after a full turn of"
         " the leading joint (periodic)",
     )
-    backlash: Flanks | SkipJsonSchema[None] = Field(
-        None,
-        description="lost motion of the following coordinate, from flank to flank, where the load decides: half to"
+    backlash: Omittable[Flanks] = omitted(
+        "lost motion of the following coordinate, from flank to flank, where the load decides: half to"
         " either side, or { plus, minus }",
     )
     backlash_law: ClearanceLaw = Field(
         "uniform", description="how it lies in its backlash in random specimens: uniform, boundary (on a flank), normal"
     )
-    error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the following coordinate may be off")
+    error: Omittable[Tolerance] = omitted("how far the following coordinate may be off")
     deviation: Number = Field(0.0, description="the known error of the following coordinate in one built specimen")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform if left out")
-    stiffness: Positive | SkipJsonSchema[None] = Field(
-        None, description="force per length, or moment per angle, by which the following coordinate gives way"
+    law: Omittable[ToleranceLaw] = omitted("how it scatters: uniform if left out")
+    stiffness: Omittable[Positive] = omitted(
+        "force per length, or moment per angle, by which the following coordinate gives way"
     )
 
     @model_validator(mode="after")

@@ -6,11 +6,10 @@ A joint may also have a force or moment of its own against its motion, as seals 
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import BearingKeys
 from .sliding import SlidingKeys
-from .values import EXPRESSION, NonNegative, OneOrTwo, Positive, problem, short
+from .values import EXPRESSION, NonNegative, Omittable, OneOrTwo, Positive, omitted, problem, short
 
 #: what the key `friction` is, for all kinds of joints
 RUBS = "friction against its motion, which counts where a direction of approach is asked for; a number: its coefficient"
@@ -19,8 +18,8 @@ MOMENT = "moment against its turning whatever the load, as of seals; {}"
 AGAINST_SLIDING = "force against its sliding whatever the load, as of seals and wipers"
 OWN = "in the file's units of force times length"
 
-SlidSize = Positive | SkipJsonSchema[None]
-OwnResistance = NonNegative | SkipJsonSchema[None]
+SlidSize = Omittable[Positive]
+OwnResistance = Omittable[NonNegative]
 
 
 class Friction(SlidingKeys):
@@ -59,8 +58,8 @@ class PinFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
     own: ClassVar[str] = "torque"
 
-    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
-    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+    diameter: SlidSize = omitted("diameter of the hole; that of the clearance if left out")
+    torque: OwnResistance = omitted(MOMENT.format(OWN))
 
 
 class SliderFriction(Friction):
@@ -70,11 +69,11 @@ class SliderFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("length",)
     own: ClassVar[str] = "force"
 
-    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
+    length: SlidSize = omitted("length of the slider in its guide; that of the clearance if left out")
     height: NonNegative = Field(
         0.0, description="from face to face of the slider, across its axis; left out, friction acts in its axis"
     )
-    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+    force: OwnResistance = omitted(AGAINST_SLIDING)
 
 
 class SlotFriction(Friction):
@@ -83,7 +82,7 @@ class SlotFriction(Friction):
     example: ClassVar[str] = "{ coefficient = 0.1 }"
     own: ClassVar[str] = "force"
 
-    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+    force: OwnResistance = omitted(AGAINST_SLIDING)
 
 
 class JournalFriction(Friction):
@@ -93,12 +92,12 @@ class JournalFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter", "length")
     own: ClassVar[str] = "torque"
 
-    diameter: SlidSize = Field(None, description="diameter of the hole; that of the clearance if left out")
-    length: SlidSize = Field(None, description="length of the pin in its hole; that of the clearance if left out")
-    collar: OneOrTwo | SkipJsonSchema[None] = Field(
-        None, description="inner and outer diameter of its shoulders; left out, a load along the pin does not rub"
+    diameter: SlidSize = omitted("diameter of the hole; that of the clearance if left out")
+    length: SlidSize = omitted("length of the pin in its hole; that of the clearance if left out")
+    collar: Omittable[OneOrTwo] = omitted(
+        "inner and outer diameter of its shoulders; left out, a load along the pin does not rub"
     )
-    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+    torque: OwnResistance = omitted(MOMENT.format(OWN))
 
     @model_validator(mode="after")
     def _inner_first(self) -> Self:
@@ -122,10 +121,10 @@ class GuideFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("length", "width", "height")
     own: ClassVar[str] = "force"
 
-    length: SlidSize = Field(None, description="length of the slider in its guide; that of the clearance if left out")
-    width: SlidSize = Field(None, description="size of its section along `side`; that of the clearance if left out")
-    height: SlidSize = Field(None, description="size of its section across; that of the clearance, or its width")
-    force: OwnResistance = Field(None, description=AGAINST_SLIDING)
+    length: SlidSize = omitted("length of the slider in its guide; that of the clearance if left out")
+    width: SlidSize = omitted("size of its section along `side`; that of the clearance if left out")
+    height: SlidSize = omitted("size of its section across; that of the clearance, or its width")
+    force: OwnResistance = omitted(AGAINST_SLIDING)
 
     def size(self, play: Any, key: str) -> float | None:
         """A size of what slides: its own, or that of the clearance; the height is the width where nothing says it."""
@@ -140,8 +139,8 @@ class BallFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
     own: ClassVar[str] = "torque"
 
-    diameter: SlidSize = Field(None, description="diameter of the socket; that of the clearance if left out")
-    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+    diameter: SlidSize = omitted("diameter of the socket; that of the clearance if left out")
+    torque: OwnResistance = omitted(MOMENT.format(OWN))
 
 
 class ThreadFriction(Friction):
@@ -151,11 +150,11 @@ class ThreadFriction(Friction):
     needed: ClassVar[tuple[str, ...]] = ("mean_diameter",)
     own: ClassVar[str] = "torque"
 
-    mean_diameter: SlidSize = Field(None, description="mean diameter of the flanks: between crest and root")
+    mean_diameter: SlidSize = omitted("mean diameter of the flanks: between crest and root")
     flank_angle: NonNegative = Field(
         0.0, description="angle of the flank from a plane across the axis: 15 degrees of a trapezoidal thread of 30"
     )
-    torque: OwnResistance = Field(None, description=MOMENT.format(OWN))
+    torque: OwnResistance = omitted(MOMENT.format(OWN))
 
 
 class ToothFriction(Friction):

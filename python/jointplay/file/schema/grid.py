@@ -3,9 +3,8 @@
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
-from .values import Name, Number, Numbers, Table, evaluated, is_number, problem, spaced
+from .values import Name, Number, Numbers, Omittable, Table, evaluated, is_number, omitted, problem, spaced
 
 #: finer than anybody resolves; a larger number is a slip of the keyboard
 MOST_STEPS = 100_000
@@ -18,12 +17,10 @@ class GridRange(Table):
 
     example: ClassVar[str] = "{ from = -100, to = 100, count = 201 }"
 
-    values: Numbers | SkipJsonSchema[None] = Field(None, description="the values; rising or falling")
-    from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="first of equally spaced values")
-    to: Number | SkipJsonSchema[None] = Field(None, description="last of equally spaced values")
-    count: Annotated[int, Field(ge=2, le=MOST_STEPS)] | SkipJsonSchema[None] = Field(
-        None, description="how many equally spaced values"
-    )
+    values: Omittable[Numbers] = omitted("the values; rising or falling")
+    from_: Omittable[Number] = omitted("first of equally spaced values", alias="from")
+    to: Omittable[Number] = omitted("last of equally spaced values")
+    count: Omittable[Annotated[int, Field(ge=2, le=MOST_STEPS)]] = omitted("how many equally spaced values")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import listed, not_known
 
@@ -13,7 +12,7 @@ from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
 from .friction import RUBS, Friction, PinRubs, SliderRubs, SlotRubs
 from .placements import Placement, PlacementKeys, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
-from .values import IN_SPACE, Axis, Name, Pair, Table, problem
+from .values import IN_SPACE, Axis, Name, Omittable, Pair, Table, omitted, problem
 from .wear import WORN, BlockWear, PinWear, SliderWear, Wear
 
 #: what the key `stiffness` is, for all kinds of joints
@@ -38,8 +37,8 @@ class JointTable(Table):
     drawn: ClassVar[str] = "the joint's point {point}"
 
     on: Mapping[str, PlacementKeys] | None
-    bodies: Annotated[tuple[Name, ...], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="instead of `on`: bodies described in one assembled reference configuration"
+    bodies: Omittable[Annotated[tuple[Name, ...], Field(strict=False)]] = omitted(
+        "instead of `on`: bodies described in one assembled reference configuration"
     )
     at: tuple[Any, ...] | None
     position: Mapping[str, Zone]
@@ -161,11 +160,11 @@ class PlanarJoint(JointTable):
     placement: ClassVar[str] = "{ at = [x, y], axis = [ux, uy] }"
     elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "axes": IN_SPACE}
 
-    on: dict[Name, Placement] | SkipJsonSchema[None] = Field(
-        None, description="the bodies with the joint's place on each, in body axes; the first carries pin or guide"
+    on: Omittable[dict[Name, Placement]] = omitted(
+        "the bodies with the joint's place on each, in body axes; the first carries pin or guide"
     )
-    at: Pair | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
-    axis: Axis | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
+    at: Omittable[Pair] = omitted("with `bodies`: the joint's point, the same for all")
+    axis: Omittable[Axis] = omitted("with `bodies`: its direction, the same for all")
     position: dict[Name, PlanarPosition] = Field({}, description="deviation of its place, by the name of the body")
     direction: dict[Name, Component] = Field(
         {}, description="deviation of the angle of its axis, by the name of the body"
@@ -198,10 +197,10 @@ class Revolute(PlanarJoint):
     held: ClassVar[tuple[str, ...]] = ("radial", "radial")
 
     type: Literal["revolute"] = Field(description="kind of joint")
-    clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: PinStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: PinWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: PinRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[RevoluteClearance] = omitted("play built into the joint")
+    stiffness: Omittable[PinStiffness] = omitted(ELASTIC)
+    wear: Omittable[PinWear] = omitted(WORN)
+    friction: Omittable[PinRubs] = omitted(RUBS)
 
 
 class Prismatic(PlanarJoint):
@@ -213,10 +212,10 @@ class Prismatic(PlanarJoint):
     held: ClassVar[tuple[str, ...]] = ("normal", "tilt")
 
     type: Literal["prismatic"] = Field(description="kind of joint")
-    clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: SliderStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: SliderWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: SliderRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[PrismaticClearance] = omitted("play built into the joint")
+    stiffness: Omittable[SliderStiffness] = omitted(ELASTIC)
+    wear: Omittable[SliderWear] = omitted(WORN)
+    friction: Omittable[SliderRubs] = omitted(RUBS)
 
 
 class PinInSlot(PlanarJoint):
@@ -227,10 +226,10 @@ class PinInSlot(PlanarJoint):
     held: ClassVar[tuple[str, ...]] = ("normal",)
 
     type: Literal["pin_in_slot"] = Field(description="kind of joint")
-    clearance: SlotClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
-    stiffness: SlotStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: BlockWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: SlotRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[SlotClearance] = omitted("play built into the joint")
+    stiffness: Omittable[SlotStiffness] = omitted(ELASTIC)
+    wear: Omittable[BlockWear] = omitted(WORN)
+    friction: Omittable[SlotRubs] = omitted(RUBS)
 
     @model_validator(mode="after")
     def _pin_has_no_axis(self) -> Self:
@@ -248,8 +247,6 @@ class Fixed(PlanarJoint):
     instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
-    clearance: RevoluteClearance | SkipJsonSchema[None] = Field(
-        None, description="play of a pin whose angle is locked: a hinge that latches"
-    )
-    angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle")
-    stiffness: ClampStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    clearance: Omittable[RevoluteClearance] = omitted("play of a pin whose angle is locked: a hinge that latches")
+    angle: Omittable[LockedAngle] = omitted("error of the mounting angle")
+    stiffness: Omittable[ClampStiffness] = omitted(ELASTIC)

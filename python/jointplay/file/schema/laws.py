@@ -13,11 +13,10 @@
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
-from .values import EXPRESSION, Number, Positive, Table, Tolerance, ToleranceTable, problem
+from .values import EXPRESSION, Number, Omittable, Positive, Table, Tolerance, ToleranceTable, omitted, problem
 
 #: sigmas from the middle to the limits of a process that just fits
 SIGMAS = 3.0
@@ -47,12 +46,10 @@ class Process(Table):
 
     example: ClassVar[str] = "{ sigma = 0.01 } or { cpk = 1.33, shift = 0.5 }"
 
-    sigma: Positive | SkipJsonSchema[None] = Field(
-        None, description="standard deviation; a third of the way from the middle to the limits if left out"
+    sigma: Omittable[Positive] = omitted(
+        "standard deviation; a third of the way from the middle to the limits if left out"
     )
-    cpk: Cpk | SkipJsonSchema[None] = Field(
-        None, description="instead of sigma: (distance from the mean to the nearer limit) / (3 sigma)"
-    )
+    cpk: Omittable[Cpk] = omitted("instead of sigma: (distance from the mean to the nearer limit) / (3 sigma)")
     shift: Sigmas = Field(0.0, description="how far the mean is above the middle of the limits, in sigmas")
     drift: Drift = Field(0.0, description="how far the mean drifts to either side, evenly, in sigmas")
     sorted: bool = Field(True, description="whether what is beyond the limits is sorted out")
@@ -78,21 +75,17 @@ class LawTable(Table):
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [way]} for way in WAYS]})
     example: ClassVar[str] = "{ pert = 0.01 }, { normal = { cpk = 1.33 } } or { csv = 'lot.csv', column = 'd' }"
 
-    normal: Process | SkipJsonSchema[None] = Field(None, description="a process with its sigma, shift and drift")
-    triangular: Number | SkipJsonSchema[None] = Field(
-        None, description="the likeliest value, as the tolerance is given"
+    normal: Omittable[Process] = omitted("a process with its sigma, shift and drift")
+    triangular: Omittable[Number] = omitted("the likeliest value, as the tolerance is given")
+    beta: Omittable[Annotated[tuple[Exponent, Exponent], Field(strict=False)]] = omitted(
+        "beta law: exponents [a, b] at the lower and at the upper limit"
     )
-    beta: Annotated[tuple[Exponent, Exponent], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="beta law: exponents [a, b] at the lower and at the upper limit"
+    pert: Omittable[Number] = omitted("PERT: the likeliest value, as the tolerance is given")
+    measured: Omittable[Annotated[tuple[Number, ...], Field(strict=False, max_length=MOST_VALUES)]] = omitted(
+        "measured values, two or more"
     )
-    pert: Number | SkipJsonSchema[None] = Field(
-        None, description="PERT: the likeliest value, as the tolerance is given"
-    )
-    measured: Annotated[tuple[Number, ...], Field(strict=False, max_length=MOST_VALUES)] | SkipJsonSchema[None] = Field(
-        None, description="measured values, two or more"
-    )
-    csv: str | SkipJsonSchema[None] = Field(None, description="file in the same folder with measured values")
-    column: str | SkipJsonSchema[None] = Field(None, description="with csv: the name of the column in its first row")
+    csv: Omittable[str] = omitted("file in the same folder with measured values")
+    column: Omittable[str] = omitted("with csv: the name of the column in its first row")
     nominal: Number = Field(
         0.0, description="with measured values: what is subtracted from them, if they are whole sizes"
     )
@@ -207,9 +200,9 @@ def law_in_core(law: str | LawTable, low: float, high: float, unit: float, about
 class Deviating(Table):
     """A length or an angle: its tolerance, and its known error in a built specimen."""
 
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far it may be off")
+    tolerance: Omittable[Tolerance] = omitted("how far it may be off")
     deviation: Number = Field(0.0, description="the known error of one built specimen")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description=LAW)
+    law: Omittable[ToleranceLaw] = omitted(LAW)
 
     @model_validator(mode="after")
     def _law(self) -> Self:

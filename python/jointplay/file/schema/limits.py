@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
@@ -14,11 +13,13 @@ from .values import (
     IN_SPACE,
     NonNegative,
     Number,
+    Omittable,
     Pair,
     Positive,
     Table,
     evaluated,
     is_number,
+    omitted,
     problem,
 )
 
@@ -54,8 +55,8 @@ class Bounds(Table):
 
     example: ClassVar[str] = "0.1, [-0.05, 0.1] or { high = 0.1 }"
 
-    low: Number | SkipJsonSchema[None] = Field(None, description="lowest acceptable value, not above zero")
-    high: Number | SkipJsonSchema[None] = Field(None, description="highest acceptable value, not below zero")
+    low: Omittable[Number] = omitted("lowest acceptable value, not above zero")
+    high: Omittable[Number] = omitted("highest acceptable value, not below zero")
 
     @model_validator(mode="after")
     def _about_zero(self) -> Self:
@@ -87,10 +88,10 @@ class ErrorLimits(Table):
     #: the components of its error
     components: ClassVar[tuple[str, ...]]
 
-    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
-    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
-    x: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("x"))
-    y: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("y"))
+    position: Omittable[NonNegative] = omitted("largest acceptable position error")
+    rotation: Omittable[NonNegative] = omitted("largest acceptable rotation error")
+    x: Omittable[Between] = omitted(ALONG.format("x"))
+    y: Omittable[Between] = omitted(ALONG.format("y"))
 
     @classmethod
     def words(cls) -> tuple[str, ...]:
@@ -109,7 +110,7 @@ class PlanarErrorLimits(ErrorLimits):
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "rx", "ry", "rz"), IN_SPACE)
     components: ClassVar[tuple[str, ...]] = ("x", "y", "angle")
 
-    angle: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("of the angle"))
+    angle: Omittable[Between] = omitted(ABOUT.format("of the angle"))
 
 
 class SpatialErrorLimits(ErrorLimits):
@@ -119,21 +120,20 @@ class SpatialErrorLimits(ErrorLimits):
     elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z", "rx", "ry", "rz")
 
-    z: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("z"))
-    rx: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the x axis"))
-    ry: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the y axis"))
-    rz: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the z axis"))
+    z: Omittable[Between] = omitted(ALONG.format("z"))
+    rx: Omittable[Between] = omitted(ABOUT.format("about the x axis"))
+    ry: Omittable[Between] = omitted(ABOUT.format("about the y axis"))
+    rz: Omittable[Between] = omitted(ABOUT.format("about the z axis"))
 
 
 class LimitsTable(ErrorLimits):
     """What is acceptable."""
 
-    probability: Annotated[float, Field(gt=0.0, lt=1.0), EXPRESSION] | SkipJsonSchema[None] = Field(
-        None, description="share of the specimens that must keep to the limits in `random`; such as 0.9973"
+    probability: Omittable[Annotated[float, Field(gt=0.0, lt=1.0), EXPRESSION]] = omitted(
+        "share of the specimens that must keep to the limits in `random`; such as 0.9973"
     )
-    contact: Literal["scattered", "loaded"] | SkipJsonSchema[None] = Field(
-        None,
-        description="where clearances are in these specimens: offsets that scatter, or those that the load decides;"
+    contact: Omittable[Literal["scattered", "loaded"]] = omitted(
+        "where clearances are in these specimens: offsets that scatter, or those that the load decides;"
         " both count where it is left out and there are loads",
     )
     singular_value: Positive = Field(

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, create_model, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import BodyTable, PlanarBody, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
@@ -15,7 +14,7 @@ from .limits import CopyLimits
 from .spatial_tables import SpatialLoad, SpatialStart
 from .springs import SpatialSpring, Spring, SpringTable
 from .tables import LINKS, Dimension, Drive, Load, LoadTable, Start, StartTable, VariableName
-from .values import IN_SPACE, Direction, Name, Number, Pair, Plain, Table, Triple, problem
+from .values import IN_SPACE, Direction, Name, Number, Omittable, Pair, Plain, Table, Triple, omitted, problem
 
 #: more copies than any machine has; a larger number is a slip of the keyboard
 MOST_COPIES = 1000
@@ -32,7 +31,7 @@ class AboutTable(Table):
     """What the copies of a pattern are turned about."""
 
     point: tuple[float, ...]
-    angle: Number | SkipJsonSchema[None] = Field(None, description=ANGLE)
+    angle: Omittable[Number] = omitted(ANGLE)
 
 
 class About(AboutTable):
@@ -58,8 +57,8 @@ class PatternHead(Table):
 
     example: ClassVar[str] = "{ count = 3, about = { point = [0, 0] }, joints = { ... } }"
 
-    count: Annotated[int, Field(ge=1, le=MOST_COPIES)] | SkipJsonSchema[None] = Field(
-        None, description="how many copies there are; as many as `values` has if left out"
+    count: Omittable[Annotated[int, Field(ge=1, le=MOST_COPIES)]] = omitted(
+        "how many copies there are; as many as `values` has if left out"
     )
     about: AboutTable | None
     values: dict[VariableName, PerCopy] = Field(
@@ -130,7 +129,7 @@ class PatternTable(PatternHead):
 class PlanarHead(PatternHead):
     """How often a part of a mechanism in the plane is repeated."""
 
-    about: About | SkipJsonSchema[None] = Field(None, description=ABOUT)
+    about: Omittable[About] = omitted(ABOUT)
 
 
 class PlanarPattern(PlanarHead, PatternTable):
@@ -147,7 +146,7 @@ class PlanarPattern(PlanarHead, PatternTable):
 class SpatialHead(PatternHead):
     """How often a part of a mechanism in space is repeated."""
 
-    about: SpatialAbout | SkipJsonSchema[None] = Field(None, description=ABOUT)
+    about: Omittable[SpatialAbout] = omitted(ABOUT)
 
 
 class SpatialPattern(SpatialHead, PatternTable):

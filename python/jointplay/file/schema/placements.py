@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
-from pydantic.json_schema import SkipJsonSchema
 
-from .values import IN_SPACE, Axis, Direction, Pair, Table, Triple
+from .values import IN_SPACE, Axis, Direction, Omittable, Pair, Table, Triple, omitted
 
 
 class PlacementKeys(Table):
@@ -23,7 +22,7 @@ class PlacementTable(PlacementKeys):
     elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE}
 
     at: Pair = Field(description="the point [x, y] in body axes")
-    axis: Axis | SkipJsonSchema[None] = Field(None, description="direction of the joint: [ux, uy] or an angle")
+    axis: Omittable[Axis] = omitted("direction of the joint: [ux, uy] or an angle")
 
 
 class SpatialPlacementTable(PlacementKeys):
@@ -32,9 +31,9 @@ class SpatialPlacementTable(PlacementKeys):
     example: ClassVar[str] = "[x, y, z] or { at = [x, y, z], axis = [ux, uy, uz] }"
 
     at: Triple = Field(description="the point [x, y, z] in body axes")
-    axis: Direction | SkipJsonSchema[None] = Field(None, description="direction of the joint [ux, uy, uz]")
-    side: Direction | SkipJsonSchema[None] = Field(
-        None, description="direction across the axis [ux, uy, uz]: where a guide is wide, where an angle is zero"
+    axis: Omittable[Direction] = omitted("direction of the joint [ux, uy, uz]")
+    side: Omittable[Direction] = omitted(
+        "direction across the axis [ux, uy, uz]: where a guide is wide, where an angle is zero"
     )
 
 

@@ -3,12 +3,11 @@
 from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.file import standards
 
 from .laws import LAW, ToleranceLaw, check_law
-from .values import Number, Positive, Table, Tolerance, problem
+from .values import Number, Omittable, Positive, Table, Tolerance, omitted, problem
 
 SIZE_LAW = LAW
 
@@ -54,16 +53,16 @@ class Machined(Table):
     #: the key of the nominal size
     measure: ClassVar[str] = "diameter"
 
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far it may be off")
-    plus: Number | SkipJsonSchema[None] = Field(None, description="with minus: how far above the nominal size")
-    minus: Number | SkipJsonSchema[None] = Field(
-        None, description="how far below the nominal size, positive; negative where also this limit is above"
+    tolerance: Omittable[Tolerance] = omitted("how far it may be off")
+    plus: Omittable[Number] = omitted("with minus: how far above the nominal size")
+    minus: Omittable[Number] = omitted(
+        "how far below the nominal size, positive; negative where also this limit is above"
     )
     iso_class: str | None
-    deviation: Number | SkipJsonSchema[None] = Field(
-        None, description="of one built specimen: measured minus nominal; the middle of the limits if left out"
+    deviation: Omittable[Number] = omitted(
+        "of one built specimen: measured minus nominal; the middle of the limits if left out"
     )
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description=SIZE_LAW)
+    law: Omittable[ToleranceLaw] = omitted(SIZE_LAW)
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -97,9 +96,7 @@ class Hole(Machined):
     example: ClassVar[str] = '{ diameter = 12, class = "H7" } or { diameter = 12.01, tolerance = 0.01 }'
 
     diameter: Positive = Field(description="its nominal diameter")
-    iso_class: HoleClass | SkipJsonSchema[None] = Field(
-        None, alias="class", description="tolerance class of ISO 286, such as H7"
-    )
+    iso_class: Omittable[HoleClass] = omitted("tolerance class of ISO 286, such as H7", alias="class")
 
 
 class Pin(Machined):
@@ -108,9 +105,7 @@ class Pin(Machined):
     example: ClassVar[str] = '{ diameter = 12, class = "g6" } or { diameter = 11.99, tolerance = 0.01 }'
 
     diameter: Positive = Field(description="its nominal diameter")
-    iso_class: ShaftClass | SkipJsonSchema[None] = Field(
-        None, alias="class", description="tolerance class of ISO 286, such as g6"
-    )
+    iso_class: Omittable[ShaftClass] = omitted("tolerance class of ISO 286, such as g6", alias="class")
 
 
 class Slot(Machined):
@@ -120,9 +115,7 @@ class Slot(Machined):
     example: ClassVar[str] = '{ width = 12, class = "H9" } or { width = 12.05, tolerance = 0.02 }'
 
     width: Positive = Field(description="its nominal width")
-    iso_class: HoleClass | SkipJsonSchema[None] = Field(
-        None, alias="class", description="tolerance class of ISO 286, such as H9"
-    )
+    iso_class: Omittable[HoleClass] = omitted("tolerance class of ISO 286, such as H9", alias="class")
 
 
 class Slider(Machined):
@@ -132,6 +125,4 @@ class Slider(Machined):
     example: ClassVar[str] = '{ width = 12, class = "e8" } or { width = 11.95, tolerance = 0.02 }'
 
     width: Positive = Field(description="its nominal width, across the slot")
-    iso_class: ShaftClass | SkipJsonSchema[None] = Field(
-        None, alias="class", description="tolerance class of ISO 286, such as e8"
-    )
+    iso_class: Omittable[ShaftClass] = omitted("tolerance class of ISO 286, such as e8", alias="class")

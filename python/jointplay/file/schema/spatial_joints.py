@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import (
     BallClearance,
@@ -27,7 +26,7 @@ from .stiffness import (
     PlateStiffness,
     SleeveStiffness,
 )
-from .values import Direction, Name, Triple, problem
+from .values import Direction, Name, Omittable, Triple, omitted, problem
 from .wear import WORN, BallWear, GuideWear, JournalWear, PlateWear, SleeveWear
 
 PLAY = "play built into the joint"
@@ -43,14 +42,12 @@ class SpatialJoint(JointTable):
     placement: ClassVar[str] = "{ at = [x, y, z], axis = [ux, uy, uz] }"
     shared: ClassVar[tuple[str, ...]] = ("axis", "side")
 
-    on: dict[Name, SpatialPlacement] | SkipJsonSchema[None] = Field(
-        None, description="the bodies with the joint's place on each, in body axes; the first carries pin or guide"
+    on: Omittable[dict[Name, SpatialPlacement]] = omitted(
+        "the bodies with the joint's place on each, in body axes; the first carries pin or guide"
     )
-    at: Triple | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
-    axis: Direction | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
-    side: Direction | SkipJsonSchema[None] = Field(
-        None, description="with `bodies`: a direction across the axis, the same for all"
-    )
+    at: Omittable[Triple] = omitted("with `bodies`: the joint's point, the same for all")
+    axis: Omittable[Direction] = omitted("with `bodies`: its direction, the same for all")
+    side: Omittable[Direction] = omitted("with `bodies`: a direction across the axis, the same for all")
     position: dict[Name, SpatialPosition] = Field({}, description="deviation of its place, by the name of the body")
     direction: dict[Name, SpatialDirection] = Field({}, description="deviation of its axis, by the name of the body")
 
@@ -91,10 +88,10 @@ class SpatialRevolute(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["revolute"] = Field(description="kind of joint")
-    clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
-    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: JournalWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[BearingClearance] = omitted(PLAY)
+    stiffness: Omittable[JournalStiffness] = omitted(ELASTIC)
+    wear: Omittable[JournalWear] = omitted(WORN)
+    friction: Omittable[JournalRubs] = omitted(RUBS)
 
 
 class SpatialPrismatic(SpatialJoint):
@@ -105,10 +102,10 @@ class SpatialPrismatic(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("side", "normal", "roll", "tilt", "tilt")
 
     type: Literal["prismatic"] = Field(description="kind of joint")
-    clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
-    stiffness: GuideStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: GuideWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: GuideRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[GuideClearance] = omitted(PLAY)
+    stiffness: Omittable[GuideStiffness] = omitted(ELASTIC)
+    wear: Omittable[GuideWear] = omitted(WORN)
+    friction: Omittable[GuideRubs] = omitted(RUBS)
 
 
 class Cylindrical(SpatialJoint):
@@ -120,9 +117,9 @@ class Cylindrical(SpatialJoint):
     instead: ClassVar[Mapping[str, str]] = {"friction": "that of a pin which turns and slides at once is not computed"}
 
     type: Literal["cylindrical"] = Field(description="kind of joint")
-    clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
-    stiffness: SleeveStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: SleeveWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    clearance: Omittable[SleeveClearance] = omitted(PLAY)
+    stiffness: Omittable[SleeveStiffness] = omitted(ELASTIC)
+    wear: Omittable[SleeveWear] = omitted(WORN)
 
 
 class Spherical(SpatialJoint):
@@ -132,10 +129,10 @@ class Spherical(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("radial", "radial", "radial")
 
     type: Literal["spherical"] = Field(description="kind of joint")
-    clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
-    stiffness: BallStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: BallWear | SkipJsonSchema[None] = Field(None, description=WORN)
-    friction: BallRubs | SkipJsonSchema[None] = Field(None, description=RUBS)
+    clearance: Omittable[BallClearance] = omitted(PLAY)
+    stiffness: Omittable[BallStiffness] = omitted(ELASTIC)
+    wear: Omittable[BallWear] = omitted(WORN)
+    friction: Omittable[BallRubs] = omitted(RUBS)
 
 
 class Universal(SpatialJoint):
@@ -146,12 +143,12 @@ class Universal(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["universal"] = Field(description="kind of joint")
-    clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
-    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
-    wear: JournalWear | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {WORN}")
-    friction: JournalRubs | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {RUBS}")
-    axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
-        None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
+    clearance: Omittable[BearingClearance] = omitted("play of each of the two pins")
+    stiffness: Omittable[JournalStiffness] = omitted(f"of each of the two pins: {ELASTIC}")
+    wear: Omittable[JournalWear] = omitted(f"of each of the two pins: {WORN}")
+    friction: Omittable[JournalRubs] = omitted(f"of each of the two pins: {RUBS}")
+    axes: Omittable[Annotated[tuple[Direction, Direction], Field(strict=False)]] = omitted(
+        "with `bodies`: directions of the pin in the first and of the pin in the second body"
     )
 
     def _check_axes(self) -> None:
@@ -189,9 +186,9 @@ class Planar(SpatialJoint):
     instead: ClassVar[Mapping[str, str]] = {"friction": "that of a plate between two planes is not computed"}
 
     type: Literal["planar"] = Field(description="kind of joint")
-    clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
-    stiffness: PlateStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-    wear: PlateWear | SkipJsonSchema[None] = Field(None, description=WORN)
+    clearance: Omittable[PlateClearance] = omitted(PLAY)
+    stiffness: Omittable[PlateStiffness] = omitted(ELASTIC)
+    wear: Omittable[PlateWear] = omitted(WORN)
 
 
 class SpatialFixed(SpatialJoint):
@@ -201,8 +198,8 @@ class SpatialFixed(SpatialJoint):
     instead: ClassVar[Mapping[str, str]] = dict.fromkeys(("wear", "friction"), "nothing slides in a fixed joint")
 
     type: Literal["fixed"] = Field(description="kind of joint")
-    angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")
-    stiffness: MountStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
+    angle: Omittable[LockedAngle] = omitted("error of the mounting angle about the axis")
+    stiffness: Omittable[MountStiffness] = omitted(ELASTIC)
 
     @model_validator(mode="after")
     def _angle_about_something(self) -> Self:

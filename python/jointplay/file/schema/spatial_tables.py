@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .limits import SpatialErrorLimits
 from .places import PathTriple, SpatialPlace
 from .tables import OWN_LIMITS, OWN_TARGET, LoadTable, OneOfSeveral, OutputTable, PathTable, StartTable
 from .target import SpatialTarget
-from .values import IN_PLANE, Number, Numbers, Triple, problem
+from .values import IN_PLANE, Number, Numbers, Omittable, Triple, omitted, problem
 
 TURNS = ("rx", "ry", "rz")
 
@@ -21,9 +20,9 @@ class SpatialStart(StartTable):
     example: ClassVar[str] = "{ x = 0, y = 0, z = 100, rotation = [0, 0, 30] }"
     elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
 
-    z: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
-    rotation: Triple | SkipJsonSchema[None] = Field(
-        None, description="rotation vector of the body's axes in ground axes: along the axis, as long as the angle"
+    z: Omittable[Number] = omitted("position of the body's origin in ground axes")
+    rotation: Omittable[Triple] = omitted(
+        "rotation vector of the body's axes in ground axes: along the axis, as long as the angle"
     )
 
 
@@ -34,10 +33,10 @@ class SpatialPath(PathTable):
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z", *TURNS)
     elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
 
-    z: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's z axis")
-    rx: Numbers | SkipJsonSchema[None] = Field(None, description="x of the rotation vector of the output body")
-    ry: Numbers | SkipJsonSchema[None] = Field(None, description="y of the rotation vector of the output body")
-    rz: Numbers | SkipJsonSchema[None] = Field(None, description="z of the rotation vector of the output body")
+    z: Omittable[Numbers] = omitted("positions of the output along the ground's z axis")
+    rx: Omittable[Numbers] = omitted("x of the rotation vector of the output body")
+    ry: Omittable[Numbers] = omitted("y of the rotation vector of the output body")
+    rz: Omittable[Numbers] = omitted("z of the rotation vector of the output body")
 
     @model_validator(mode="after")
     def _whole_rotation(self) -> Self:
@@ -63,7 +62,7 @@ class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
     limits: SpatialErrorLimits = Field(
         default_factory=lambda: SpatialErrorLimits.model_validate({}), description=OWN_LIMITS
     )
-    target: SpatialTarget | SkipJsonSchema[None] = Field(None, description=OWN_TARGET)
+    target: Omittable[SpatialTarget] = omitted(OWN_TARGET)
 
 
 class SpatialLoad(LoadTable):
@@ -72,12 +71,10 @@ class SpatialLoad(LoadTable):
     example: ClassVar[str] = "{ force = [0, 0, -10] }"
     written: ClassVar[str] = "a force [fx, fy, fz] or a moment [mx, my, mz]"
 
-    at: SpatialPlace | SkipJsonSchema[None] = Field(
-        None, description="where: [x, y, z] in body axes or a joint on the body; the output point if left out"
+    at: Omittable[SpatialPlace] = omitted(
+        "where: [x, y, z] in body axes or a joint on the body; the output point if left out"
     )
-    force: PathTriple | SkipJsonSchema[None] = Field(
-        None, description="force [fx, fy, fz], or a list of them, one per configuration"
-    )
+    force: Omittable[PathTriple] = omitted("force [fx, fy, fz], or a list of them, one per configuration")
     moment: PathTriple = Field(
         (0.0, 0.0, 0.0), description="moment [mx, my, mz], or a list of them, one per configuration"
     )

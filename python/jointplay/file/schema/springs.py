@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from .places import Place, SpatialPlace
-from .values import Name, NonNegative, Number, Table, problem
+from .values import Name, NonNegative, Number, Omittable, Table, omitted, problem
 
 
 class SpringTable(Table):
@@ -18,17 +17,13 @@ class SpringTable(Table):
     )
 
     on: Mapping[str, object] | None
-    joint: str | SkipJsonSchema[None] = Field(
-        None,
-        description="instead of `on`: the joint about which a torsion spring acts, one whose coordinate is an angle",
+    joint: Omittable[str] = omitted(
+        "instead of `on`: the joint about which a torsion spring acts, one whose coordinate is an angle"
     )
     stiffness: NonNegative = Field(description="force per length; of a torsion spring moment per angle")
-    free_length: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="distance of its ends at which its tension is the preload"
-    )
-    free_angle: Number | SkipJsonSchema[None] = Field(
-        None,
-        description="of a torsion spring: the joint's coordinate at which its moment is the preload; 0 if left out",
+    free_length: Omittable[NonNegative] = omitted("distance of its ends at which its tension is the preload")
+    free_angle: Omittable[Number] = omitted(
+        "of a torsion spring: the joint's coordinate at which its moment is the preload; 0 if left out"
     )
     preload: Number = Field(
         0.0, description="tension at the free length, negative for a push; of a torsion spring moment at the free angle"
@@ -57,8 +52,8 @@ class Spring(SpringTable):
 
     example: ClassVar[str] = '{ on = { ground = [0, 50], arm = "J2" }, stiffness = 2, free_length = 40 }'
 
-    on: dict[Name, Place] | SkipJsonSchema[None] = Field(
-        None, description="its two bodies, and where it is fixed on each: [x, y] in body axes, or a joint on the body"
+    on: Omittable[dict[Name, Place]] = omitted(
+        "its two bodies, and where it is fixed on each: [x, y] in body axes, or a joint on the body"
     )
 
 
@@ -67,7 +62,6 @@ class SpatialSpring(SpringTable):
 
     example: ClassVar[str] = '{ on = { ground = [0, 0, 50], arm = "J2" }, stiffness = 2, free_length = 40 }'
 
-    on: dict[Name, SpatialPlace] | SkipJsonSchema[None] = Field(
-        None,
-        description="its two bodies, and where it is fixed on each: [x, y, z] in body axes, or a joint on the body",
+    on: Omittable[dict[Name, SpatialPlace]] = omitted(
+        "its two bodies, and where it is fixed on each: [x, y, z] in body axes, or a joint on the body"
     )

@@ -6,17 +6,16 @@ What is left out is rigid.
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from pydantic import ConfigDict, Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
+from pydantic import ConfigDict, model_validator
 
-from .values import IN_SPACE, OneOrTwo, Positive, Table, problem
+from .values import IN_SPACE, Omittable, OneOrTwo, Positive, Table, omitted, problem
 
 FORCE = "force per length"
 MOMENT = "moment per angle, in the file's unit of angles"
 
-Shift = Positive | SkipJsonSchema[None]
+Shift = Omittable[Positive]
 #: about `side` and about the direction across it and the axis; one number stands for both
-Tilts = OneOrTwo | SkipJsonSchema[None]
+Tilts = Omittable[OneOrTwo]
 TILTS = f"against tilting, {MOMENT}; two of them for tilting about `side` and about the direction across"
 
 
@@ -38,7 +37,7 @@ class PinStiffness(Stiffness):
     example: ClassVar[str] = "{ radial = 5e4 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"axial": IN_SPACE, "tilt": IN_SPACE}
 
-    radial: Shift = Field(None, description=f"across the pin, {FORCE}")
+    radial: Shift = omitted(f"across the pin, {FORCE}")
 
 
 class SliderStiffness(Stiffness):
@@ -47,8 +46,8 @@ class SliderStiffness(Stiffness):
     example: ClassVar[str] = "{ normal = 5e4, tilt = 1e6 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "roll": IN_SPACE}
 
-    normal: Shift = Field(None, description=f"across the guide, {FORCE}")
-    tilt: Shift = Field(None, description=f"against tilting, {MOMENT}")
+    normal: Shift = omitted(f"across the guide, {FORCE}")
+    tilt: Shift = omitted(f"against tilting, {MOMENT}")
 
 
 class SlotStiffness(Stiffness):
@@ -56,7 +55,7 @@ class SlotStiffness(Stiffness):
 
     example: ClassVar[str] = "{ normal = 5e4 }"
 
-    normal: Shift = Field(None, description=f"across the slot, {FORCE}")
+    normal: Shift = omitted(f"across the slot, {FORCE}")
 
 
 class ClampStiffness(Stiffness):
@@ -65,9 +64,9 @@ class ClampStiffness(Stiffness):
     example: ClassVar[str] = "{ along = 5e4, normal = 5e4, tilt = 1e6 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "roll": IN_SPACE}
 
-    along: Shift = Field(None, description=f"along the joint's axis, {FORCE}")
-    normal: Shift = Field(None, description=f"across the joint's axis, {FORCE}")
-    tilt: Shift = Field(None, description=f"against turning, {MOMENT}")
+    along: Shift = omitted(f"along the joint's axis, {FORCE}")
+    normal: Shift = omitted(f"across the joint's axis, {FORCE}")
+    tilt: Shift = omitted(f"against turning, {MOMENT}")
 
 
 class FlankStiffness(Stiffness):
@@ -75,7 +74,7 @@ class FlankStiffness(Stiffness):
 
     example: ClassVar[str] = "{ flank = 2e4 }"
 
-    flank: Shift = Field(None, description=f"along the pitch circle, {FORCE}")
+    flank: Shift = omitted(f"along the pitch circle, {FORCE}")
 
 
 class StrandStiffness(Stiffness):
@@ -83,7 +82,7 @@ class StrandStiffness(Stiffness):
 
     example: ClassVar[str] = "{ strand = 2e3 }"
 
-    strand: Shift = Field(None, description=f"at the rim, along the strand that pulls, {FORCE}")
+    strand: Shift = omitted(f"at the rim, along the strand that pulls, {FORCE}")
 
 
 class SleeveStiffness(Stiffness):
@@ -91,8 +90,8 @@ class SleeveStiffness(Stiffness):
 
     example: ClassVar[str] = "{ radial = 5e4, tilt = 1e6 }"
 
-    radial: Shift = Field(None, description=f"across the pin, {FORCE}")
-    tilt: Tilts = Field(None, description=TILTS)
+    radial: Shift = omitted(f"across the pin, {FORCE}")
+    tilt: Tilts = omitted(TILTS)
 
 
 class JournalStiffness(SleeveStiffness):
@@ -100,7 +99,7 @@ class JournalStiffness(SleeveStiffness):
 
     example: ClassVar[str] = "{ radial = 5e4, axial = 2e4, tilt = 1e6 }"
 
-    axial: Shift = Field(None, description=f"along the pin, {FORCE}")
+    axial: Shift = omitted(f"along the pin, {FORCE}")
 
 
 class GuideStiffness(Stiffness):
@@ -108,10 +107,10 @@ class GuideStiffness(Stiffness):
 
     example: ClassVar[str] = "{ side = 5e4, normal = 5e4, roll = 1e6, tilt = 1e6 }"
 
-    side: Shift = Field(None, description=f"along `side`, {FORCE}")
-    normal: Shift = Field(None, description=f"across axis and `side`, {FORCE}")
-    roll: Shift = Field(None, description=f"about the axis, {MOMENT}")
-    tilt: Tilts = Field(None, description=TILTS)
+    side: Shift = omitted(f"along `side`, {FORCE}")
+    normal: Shift = omitted(f"across axis and `side`, {FORCE}")
+    roll: Shift = omitted(f"about the axis, {MOMENT}")
+    tilt: Tilts = omitted(TILTS)
 
 
 class BallStiffness(Stiffness):
@@ -119,7 +118,7 @@ class BallStiffness(Stiffness):
 
     example: ClassVar[str] = "{ radial = 5e4 }"
 
-    radial: Shift = Field(None, description=f"in all directions, {FORCE}")
+    radial: Shift = omitted(f"in all directions, {FORCE}")
 
 
 class PlateStiffness(Stiffness):
@@ -127,8 +126,8 @@ class PlateStiffness(Stiffness):
 
     example: ClassVar[str] = "{ along = 5e4, tilt = 1e6 }"
 
-    along: Shift = Field(None, description=f"along the axis, the normal of the planes, {FORCE}")
-    tilt: Tilts = Field(None, description=TILTS)
+    along: Shift = omitted(f"along the axis, the normal of the planes, {FORCE}")
+    tilt: Tilts = omitted(TILTS)
 
 
 class MountStiffness(GuideStiffness):
@@ -136,4 +135,4 @@ class MountStiffness(GuideStiffness):
 
     example: ClassVar[str] = "{ along = 5e4, side = 5e4, normal = 5e4, roll = 1e6, tilt = 1e6 }"
 
-    along: Shift = Field(None, description=f"along the joint's axis, {FORCE}")
+    along: Shift = omitted(f"along the joint's axis, {FORCE}")

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.basics.units import ANGLES, AngleUnit, ForceUnit, LengthUnit, TurningSpeedUnit
 from jointplay.errors import not_known, shown
@@ -22,9 +21,11 @@ from .values import (
     NonNegative,
     Number,
     Numbers,
+    Omittable,
     Table,
     Tolerance,
     is_number,
+    omitted,
     problem,
     spaced,
 )
@@ -47,18 +48,16 @@ class UnitsTable(Table):
     length: LengthUnit = Field("mm", description="unit of lengths")
     angle: AngleUnit = Field("deg", description="unit of angles")
     force: ForceUnit = Field("N", description="unit of forces; moments are in force times length")
-    turning_speed: TurningSpeedUnit | SkipJsonSchema[None] = Field(
-        None,
-        description="unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if"
-        " left out",
+    turning_speed: Omittable[TurningSpeedUnit] = omitted(
+        "unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if left out"
     )
 
 
 class StartTable(Table):
     """Roughly where a body is. What is left out follows from the joints; it need not be exact."""
 
-    x: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
-    y: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
+    x: Omittable[Number] = omitted("position of the body's origin in ground axes")
+    y: Omittable[Number] = omitted("position of the body's origin in ground axes")
 
 
 class Start(StartTable):
@@ -67,7 +66,7 @@ class Start(StartTable):
     example: ClassVar[str] = "{ x = 0, y = 0, angle = 30 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"z": IN_SPACE, "rotation": IN_SPACE}
 
-    angle: Number | SkipJsonSchema[None] = Field(None, description="angle of the body's axes in ground axes")
+    angle: Omittable[Number] = omitted("angle of the body's axes in ground axes")
 
 
 class Drive(Table):
@@ -80,65 +79,53 @@ class Drive(Table):
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["joint"]}, {"required": ["joints"]}]})
     example: ClassVar[str] = '{ joint = "J1", from = 0, to = 90, count = 10 }'
 
-    joint: str | SkipJsonSchema[None] = Field(None, description="the joint whose coordinate it commands")
-    joints: dict[str, Number] | SkipJsonSchema[None] = Field(
-        None,
-        description="instead of `joint`: several joints that one motor moves, each with the motion of its coordinate"
+    joint: Omittable[str] = omitted("the joint whose coordinate it commands")
+    joints: Omittable[dict[str, Number]] = omitted(
+        "instead of `joint`: several joints that one motor moves, each with the motion of its coordinate"
         " per motion of the motor",
     )
-    values: Numbers | SkipJsonSchema[None] = Field(None, description="the commanded values, one per configuration")
-    csv: str | SkipJsonSchema[None] = Field(None, description="instead: file in the same folder with the values")
-    column: str | SkipJsonSchema[None] = Field(
-        None, description="with csv: the name of the column in its first row; that of the drive if left out"
-    )
-    from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="first of equally spaced values")
-    to: Number | SkipJsonSchema[None] = Field(None, description="last of equally spaced values")
-    count: Annotated[int, Field(ge=2, le=MOST_CONFIGURATIONS)] | SkipJsonSchema[None] = Field(
-        None, description="how many equally spaced values"
-    )
-    error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
+    values: Omittable[Numbers] = omitted("the commanded values, one per configuration")
+    csv: Omittable[str] = omitted("instead: file in the same folder with the values")
+    column: Omittable[str] = omitted("with csv: the name of the column in its first row; that of the drive if left out")
+    from_: Omittable[Number] = omitted("first of equally spaced values", alias="from")
+    to: Omittable[Number] = omitted("last of equally spaced values")
+    count: Omittable[Annotated[int, Field(ge=2, le=MOST_CONFIGURATIONS)]] = omitted("how many equally spaced values")
+    error: Omittable[Tolerance] = omitted("how far the drive may be off its command")
     deviation: Number = Field(
         0.0, description="the known error of its zero in one built specimen: actual minus commanded value"
     )
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(
-        None, description="how it scatters: uniform if left out; see tolerances"
-    )
-    backlash: DriveBacklash | SkipJsonSchema[None] = Field(
-        None,
-        description="lost motion of the joint that it drives, from flank to flank, where the load decides: half of it"
+    law: Omittable[ToleranceLaw] = omitted("how it scatters: uniform if left out; see tolerances")
+    backlash: Omittable[DriveBacklash] = omitted(
+        "lost motion of the joint that it drives, from flank to flank, where the load decides: half of it"
         " to either side of the command, or { plus, minus }; with `joints` a table by joint",
     )
     backlash_law: ClearanceLaw = Field(
         "uniform", description="how it lies in its backlash in random specimens: uniform, boundary (on a flank), normal"
     )
-    stiffness: DriveStiffness | SkipJsonSchema[None] = Field(
-        None,
-        description="force per length, or moment per angle in the file's units, by which it winds up beside its"
+    stiffness: Omittable[DriveStiffness] = omitted(
+        "force per length, or moment per angle in the file's units, by which it winds up beside its"
         " backlash; rigid if left out; with `joints` a table by joint",
     )
-    speed: PathNumber | SkipJsonSchema[None] = Field(
-        None,
-        description="how fast the value changes, per second (see units.turning_speed), or one per configuration: bodies"
+    speed: Omittable[PathNumber] = omitted(
+        "how fast the value changes, per second (see units.turning_speed), or one per configuration: bodies"
         " with a mass then load the joints by their inertia; at rest if left out",
     )
-    acceleration: PathNumber | SkipJsonSchema[None] = Field(
-        None, description="with speed: how fast that changes, per second squared, or one per configuration"
+    acceleration: Omittable[PathNumber] = omitted(
+        "with speed: how fast that changes, per second squared, or one per configuration"
     )
-    motion: LawOfMotion | SkipJsonSchema[None] = Field(
-        None,
-        description="with from, to and count: the law by which it goes there, from rest to rest, at equally spaced"
+    motion: Omittable[LawOfMotion] = omitted(
+        "with from, to and count: the law by which it goes there, from rest to rest, at equally spaced"
         " times: trapezoid (of speed), cycloidal, poly5 (polynomial of degree 5)",
     )
-    duration: Duration | SkipJsonSchema[None] = Field(None, description="with motion: how long it takes, in seconds")
-    ramp: Ramp | SkipJsonSchema[None] = Field(
-        None,
-        description="with a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out",
+    duration: Omittable[Duration] = omitted("with motion: how long it takes, in seconds")
+    ramp: Omittable[Ramp] = omitted(
+        "with a trapezoid: the share of the duration for gaining speed, as for losing it; 0.25 if left out"
     )
-    times: Numbers | SkipJsonSchema[None] = Field(
-        None, description="with values: when it has them, in seconds; speeds are those of a spline of degree 5"
+    times: Omittable[Numbers] = omitted(
+        "with values: when it has them, in seconds; speeds are those of a spline of degree 5"
     )
-    time: str | SkipJsonSchema[None] = Field(
-        None, description="with csv: the name of the column that has these times, in s or, as its unit says, in ms"
+    time: Omittable[str] = omitted(
+        "with csv: the name of the column that has these times, in s or, as its unit says, in ms"
     )
     rotor_inertia: NonNegative = Field(
         0.0,
@@ -288,11 +275,9 @@ class PathTable(Table):
 
     components: ClassVar[tuple[str, ...]]
 
-    csv: str | SkipJsonSchema[None] = Field(
-        None, description="instead: file in the same folder, whose columns have the names of the components"
-    )
-    x: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's x axis")
-    y: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's y axis")
+    csv: Omittable[str] = omitted("instead: file in the same folder, whose columns have the names of the components")
+    x: Omittable[Numbers] = omitted("positions of the output along the ground's x axis")
+    y: Omittable[Numbers] = omitted("positions of the output along the ground's y axis")
 
     @model_validator(mode="after")
     def _equal(self) -> Self:
@@ -320,7 +305,7 @@ class Path(PathTable):
     components: ClassVar[tuple[str, ...]] = ("x", "y", "angle")
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "rx", "ry", "rz"), IN_SPACE)
 
-    angle: Numbers | SkipJsonSchema[None] = Field(None, description="angles of the output body")
+    angle: Omittable[Numbers] = omitted("angles of the output body")
 
 
 class OutputTable(Table):
@@ -332,9 +317,8 @@ class OutputTable(Table):
 
     body: str = Field(description="the body that carries the output point")
     at: tuple[float, ...] | str
-    relative_to: str | SkipJsonSchema[None] = Field(
-        None,
-        description="the body against which the output is measured, in the axes of that body; the ground if left out",
+    relative_to: Omittable[str] = omitted(
+        "the body against which the output is measured, in the axes of that body; the ground if left out"
     )
 
 
@@ -362,7 +346,7 @@ class NamedOutput(Output, OneOfSeveral):
     limits: PlanarErrorLimits = Field(
         default_factory=lambda: PlanarErrorLimits.model_validate({}), description=OWN_LIMITS
     )
-    target: PlanarTarget | SkipJsonSchema[None] = Field(None, description=OWN_TARGET)
+    target: Omittable[PlanarTarget] = omitted(OWN_TARGET)
 
 
 class LoadTable(Table):
@@ -371,11 +355,10 @@ class LoadTable(Table):
     #: how a force and a moment are written
     written: ClassVar[str]
 
-    body: str | SkipJsonSchema[None] = Field(None, description="the loaded body; the output body if left out")
+    body: Omittable[str] = omitted("the loaded body; the output body if left out")
     at: tuple[float, ...] | str | None
-    axes: str | SkipJsonSchema[None] = Field(
-        None,
-        description='axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the'
+    axes: Omittable[str] = omitted(
+        'axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the'
         " load turns, or the name of another body",
     )
     force: tuple[float, ...] | tuple[tuple[float, ...], ...] | None
@@ -394,12 +377,8 @@ class Load(LoadTable):
     example: ClassVar[str] = "{ force = [0, -10] }"
     written: ClassVar[str] = "a force [fx, fy] or a moment"
 
-    at: Place | SkipJsonSchema[None] = Field(
-        None, description="where: [x, y] in body axes or a joint on the body; the output point if left out"
-    )
-    force: PathPair | SkipJsonSchema[None] = Field(
-        None, description="force [fx, fy], or a list of them, one per configuration"
-    )
+    at: Omittable[Place] = omitted("where: [x, y] in body axes or a joint on the body; the output point if left out")
+    force: Omittable[PathPair] = omitted("force [fx, fy], or a list of them, one per configuration")
     moment: PathNumber = Field(0.0, description="moment, counter-clockwise, or one per configuration")
 
 

@@ -3,9 +3,23 @@
 from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
-from .values import IN_PLANE, IN_SPACE, Axis, Direction, Number, Numbers, Pair, Plain, Positive, Table, Triple, problem
+from .values import (
+    IN_PLANE,
+    IN_SPACE,
+    Axis,
+    Direction,
+    Number,
+    Numbers,
+    Omittable,
+    Pair,
+    Plain,
+    Positive,
+    Table,
+    Triple,
+    omitted,
+    problem,
+)
 
 #: what `target` is
 TARGET = "what the output ought to do ideally, from which the nominal mechanism differs by its structural error"
@@ -43,9 +57,9 @@ class PlanarLine(TargetLine):
 
     example: ClassVar[str] = "{ through = [0, 100], to = [50, 100] }"
 
-    through: Pair | SkipJsonSchema[None] = Field(None, description="a point of the line")
-    to: Pair | SkipJsonSchema[None] = Field(None, description="another point of it")
-    direction: Axis | SkipJsonSchema[None] = Field(None, description="instead: its direction, [ux, uy] or an angle")
+    through: Omittable[Pair] = omitted("a point of the line")
+    to: Omittable[Pair] = omitted("another point of it")
+    direction: Omittable[Axis] = omitted("instead: its direction, [ux, uy] or an angle")
 
 
 class SpatialLine(TargetLine):
@@ -53,16 +67,16 @@ class SpatialLine(TargetLine):
 
     example: ClassVar[str] = "{ through = [0, 0, 100], to = [50, 0, 100] }"
 
-    through: Triple | SkipJsonSchema[None] = Field(None, description="a point of the line")
-    to: Triple | SkipJsonSchema[None] = Field(None, description="another point of it")
-    direction: Direction | SkipJsonSchema[None] = Field(None, description="instead: its direction [ux, uy, uz]")
+    through: Omittable[Triple] = omitted("a point of the line")
+    to: Omittable[Triple] = omitted("another point of it")
+    direction: Omittable[Direction] = omitted("instead: its direction [ux, uy, uz]")
 
 
 class TargetCircle(Table):
     """A circle on which the output point ought to be."""
 
     centre: tuple[float, ...] | None
-    radius: Positive | SkipJsonSchema[None] = Field(None, description="its radius")
+    radius: Omittable[Positive] = omitted("its radius")
 
 
 class PlanarCircle(TargetCircle):
@@ -72,7 +86,7 @@ class PlanarCircle(TargetCircle):
     elsewhere: ClassVar[dict[str, str]] = {"axis": IN_SPACE}
 
     fit: bool = Field(False, description="whether it is the circle with the least largest distance; then nothing else")
-    centre: Pair | SkipJsonSchema[None] = Field(None, description="its centre")
+    centre: Omittable[Pair] = omitted("its centre")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -101,15 +115,15 @@ class TargetFunction(Table):
     example: ClassVar[str] = '{ of = "angle", value = "15 + 0.5 * theta1" }'
 
     of: str = Field(description=OF)
-    value: str | Plain | SkipJsonSchema[None] = Field(
-        None, description="what it ought to be: an expression in the names of the drives and the variables"
+    value: Omittable[str | Plain] = omitted(
+        "what it ought to be: an expression in the names of the drives and the variables"
     )
-    drive: str | SkipJsonSchema[None] = Field(None, description="of a table: the drive; may be left out of one drive")
-    at: Annotated[Numbers, Field(min_length=2)] | SkipJsonSchema[None] = Field(
-        None, description="instead of value: values of the drive, rising; outside of them nothing is asked"
+    drive: Omittable[str] = omitted("of a table: the drive; may be left out of one drive")
+    at: Omittable[Annotated[Numbers, Field(min_length=2)]] = omitted(
+        "instead of value: values of the drive, rising; outside of them nothing is asked"
     )
-    values: Annotated[Numbers, Field(min_length=2)] | SkipJsonSchema[None] = Field(
-        None, description="with at: what it ought to be there; between them a natural cubic spline"
+    values: Omittable[Annotated[Numbers, Field(min_length=2)]] = omitted(
+        "with at: what it ought to be there; between them a natural cubic spline"
     )
 
     @model_validator(mode="after")
@@ -134,10 +148,10 @@ class TargetDwell(Table):
     example: ClassVar[str] = '{ of = "x", drive = "theta1", from = 120, to = 200 }'
 
     of: str = Field(description=OF)
-    value: Number | SkipJsonSchema[None] = Field(None, description="what it ought to be; if left out, the middle")
-    drive: str | SkipJsonSchema[None] = Field(None, description="the drive; may be left out where there is one drive")
-    from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="where the range of the drive begins")
-    to: Number | SkipJsonSchema[None] = Field(None, description="where it ends; without both the whole path")
+    value: Omittable[Number] = omitted("what it ought to be; if left out, the middle")
+    drive: Omittable[str] = omitted("the drive; may be left out where there is one drive")
+    from_: Omittable[Number] = omitted("where the range of the drive begins", alias="from")
+    to: Omittable[Number] = omitted("where it ends; without both the whole path")
 
     @model_validator(mode="after")
     def _a_range(self) -> Self:
@@ -161,9 +175,9 @@ class TargetTable(Table):
     )
     line: TargetLine | None
     circle: TargetCircle | None
-    function: TargetFunction | SkipJsonSchema[None] = Field(None, description="a function of the drives")
-    dwell: TargetDwell | SkipJsonSchema[None] = Field(None, description="a coordinate that stays as it is")
-    tolerance: Positive | SkipJsonSchema[None] = Field(None, description="largest acceptable structural error")
+    function: Omittable[TargetFunction] = omitted("a function of the drives")
+    dwell: Omittable[TargetDwell] = omitted("a coordinate that stays as it is")
+    tolerance: Omittable[Positive] = omitted("largest acceptable structural error")
 
     @property
     def kind(self) -> str:
@@ -188,11 +202,11 @@ class PlanarTarget(TargetTable):
 
     example: ClassVar[str] = "{ line = { fit = true }, tolerance = 0.1 }"
 
-    points: (
-        Annotated[tuple[Pair, ...], Field(strict=False, min_length=1, max_length=MOST_POINTS)] | SkipJsonSchema[None]
-    ) = Field(None, description="positions [x, y] of the output point")
-    line: PlanarLine | SkipJsonSchema[None] = Field(None, description="a straight line")
-    circle: PlanarCircle | SkipJsonSchema[None] = Field(None, description="a circle")
+    points: Omittable[Annotated[tuple[Pair, ...], Field(strict=False, min_length=1, max_length=MOST_POINTS)]] = omitted(
+        "positions [x, y] of the output point"
+    )
+    line: Omittable[PlanarLine] = omitted("a straight line")
+    circle: Omittable[PlanarCircle] = omitted("a circle")
 
 
 class SpatialTarget(TargetTable):
@@ -200,8 +214,8 @@ class SpatialTarget(TargetTable):
 
     example: ClassVar[str] = "{ line = { fit = true }, tolerance = 0.1 }"
 
-    points: (
-        Annotated[tuple[Triple, ...], Field(strict=False, min_length=1, max_length=MOST_POINTS)] | SkipJsonSchema[None]
-    ) = Field(None, description="positions [x, y, z] of the output point")
-    line: SpatialLine | SkipJsonSchema[None] = Field(None, description="a straight line")
-    circle: SpatialCircle | SkipJsonSchema[None] = Field(None, description="a circle")
+    points: Omittable[Annotated[tuple[Triple, ...], Field(strict=False, min_length=1, max_length=MOST_POINTS)]] = (
+        omitted("positions [x, y, z] of the output point")
+    )
+    line: Omittable[SpatialLine] = omitted("a straight line")
+    circle: Omittable[SpatialCircle] = omitted("a circle")

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -32,6 +32,16 @@ def problem(message: str) -> PydanticCustomError:
     """An error whose message is already a sentence for people."""
     # The text travels as context, so that braces in it are not read as placeholders.
     return PydanticCustomError("problem", "{message}", {"message": message})
+
+
+T = TypeVar("T")
+#: of a key that may be left out, but not be null
+Omittable: TypeAlias = T | SkipJsonSchema[None]
+
+
+def omitted(description: str, *, alias: str | None = None) -> Any:
+    """The field of a key that may be left out."""
+    return Field(None, description=description, alias=alias)
 
 
 def is_number(value: object) -> bool:
@@ -217,9 +227,9 @@ class ToleranceTable(Table):
 
     example: ClassVar[str] = "0.05, { plus = 0.05, minus = 0.02 } or { sigma = 0.02 }"
 
-    plus: NonNegative | SkipJsonSchema[None] = Field(None, description="how far above")
-    minus: NonNegative | SkipJsonSchema[None] = Field(None, description="how far below, as a positive number")
-    sigma: NonNegative | SkipJsonSchema[None] = Field(None, description="standard deviation, a third of the bounds")
+    plus: Omittable[NonNegative] = omitted("how far above")
+    minus: Omittable[NonNegative] = omitted("how far below, as a positive number")
+    sigma: Omittable[NonNegative] = omitted("standard deviation, a third of the bounds")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

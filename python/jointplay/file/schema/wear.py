@@ -10,12 +10,11 @@ Its sizes are those of the faces that slide on each other; what the clearance sa
 
 from typing import Any, ClassVar, Self
 
-from pydantic import ConfigDict, Field, JsonValue, model_validator
-from pydantic.json_schema import SkipJsonSchema
+from pydantic import ConfigDict, JsonValue, model_validator
 
 from .clearances import BearingKeys, SleeveClearance
 from .sliding import SlidingKeys
-from .values import NonNegative, Positive, problem
+from .values import NonNegative, Omittable, Positive, omitted, problem
 
 #: what the key `wear` is, for all kinds of joints
 WORN = "how fast its clearance grows"
@@ -24,7 +23,7 @@ OF_ONE = "instead of rate, with rate_{}: specific wear rate of the {}, on whose 
 GROWTH = "instead: growth per cycle that was measured, in the measure in which the clearance is given"
 DIAMETER = "diameter of the {}, for pressure and sliding distance; that of the clearance if left out"
 
-FaceSize = Positive | SkipJsonSchema[None]
+FaceSize = Omittable[Positive]
 
 
 class Wear(SlidingKeys):
@@ -32,8 +31,8 @@ class Wear(SlidingKeys):
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rate"]}, {"required": ["growth"]}]})
 
-    rate: NonNegative | SkipJsonSchema[None] = Field(None, description=RATE)
-    growth: NonNegative | SkipJsonSchema[None] = Field(None, description=GROWTH)
+    rate: Omittable[NonNegative] = omitted(RATE)
+    growth: Omittable[NonNegative] = omitted(GROWTH)
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -87,8 +86,8 @@ def _needing(*keys: str, of_pins: bool = False) -> dict[str, JsonValue]:
 class RoundWear(Wear):
     """Wear of a pin and its hole, which may have rates of their own."""
 
-    rate_hole: NonNegative | SkipJsonSchema[None] = Field(None, description=OF_ONE.format("pin", "hole"))
-    rate_pin: NonNegative | SkipJsonSchema[None] = Field(None, description=OF_ONE.format("hole", "pin"))
+    rate_hole: Omittable[NonNegative] = omitted(OF_ONE.format("pin", "hole"))
+    rate_pin: Omittable[NonNegative] = omitted(OF_ONE.format("hole", "pin"))
 
 
 class PinWear(RoundWear):
@@ -98,8 +97,8 @@ class PinWear(RoundWear):
     example: ClassVar[str] = "{ rate = 1e-6, length = 20 }"
     needed: ClassVar[tuple[str, ...]] = ("length",)
 
-    length: FaceSize = Field(None, description="length of the pin inside its hole")
-    diameter: FaceSize = Field(None, description=DIAMETER.format("pin"))
+    length: FaceSize = omitted("length of the pin inside its hole")
+    diameter: FaceSize = omitted(DIAMETER.format("pin"))
 
 
 class SliderWear(Wear):
@@ -109,7 +108,7 @@ class SliderWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, width = 25 }"
     needed: ClassVar[tuple[str, ...]] = ("width",)
 
-    width: FaceSize = Field(None, description="width of the faces that slide, across the plane")
+    width: FaceSize = omitted("width of the faces that slide, across the plane")
 
 
 class BlockWear(Wear):
@@ -119,8 +118,8 @@ class BlockWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, length = 15, width = 10 }"
     needed: ClassVar[tuple[str, ...]] = ("length", "width")
 
-    length: FaceSize = Field(None, description="length of the block along the slot")
-    width: FaceSize = Field(None, description="width of the faces that slide, across the plane")
+    length: FaceSize = omitted("length of the block along the slot")
+    width: FaceSize = omitted("width of the faces that slide, across the plane")
 
 
 class JournalWear(RoundWear):
@@ -129,7 +128,7 @@ class JournalWear(RoundWear):
     model_config = ConfigDict(json_schema_extra=_needing(of_pins=True))
     example: ClassVar[str] = "{ rate = 1e-6 }"
 
-    diameter: FaceSize = Field(None, description=DIAMETER.format("pin"))
+    diameter: FaceSize = omitted(DIAMETER.format("pin"))
 
 
 class SleeveWear(JournalWear):
@@ -151,7 +150,7 @@ class BallWear(Wear):
     example: ClassVar[str] = "{ rate = 1e-6, diameter = 15 }"
     needed: ClassVar[tuple[str, ...]] = ("diameter",)
 
-    diameter: FaceSize = Field(None, description="diameter of the ball; that of the clearance if left out")
+    diameter: FaceSize = omitted("diameter of the ball; that of the clearance if left out")
 
 
 class PlateWear(Wear):

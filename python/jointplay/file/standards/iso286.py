@@ -122,14 +122,9 @@ CLASS = re.compile(r"([A-Za-z]{1,3})(01|0|1[0-8]|[1-9])")
 
 @dataclass(frozen=True)
 class SizeLimits:
-    """Limits of a size, as deviations from the nominal size.
+    """Limits of a size, as deviations from the nominal size."""
 
-    Parameters
-    ----------
-    lower, upper : float
-        In micrometres.
-    """
-
+    #: `lower`, `upper`: in micrometres
     lower: float
     upper: float
 

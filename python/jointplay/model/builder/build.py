@@ -137,7 +137,7 @@ class Builder(Whole):
         Pattern
             It has the methods that write what is repeated.
         """
-        self._named("patterns", name, {"count": count, "about": about, "values": values, "shared": shared})
+        self._named("patterns", locals())
         return Pattern(self._tables, name)
 
     def mechanism(self) -> Mechanism:

@@ -118,24 +118,7 @@ class Parts(Writing):
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "revolute",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("revolute", locals())
 
     def prismatic(
         self,
@@ -170,42 +153,12 @@ class Parts(Writing):
         friction : optional
             Friction against its motion, which counts where a direction of approach is asked for; a number: its
             coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        side : optional
-            With `bodies`: a direction across the axis, the same for all (in space only).
-        position : optional
-            Deviation of its place, by the name of the body.
-        direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+        on, bodies, at, axis, side, position, direction : optional
+            As of `revolute`.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "prismatic",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("prismatic", locals())
 
     def pin_in_slot(
         self,
@@ -239,38 +192,14 @@ class Parts(Writing):
         friction : optional
             Friction against its motion, which counts where a direction of approach is asked for; a number: its
             coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        position : optional
-            Deviation of its place, by the name of the body.
+        on, bodies, at, axis, position : optional
+            As of `revolute`.
         direction : optional
             Deviation of the angle of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "pin_in_slot",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("pin_in_slot", locals())
 
     def fixed(
         self,
@@ -301,41 +230,12 @@ class Parts(Writing):
             Error of the mounting angle; in space: error of the mounting angle about the axis.
         stiffness : optional
             How hard it is in the directions that it holds; rigid if left out.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        side : optional
-            With `bodies`: a direction across the axis, the same for all (in space only).
-        position : optional
-            Deviation of its place, by the name of the body.
-        direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+        on, bodies, at, axis, side, position, direction : optional
+            As of `revolute`.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "fixed",
-            name,
-            {
-                "clearance": clearance,
-                "angle": angle,
-                "stiffness": stiffness,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("fixed", locals())
 
     def gear(
         self,
@@ -393,49 +293,16 @@ class Parts(Writing):
         marks : optional
             Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
             start if left out.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
+        on, bodies : optional
+            As of `revolute`.
         at : optional
             With `bodies`: the joint's point on each of the two, as drawn.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        side : optional
-            With `bodies`: a direction across the axis, the same for all (in space only).
-        position : optional
-            Deviation of its place, by the name of the body.
-        direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+        axis, side, position, direction : optional
+            As of `revolute`.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "gear",
-            name,
-            {
-                "ratio_error": ratio_error,
-                "efficiency": efficiency,
-                "runout": runout,
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "teeth": teeth,
-                "module": module,
-                "radii": radii,
-                "internal": internal,
-                "pressure_angle": pressure_angle,
-                "marks": marks,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("gear", locals())
 
     def rack(
         self,
@@ -486,47 +353,16 @@ class Parts(Writing):
             Instead of the radius, with teeth: pitch diameter over tooth count.
         pressure_angle : optional
             Pressure angle, at most 45 degrees; 20 if left out.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
+        on, bodies : optional
+            As of `revolute`.
         at : optional
             With `bodies`: the joint's point on each of the two, as drawn.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        side : optional
-            With `bodies`: a direction across the axis, the same for all (in space only).
-        position : optional
-            Deviation of its place, by the name of the body.
-        direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+        axis, side, position, direction : optional
+            As of `revolute`.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "rack",
-            name,
-            {
-                "ratio_error": ratio_error,
-                "efficiency": efficiency,
-                "runout": runout,
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "radius": radius,
-                "teeth": teeth,
-                "module": module,
-                "pressure_angle": pressure_angle,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("rack", locals())
 
     def belt(
         self,
@@ -584,49 +420,16 @@ class Parts(Writing):
         marks : optional
             Direction from the first centre to the second in the axes of each body, where the teeth mesh; as in the
             start if left out.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
+        on, bodies : optional
+            As of `revolute`.
         at : optional
             With `bodies`: the joint's point on each of the two, as drawn.
-        axis : optional
-            With `bodies`: its direction, the same for all.
-        side : optional
-            With `bodies`: a direction across the axis, the same for all (in space only).
-        position : optional
-            Deviation of its place, by the name of the body.
-        direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+        axis, side, position, direction : optional
+            As of `revolute`.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "belt",
-            name,
-            {
-                "ratio_error": ratio_error,
-                "efficiency": efficiency,
-                "runout": runout,
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "radii": radii,
-                "teeth": teeth,
-                "pitch": pitch,
-                "crossed": crossed,
-                "distance": distance,
-                "marks": marks,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("belt", locals())
 
     def cylindrical(
         self,
@@ -657,40 +460,20 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
+        on, bodies, at : optional
+            As of `revolute`.
         axis : optional
             With `bodies`: its direction, the same for all.
         side : optional
             With `bodies`: a direction across the axis, the same for all.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "cylindrical",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("cylindrical", locals())
 
     def spherical(
         self,
@@ -725,41 +508,20 @@ class Parts(Writing):
         friction : optional
             Friction against its motion, which counts where a direction of approach is asked for; a number: its
             coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
+        on, bodies, at : optional
+            As of `revolute`.
         axis : optional
             With `bodies`: its direction, the same for all.
         side : optional
             With `bodies`: a direction across the axis, the same for all.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "spherical",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("spherical", locals())
 
     def universal(
         self,
@@ -795,12 +557,8 @@ class Parts(Writing):
         friction : optional
             Of each of the two pins: friction against its motion, which counts where a direction of approach is
             asked for; a number: its coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
+        on, bodies, at : optional
+            As of `revolute`.
         axis : optional
             With `bodies`: its direction, the same for all.
         side : optional
@@ -808,31 +566,13 @@ class Parts(Writing):
         axes : optional
             With `bodies`: directions of the pin in the first and of the pin in the second body.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "universal",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "axes": axes,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("universal", locals())
 
     def planar(
         self,
@@ -863,40 +603,20 @@ class Parts(Writing):
             How hard it is in the directions that it holds; rigid if left out.
         wear : optional
             How fast its clearance grows.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
+        on, bodies, at : optional
+            As of `revolute`.
         axis : optional
             With `bodies`: its direction, the same for all.
         side : optional
             With `bodies`: a direction across the axis, the same for all.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "planar",
-            name,
-            {
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "wear": wear,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("planar", locals())
 
     def crossed_gear(
         self,
@@ -959,10 +679,8 @@ class Parts(Writing):
         friction : optional
             Of teeth that slide where the pitch circles touch, as those of worms do: friction against its motion,
             which counts where a direction of approach is asked for; a number: its coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
+        on, bodies : optional
+            As of `revolute`.
         at : optional
             With `bodies`: the joint's point on each of the two, as drawn.
         axis : optional
@@ -972,39 +690,13 @@ class Parts(Writing):
         axes : optional
             With `bodies`: directions of the axes of the first and of the second wheel.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "crossed_gear",
-            name,
-            {
-                "ratio_error": ratio_error,
-                "efficiency": efficiency,
-                "runout": runout,
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "teeth": teeth,
-                "radii": radii,
-                "hand": hand,
-                "spiral_angle": spiral_angle,
-                "pressure_angle": pressure_angle,
-                "marks": marks,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "axes": axes,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("crossed_gear", locals())
 
     def screw(
         self,
@@ -1047,43 +739,20 @@ class Parts(Writing):
         friction : optional
             Of its thread: friction against its motion, which counts where a direction of approach is asked for; a
             number: its coefficient.
-        on : optional
-            The bodies with the joint's place on each, in body axes; the first carries pin or guide.
-        bodies : optional
-            Instead of `on`: bodies described in one assembled reference configuration.
-        at : optional
-            With `bodies`: the joint's point, the same for all.
+        on, bodies, at : optional
+            As of `revolute`.
         axis : optional
             With `bodies`: its direction, the same for all.
         side : optional
             With `bodies`: a direction across the axis, the same for all.
         position : optional
-            Deviation of its place, by the name of the body.
+            As of `revolute`.
         direction : optional
             Deviation of its axis, by the name of the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._joint(
-            "screw",
-            name,
-            {
-                "ratio_error": ratio_error,
-                "efficiency": efficiency,
-                "clearance": clearance,
-                "stiffness": stiffness,
-                "lead": lead,
-                "friction": friction,
-                "on": on,
-                "bodies": bodies,
-                "at": at,
-                "axis": axis,
-                "side": side,
-                "position": position,
-                "direction": direction,
-            },
-            places,
-        )
+        self._joint("screw", locals())
 
     def body(
         self,
@@ -1138,24 +807,7 @@ class Parts(Writing):
         side : optional
             Direction across the member, in body axes, to which its two inertias refer (in space only).
         """
-        self._named(
-            "bodies",
-            body,
-            {
-                "mass": mass,
-                "centre": centre,
-                "rotational_inertia": rotational_inertia,
-                "expansion": expansion,
-                "stiffness": stiffness,
-                "E": E,
-                "area": area,
-                "inertia": inertia,
-                "outline": outline,
-                "G": G,
-                "torsion": torsion,
-                "side": side,
-            },
-        )
+        self._named("bodies", locals())
 
     def start(
         self,
@@ -1174,9 +826,7 @@ class Parts(Writing):
         ----------
         body : str
             Name of the body.
-        x : optional
-            Position of the body's origin in ground axes.
-        y : optional
+        x, y : optional
             Position of the body's origin in ground axes.
         angle : optional
             Angle of the body's axes in ground axes (in the plane only).
@@ -1185,7 +835,7 @@ class Parts(Writing):
         rotation : optional
             Rotation vector of the body's axes in ground axes: along the axis, as long as the angle (in space only).
         """
-        self._named("start", body, {"x": x, "y": y, "angle": angle, "z": z, "rotation": rotation})
+        self._named("start", locals())
 
     def drive(
         self,
@@ -1272,34 +922,7 @@ class Parts(Writing):
             Inertia of the motor, reduced to the value: kg times length squared of an angle, kg of a length; it
             takes part of the motor's moment.
         """
-        self._named(
-            "drives",
-            name,
-            {
-                "joint": joint,
-                "joints": joints,
-                "values": values,
-                "csv": csv,
-                "column": column,
-                "from": from_,
-                "to": to,
-                "count": count,
-                "error": error,
-                "deviation": deviation,
-                "law": law,
-                "backlash": backlash,
-                "backlash_law": backlash_law,
-                "stiffness": stiffness,
-                "speed": speed,
-                "acceleration": acceleration,
-                "motion": motion,
-                "duration": duration,
-                "ramp": ramp,
-                "times": times,
-                "time": time,
-                "rotor_inertia": rotor_inertia,
-            },
-        )
+        self._named("drives", locals())
 
     def follower(
         self,
@@ -1362,27 +985,7 @@ class Parts(Writing):
         stiffness : optional
             Force per length, or moment per angle, by which the following coordinate gives way.
         """
-        self._named(
-            "followers",
-            name,
-            {
-                "joint": joint,
-                "follows": follows,
-                "polynomial": polynomial,
-                "origin": origin,
-                "at": at,
-                "values": values,
-                "csv": csv,
-                "columns": columns,
-                "ends": ends,
-                "backlash": backlash,
-                "backlash_law": backlash_law,
-                "error": error,
-                "deviation": deviation,
-                "law": law,
-                "stiffness": stiffness,
-            },
-        )
+        self._named("followers", locals())
 
     def dimension(
         self,
@@ -1413,11 +1016,7 @@ class Parts(Writing):
         between : optional
             Two joints on the body, or "output"; the second point moves.
         """
-        self._named(
-            "dimensions",
-            name,
-            {"tolerance": tolerance, "deviation": deviation, "law": law, "body": body, "between": between},
-        )
+        self._named("dimensions", locals())
 
     def link(
         self,
@@ -1471,25 +1070,7 @@ class Parts(Writing):
         theta : optional
             Denavit-Hartenberg: deviation of the angle about that axis (in space only).
         """
-        self._named(
-            "links",
-            name,
-            {
-                "body": body,
-                "between": between,
-                "x": x,
-                "y": y,
-                "angle": angle,
-                "z": z,
-                "rx": rx,
-                "ry": ry,
-                "rz": rz,
-                "a": a,
-                "alpha": alpha,
-                "d": d,
-                "theta": theta,
-            },
-        )
+        self._named("links", locals())
 
     def spring(
         self,
@@ -1526,19 +1107,7 @@ class Parts(Writing):
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
-        self._named(
-            "springs",
-            name,
-            {
-                "on": on,
-                "joint": joint,
-                "stiffness": stiffness,
-                "free_length": free_length,
-                "free_angle": free_angle,
-                "preload": preload,
-            },
-            places,
-        )
+        self._named("springs", locals())
 
 
 class Whole(Parts):
@@ -1578,9 +1147,7 @@ class Whole(Parts):
         choices : optional
             Instead of a model: what can be ordered, with prices.
         """
-        self._named(
-            "costs", source, {"model": model, "a": a, "b": b, "k": k, "from": from_, "to": to, "choices": choices}
-        )
+        self._named("costs", locals())
 
     def path(
         self,
@@ -1615,7 +1182,7 @@ class Whole(Parts):
         rz : optional
             Z of the rotation vector of the output body (in space only).
         """
-        self._single("path", {"csv": csv, "x": x, "y": y, "angle": angle, "z": z, "rx": rx, "ry": ry, "rz": rz})
+        self._single("path", locals())
 
     def assembly(self, *, base: str | None = None, steps: Sequence[Sequence[str]] | None = None) -> None:
         """The order in which a mechanism is assembled.
@@ -1627,7 +1194,7 @@ class Whole(Parts):
         steps : optional
             The bodies that each step adds; every body is added once.
         """
-        self._single("assembly", {"base": base, "steps": steps})
+        self._single("assembly", locals())
 
     def limits(
         self,
@@ -1692,27 +1259,7 @@ class Whole(Parts):
             Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as { high =
             0.1 } (in space only).
         """
-        self._single(
-            "limits",
-            {
-                "position": position,
-                "rotation": rotation,
-                "x": x,
-                "y": y,
-                "angle": angle,
-                "probability": probability,
-                "contact": contact,
-                "singular_value": singular_value,
-                "drives": drives,
-                "joints": joints,
-                "drive_torques": drive_torques,
-                "reactions": reactions,
-                "z": z,
-                "rx": rx,
-                "ry": ry,
-                "rz": rz,
-            },
-        )
+        self._single("limits", locals())
 
     def target(
         self,
@@ -1745,18 +1292,7 @@ class Whole(Parts):
         tolerance : optional
             Largest acceptable structural error.
         """
-        self._single(
-            "target",
-            {
-                "points": points,
-                "timed": timed,
-                "line": line,
-                "circle": circle,
-                "function": function,
-                "dwell": dwell,
-                "tolerance": tolerance,
-            },
-        )
+        self._single("target", locals())
 
     def design(
         self,
@@ -1808,9 +1344,7 @@ class Whole(Parts):
         transmission : optional
             Smallest acceptable transmission angle, by joint: between the lines along its two bodies.
         """
-        self._single(
-            "design", {"vary": vary, "aim": aim, "weights": weights, "question": question, "transmission": transmission}
-        )
+        self._single("design", locals())
 
     def document(
         self,
@@ -1839,17 +1373,7 @@ class Whole(Parts):
         approved_by : optional
             Who approved it.
         """
-        self._single(
-            "document",
-            {
-                "title": title,
-                "author": author,
-                "revision": revision,
-                "date": date,
-                "checked_by": checked_by,
-                "approved_by": approved_by,
-            },
-        )
+        self._single("document", locals())
 
     def output(
         self,
@@ -1883,10 +1407,7 @@ class Whole(Parts):
         leads : optional
             Whether it is the one that [path] and a [grid] of positions speak of.
         """
-        self._output(
-            name,
-            {"body": body, "at": at, "relative_to": relative_to, "limits": limits, "target": target, "leads": leads},
-        )
+        self._output(locals())
 
     def load(
         self,
@@ -1921,7 +1442,7 @@ class Whole(Parts):
             Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
             one per configuration.
         """
-        self._load(case, {"body": body, "at": at, "axes": axes, "force": force, "moment": moment})
+        self._load(case, locals())
 
     def correlation(
         self, *, sources: Sequence[str] | None = None, rank: NumberLike | None = None, ranks: RowsLike | None = None
@@ -1937,7 +1458,7 @@ class Whole(Parts):
         ranks : optional
             Instead of rank: the matrix of rank correlations, row by row.
         """
-        self._listed(("correlations",), {"sources": sources, "rank": rank, "ranks": ranks})
+        self._listed("correlations", locals())
 
 
 class Repeated(Parts):
@@ -1955,7 +1476,7 @@ class Repeated(Parts):
         joints : optional
             Range of each joint's coordinate.
         """
-        self._single("limits", {"drives": drives, "joints": joints})
+        self._single("limits", locals())
 
     def load(
         self,
@@ -1985,4 +1506,4 @@ class Repeated(Parts):
             Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
             one per configuration.
         """
-        self._listed(("loads",), {"body": body, "at": at, "axes": axes, "force": force, "moment": moment})
+        self._listed("loads", locals())

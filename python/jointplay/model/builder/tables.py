@@ -77,6 +77,69 @@ class BallClearanceDict(TypedDict, total=False):
     """Diameter and limits of the pin."""
 
 
+class RevoluteClearanceDict(BallClearanceDict, total=False):
+    """Play of a pin in its hole: the pin's centre lies in a disc."""
+
+    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
+    """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
+    bore: NumberLike
+    """With bearing: diameter of its bore."""
+    reduction: NumberLike | NumbersLike
+    """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
+
+
+class BearingClearanceDict(RevoluteClearanceDict, total=False):
+    """Play of a pin in its hole and along it, or of a ball bearing, in space."""
+
+    length: NumberLike
+    """Length of the pin inside its hole."""
+    axial: NumberLike
+    """How far the pin can slide to each side."""
+
+
+class ClearanceDict(RevoluteClearanceDict, total=False):
+    """Play of a joint of any kind."""
+
+    length: NumberLike
+    """Length of the pin inside its hole."""
+    axial: NumberLike
+    """How far the nut can shift on the thread to each side."""
+    slack: NumberLike | NumbersLike
+    """Travel at the rim to either side; [minus, plus] where the sides differ."""
+    backlash: NumberLike
+    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
+    backlash_angle: NumberLike
+    """Instead: angle that the second body turns from flank to flank while the first is held."""
+    gap: NumberLike
+    """Gap on each side."""
+    nominal: NumberLike
+    """With fit: nominal width of the slot."""
+    slot: SlotDict
+    """Instead, with slider: width and limits of the slot."""
+    slider: SliderDict
+    """Width and limits of what is in the slot."""
+    width: NumberLike
+    """Size of its section along `side` (in the plane only)."""
+    height: NumberLike
+    """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
+    size: NumbersLike
+    """Size of the plate [along `side`, across it]."""
+
+
+class SleeveClearanceDict(BallClearanceDict, total=False):
+    """Play of a pin in its hole, in space: both of its ends lie in a disc, so that it may shift and tilt."""
+
+    length: NumberLike
+    """Length of the pin inside its hole."""
+
+
+class ScrewClearanceDict(SleeveClearanceDict, total=False):
+    """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
+
+    axial: NumberLike
+    """How far the nut can shift on the thread to each side."""
+
+
 class BallFrictionDict(TypedDict, total=False):
     """Friction of a ball in its socket, which the second body has."""
 
@@ -96,53 +159,6 @@ class BallStiffnessDict(TypedDict, total=False):
     """In all directions, force per length."""
 
 
-class BallWearDict(TypedDict, total=False):
-    """Wear of a ball and its socket."""
-
-    rate: NumberLike
-    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
-    growth: NumberLike
-    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
-    diameter: NumberLike
-    """Diameter of the ball; that of the clearance if left out."""
-
-
-class BearingClearanceDict(TypedDict, total=False):
-    """Play of a pin in its hole and along it, or of a ball bearing, in space."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
-    """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: NumberLike
-    """With bearing: diameter of its bore."""
-    reduction: NumberLike | NumbersLike
-    """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    radial: NumberLike
-    """Hole radius minus pin radius."""
-    diametral: NumberLike
-    """Hole diameter minus pin diameter."""
-    diameter: NumberLike
-    """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: HoleDict
-    """Instead, with pin: diameter and limits of the hole."""
-    pin: PinDict
-    """Diameter and limits of the pin."""
-    length: NumberLike
-    """Length of the pin inside its hole."""
-    axial: NumberLike
-    """How far the pin can slide to each side."""
-
-
 class BeltClearanceDict(TypedDict, total=False):
     """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
 
@@ -151,19 +167,6 @@ class BeltClearanceDict(TypedDict, total=False):
     boundary."""
     slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
-
-
-class BlockWearDict(TypedDict, total=False):
-    """Wear of a block that slides in a slot and carries the pin."""
-
-    rate: NumberLike
-    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
-    growth: NumberLike
-    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
-    length: NumberLike
-    """Length of the block along the slot."""
-    width: NumberLike
-    """Width of the faces that slide, across the plane."""
 
 
 class BoundsDict(TypedDict, total=False):
@@ -199,62 +202,6 @@ class CircleDict(TypedDict, total=False):
     """Whether it is the circle with the least largest distance; then nothing else (in the plane only)."""
     axis: NumbersLike
     """Direction of its axis (in space only)."""
-
-
-class ClearanceDict(TypedDict, total=False):
-    """Play of a joint of any kind."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    radial: NumberLike
-    """Hole radius minus pin radius."""
-    diametral: NumberLike
-    """Hole diameter minus pin diameter."""
-    diameter: NumberLike
-    """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: HoleDict
-    """Instead, with pin: diameter and limits of the hole."""
-    pin: PinDict
-    """Diameter and limits of the pin."""
-    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
-    """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: NumberLike
-    """With bearing: diameter of its bore."""
-    reduction: NumberLike | NumbersLike
-    """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    length: NumberLike
-    """Length of the pin inside its hole."""
-    axial: NumberLike
-    """How far the nut can shift on the thread to each side."""
-    slack: NumberLike | NumbersLike
-    """Travel at the rim to either side; [minus, plus] where the sides differ."""
-    backlash: NumberLike
-    """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
-    backlash_angle: NumberLike
-    """Instead: angle that the second body turns from flank to flank while the first is held."""
-    gap: NumberLike
-    """Gap on each side."""
-    nominal: NumberLike
-    """With fit: nominal width of the slot."""
-    slot: SlotDict
-    """Instead, with slider: width and limits of the slot."""
-    slider: SliderDict
-    """Width and limits of what is in the slot."""
-    width: NumberLike
-    """Size of its section along `side` (in the plane only)."""
-    height: NumberLike
-    """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
-    size: NumbersLike
-    """Size of the plate [along `side`, across it]."""
 
 
 class ComponentDeviationDict(TypedDict, total=False):
@@ -323,52 +270,6 @@ GridRangeDict = TypedDict(
 )
 
 
-class GuideClearanceDict(TypedDict, total=False):
-    """Play of a slider of rectangular section in its guide: it may shift, tilt over its length, and roll."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    gap: NumberLike
-    """Gap on each side."""
-    nominal: NumberLike
-    """With fit: nominal width of the slot."""
-    slot: SlotDict
-    """Instead, with slider: width and limits of the slot."""
-    slider: SliderDict
-    """Width and limits of what is in the slot."""
-    length: NumberLike
-    """Length of the slider inside its guide."""
-    width: NumberLike
-    """Size of its section along `side` (in the plane only)."""
-    height: NumberLike
-    """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
-
-
-class GuideFrictionDict(TypedDict, total=False):
-    """Friction of a slider of rectangular section in its guide."""
-
-    coefficient: NumberLike
-    """Friction force over normal force where the faces slide."""
-    length: NumberLike
-    """Length of the slider in its guide; that of the clearance if left out."""
-    height: NumberLike
-    """From face to face of the slider, across its axis; left out, friction acts in its axis; in space: size
-    of its section across; that of the clearance, or its width."""
-    force: NumberLike
-    """Force against its sliding whatever the load, as of seals and wipers."""
-    width: NumberLike
-    """Size of its section along `side`; that of the clearance if left out (in the plane only)."""
-
-
 class GuideStiffnessDict(TypedDict, total=False):
     """Bearing of a slider in its guide, in space."""
 
@@ -382,17 +283,6 @@ class GuideStiffnessDict(TypedDict, total=False):
     """Along `side`, force per length (in the plane only)."""
     roll: NumberLike
     """About the axis, moment per angle, in the file's unit of angles (in the plane only)."""
-
-
-class GuideWearDict(TypedDict, total=False):
-    """Wear of a slider of rectangular section in its guide."""
-
-    rate: NumberLike
-    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
-    growth: NumberLike
-    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
-    width: NumberLike
-    """Width of the faces that slide, across the plane (in the plane only)."""
 
 
 HoleDict = TypedDict(
@@ -424,37 +314,6 @@ class JournalFrictionDict(TypedDict, total=False):
     """Length of the pin in its hole; that of the clearance if left out."""
     collar: NumberLike | NumbersLike
     """Inner and outer diameter of its shoulders; left out, a load along the pin does not rub."""
-
-
-class JournalStiffnessDict(TypedDict, total=False):
-    """Bearing of a pin, in space."""
-
-    radial: NumberLike
-    """Across the pin, force per length."""
-    tilt: NumberLike | NumbersLike
-    """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
-    and about the direction across."""
-    axial: NumberLike
-    """Along the pin, force per length."""
-
-
-class JournalWearDict(TypedDict, total=False):
-    """Wear of a pin and its hole, in space."""
-
-    rate: NumberLike
-    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
-    growth: NumberLike
-    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
-    rate_hole: NumberLike
-    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
-    wander."""
-    rate_pin: NumberLike
-    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
-    wander."""
-    length: NumberLike
-    """Length of the pin inside its hole (in the plane only)."""
-    diameter: NumberLike
-    """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 
 
 class LawDict(TypedDict, total=False):
@@ -547,32 +406,6 @@ class PlacementDict(TypedDict, total=False):
     only)."""
 
 
-class PlateClearanceDict(TypedDict, total=False):
-    """Play of a plate between two planes: it may rise, and tilt over its size."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    gap: NumberLike
-    """Gap on each side."""
-    nominal: NumberLike
-    """With fit: nominal width of the slot."""
-    slot: SlotDict
-    """Instead, with slider: width and limits of the slot."""
-    slider: SliderDict
-    """Width and limits of what is in the slot."""
-    size: NumbersLike
-    """Size of the plate [along `side`, across it]."""
-
-
 class PlateStiffnessDict(TypedDict, total=False):
     """Plate between its planes."""
 
@@ -590,6 +423,49 @@ class PlateWearDict(TypedDict, total=False):
     """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
     growth: NumberLike
     """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
+
+
+class BallWearDict(PlateWearDict, total=False):
+    """Wear of a ball and its socket."""
+
+    diameter: NumberLike
+    """Diameter of the ball; that of the clearance if left out."""
+
+
+class BlockWearDict(PlateWearDict, total=False):
+    """Wear of a block that slides in a slot and carries the pin."""
+
+    length: NumberLike
+    """Length of the block along the slot."""
+    width: NumberLike
+    """Width of the faces that slide, across the plane."""
+
+
+class GuideWearDict(PlateWearDict, total=False):
+    """Wear of a slider of rectangular section in its guide."""
+
+    width: NumberLike
+    """Width of the faces that slide, across the plane (in the plane only)."""
+
+
+class SleeveWearDict(PlateWearDict, total=False):
+    """Wear of a pin that turns and slides in its hole."""
+
+    rate_hole: NumberLike
+    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
+    wander."""
+    rate_pin: NumberLike
+    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
+    wander."""
+    diameter: NumberLike
+    """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
+
+
+class JournalWearDict(SleeveWearDict, total=False):
+    """Wear of a pin and its hole, in space."""
+
+    length: NumberLike
+    """Length of the pin inside its hole (in the plane only)."""
 
 
 class PositionDict(TypedDict, total=False):
@@ -641,38 +517,6 @@ class RatioErrorDict(TypedDict, total=False):
     }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
-class RevoluteClearanceDict(TypedDict, total=False):
-    """Play of a pin in its hole: the pin's centre lies in a disc."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"]
-    """Instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1."""
-    bore: NumberLike
-    """With bearing: diameter of its bore."""
-    reduction: NumberLike | NumbersLike
-    """With bearing: by how much mounting reduces its clearance; [least, most] where that scatters."""
-    radial: NumberLike
-    """Hole radius minus pin radius."""
-    diametral: NumberLike
-    """Hole diameter minus pin diameter."""
-    diameter: NumberLike
-    """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: HoleDict
-    """Instead, with pin: diameter and limits of the hole."""
-    pin: PinDict
-    """Diameter and limits of the pin."""
-
-
 class RunOutDict(TypedDict, total=False):
     """Eccentricity of a wheel: how far its centre is from where it is drawn, in any direction."""
 
@@ -682,64 +526,6 @@ class RunOutDict(TypedDict, total=False):
     """The known eccentricity of one built specimen, in body axes."""
     law: Literal["uniform", "boundary", "normal"]
     """How it scatters: normal (three sigma to the radius), uniform in the disc, or boundary."""
-
-
-class ScrewClearanceDict(TypedDict, total=False):
-    """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    radial: NumberLike
-    """Hole radius minus pin radius."""
-    diametral: NumberLike
-    """Hole diameter minus pin diameter."""
-    diameter: NumberLike
-    """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: HoleDict
-    """Instead, with pin: diameter and limits of the hole."""
-    pin: PinDict
-    """Diameter and limits of the pin."""
-    length: NumberLike
-    """Length of the pin inside its hole."""
-    axial: NumberLike
-    """How far the nut can shift on the thread to each side."""
-
-
-class SleeveClearanceDict(TypedDict, total=False):
-    """Play of a pin in its hole, in space: both of its ends lie in a disc, so that it may shift and tilt."""
-
-    law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
-    tolerance: NumberLike | ToleranceDict
-    """How far the clearance may be off, in the measure in which it is given."""
-    fit: str
-    """Instead: tolerance classes of ISO 286, such as H7/g6."""
-    size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
-    radial: NumberLike
-    """Hole radius minus pin radius."""
-    diametral: NumberLike
-    """Hole diameter minus pin diameter."""
-    diameter: NumberLike
-    """Nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance."""
-    hole: HoleDict
-    """Instead, with pin: diameter and limits of the hole."""
-    pin: PinDict
-    """Diameter and limits of the pin."""
-    length: NumberLike
-    """Length of the pin inside its hole."""
 
 
 class SleeveStiffnessDict(TypedDict, total=False):
@@ -752,21 +538,11 @@ class SleeveStiffnessDict(TypedDict, total=False):
     and about the direction across."""
 
 
-class SleeveWearDict(TypedDict, total=False):
-    """Wear of a pin that turns and slides in its hole."""
+class JournalStiffnessDict(SleeveStiffnessDict, total=False):
+    """Bearing of a pin, in space."""
 
-    rate: NumberLike
-    """Specific wear rate of both faces together, in mm3/(N m) whatever the units of the file."""
-    growth: NumberLike
-    """Instead: growth per cycle that was measured, in the measure in which the clearance is given."""
-    rate_hole: NumberLike
-    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
-    wander."""
-    rate_pin: NumberLike
-    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
-    wander."""
-    diameter: NumberLike
-    """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
+    axial: NumberLike
+    """Along the pin, force per length."""
 
 
 SliderDict = TypedDict(
@@ -808,6 +584,24 @@ class SlotClearanceDict(TypedDict, total=False):
     """Width and limits of what is in the slot."""
 
 
+class GuideClearanceDict(SlotClearanceDict, total=False):
+    """Play of a slider of rectangular section in its guide: it may shift, tilt over its length, and roll."""
+
+    length: NumberLike
+    """Length of the slider inside its guide."""
+    width: NumberLike
+    """Size of its section along `side` (in the plane only)."""
+    height: NumberLike
+    """Size of its section across axis and `side`; as its width if left out (in the plane only)."""
+
+
+class PlateClearanceDict(SlotClearanceDict, total=False):
+    """Play of a plate between two planes: it may rise, and tilt over its size."""
+
+    size: NumbersLike
+    """Size of the plate [along `side`, across it]."""
+
+
 SlotDict = TypedDict(
     "SlotDict",
     {
@@ -830,6 +624,18 @@ class SlotFrictionDict(TypedDict, total=False):
     """Friction force over normal force where the faces slide."""
     force: NumberLike
     """Force against its sliding whatever the load, as of seals and wipers."""
+
+
+class GuideFrictionDict(SlotFrictionDict, total=False):
+    """Friction of a slider of rectangular section in its guide."""
+
+    length: NumberLike
+    """Length of the slider in its guide; that of the clearance if left out."""
+    height: NumberLike
+    """From face to face of the slider, across its axis; left out, friction acts in its axis; in space: size
+    of its section across; that of the clearance, or its width."""
+    width: NumberLike
+    """Size of its section along `side`; that of the clearance if left out (in the plane only)."""
 
 
 class SlotStiffnessDict(TypedDict, total=False):

@@ -68,39 +68,40 @@ class WrittenTables:
 
 
 class Writing:
-    """What the methods of a builder and of its patterns write by."""
+    """What the methods of a builder and of its patterns write by: each hands over all its parameters by name."""
 
     _tables: WrittenTables
     #: where its sections are: at the top, or in a pattern
     _above: tuple[str, ...]
 
-    def _named(
-        self, section: str, name: str, keys: Mapping[str, object], places: Mapping[str, object] | None = None
-    ) -> None:
+    def _named(self, section: str, given: Mapping[str, object], **more: object) -> None:
+        _, first, *_ = given
+        name = given[first]
         if not isinstance(name, str):
             raise TypeError(f"a name in {section} is text, not {shown(name)}")
-        self._tables.put((*self._above, section, name), _given(keys, places or {}))
+        self._tables.put((*self._above, section, name), _table({**given, **more}, first))
 
-    def _joint(self, kind: str, name: str, keys: Mapping[str, object], places: Mapping[str, object]) -> None:
-        self._named("joints", name, {"type": kind, **keys}, places)
+    def _joint(self, kind: str, given: Mapping[str, object]) -> None:
+        self._named("joints", given, type=kind)
 
-    def _single(self, section: str, keys: Mapping[str, object]) -> None:
-        self._tables.put((*self._above, section), _given(keys, {}))
+    def _single(self, section: str, given: Mapping[str, object]) -> None:
+        self._tables.put((*self._above, section), _table(given))
 
-    def _listed(self, section: tuple[str, ...], keys: Mapping[str, object]) -> None:
-        self._tables.add((*self._above, *section), _given(keys, {}))
+    def _listed(self, section: str, given: Mapping[str, object]) -> None:
+        self._tables.add((*self._above, section), _table(given))
 
-    def _output(self, name: str | None, keys: Mapping[str, object]) -> None:
-        if name is None:
-            self._single("output", keys)
+    def _output(self, given: Mapping[str, object]) -> None:
+        if given["name"] is None:
+            self._tables.put(("output",), _table(given, "name"))
         else:
-            self._named("outputs", name, keys)
+            self._named("outputs", given)
 
-    def _load(self, case: str | None, keys: Mapping[str, object]) -> None:
+    def _load(self, case: str | None, given: Mapping[str, object]) -> None:
+        table = _table(given, "case")
         if case is None:
-            self._listed(("loads",), keys)
-        elif any(value is not None for value in keys.values()):
-            self._listed(("load_cases", case), keys)
+            self._tables.add(("loads",), table)
+        elif table:
+            self._tables.add(("load_cases", case), table)
         else:
             self._tables.put(("load_cases", case), [])
 
@@ -111,15 +112,18 @@ def _kept(value: object, place: tuple[str, ...]) -> object:
     return plain(value)
 
 
-def _given(keys: Mapping[str, object], places: Mapping[str, object]) -> dict[str, object]:
-    """The table of what is given; places of bodies are in its key `on`, and what is no place is a key of the table.
+def _table(given: Mapping[str, Any], name: str = "") -> dict[str, Any]:
+    """The table of what a method was given, without the name of the entry, which is another parameter.
 
-    So a key with a slip is refused like that of a file.
+    Places of bodies are in its key `on`, and what is no place is a key of the table, so that a key with a slip is
+    refused like that of a file.
     """
-    table = {key: value for key, value in keys.items() if value is not None}
-    given = table.get("on", {})
+    apart, places = ("self", "places", name), given.get("places", {})
+    # A parameter cannot be called `from`.
+    table = {key.removesuffix("_"): value for key, value in given.items() if key not in apart and value is not None}
+    own = table.get("on", {})
     # A body twice, or beside something that is no table, stays where it is refused.
-    taken = given if isinstance(given, Mapping) else places
+    taken = own if isinstance(own, Mapping) else places
     on = {body: value for body, value in places.items() if _is_place(value) and body not in taken}
     table |= {key: value for key, value in places.items() if key not in on}
     if on:

@@ -61,69 +61,45 @@ CONFIGURATIONS = 5
 
 @dataclass(frozen=True)
 class RedundantDrives:
-    """Drives that command the same motions.
+    """Drives that command the same motions."""
 
-    Parameters
-    ----------
-    drives : tuple of str
-        Their names; a single one commands what cannot move.
-    number : int
-        How many of them are redundant.
-    shared : bool
-        Whether all of them give way, so that they share what loads their motions.
-    """
-
+    #: their names; a single one commands what cannot move
     drives: tuple[str, ...]
+    #: how many of them are redundant
     number: int
+    #: whether all of them give way, so that they share what loads their motions
     shared: bool
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """Freedoms and redundancies of a mechanism.
+    """Freedoms and redundancies of a mechanism."""
 
-    Parameters
-    ----------
-    assembled : bool
-        Whether the mechanism could be assembled; otherwise the figures are those of the nearest attempt.
-    degrees_of_freedom : int
-        Independent motions with no drive held.
-    drives : int
-        Number of drives.
-    motions : tuple of FreeMotion
-        Independent motions that are left with all drives held.
-    joint_redundancy : int
-        Number of redundant constraints of the joints alone.
-    drive_redundancy : int
-        How many drives command what is decided already.
-    redundant_constraints : tuple of str
-        Joint components that depend on one another, such as ``J4.x``.
-    redundant_drives : tuple of RedundantDrives
-        Drives that depend on one another or on the joints; of two entries each is redundant by itself.
-    motors : tuple of str
-        Drives that move several joints.
-    special : int
-        Motions that are possible to first order at the start, where these are more than the degrees of freedom; else 0.
-    misfit : Misfit or None
-        What stays open in nominal poses of parts that are not drawn to fit.
-    open : str
-        What stays open because drives contradict one another, in words.
-    strained : callable
-        Finds the self-stresses, which takes longer than all of the rest where there are many.
-    """
-
+    #: whether the mechanism could be assembled; otherwise the figures are those of the nearest attempt
     assembled: bool
+    #: independent motions with no drive held
     degrees_of_freedom: int
+    #: number of drives
     drives: int
+    #: independent motions that are left with all drives held
     motions: tuple[FreeMotion, ...]
+    #: number of redundant constraints of the joints alone
     joint_redundancy: int
+    #: how many drives command what is decided already
     drive_redundancy: int
+    #: joint components that depend on one another, such as ``J4.x``
     redundant_constraints: tuple[str, ...]
+    #: drives that depend on one another or on the joints; of two entries each is redundant by itself
     redundant_drives: tuple[RedundantDrives, ...]
+    #: drives that move several joints
     motors: tuple[str, ...] = ()
+    #: motions that are possible to first order at the start, where these are more than the degrees of freedom; else 0
     special: int = 0
+    #: what stays open in nominal poses of parts that are not drawn to fit
     misfit: Misfit | None = None
+    #: what stays open because drives contradict one another, in words
     open: str = ""
+    #: finds the self-stresses, which takes longer than all of the rest where there are many
     strained: Callable[[], list[SelfStress]] = field(default=list, repr=False, compare=False)
 
     @cached_property
@@ -207,23 +183,15 @@ def _examine(m: Mechanism) -> Mobility:
 
 @dataclass(frozen=True)
 class Generic:
-    """A configuration that has the largest rank.
+    """A configuration that has the largest rank."""
 
-    Parameters
-    ----------
-    sample : Sample
-        The first one found.
-    first : int
-        Motions that are possible to first order at the start.
-    assembled : bool
-        Whether the joints could be closed.
-    smallest : float
-        The largest that the smallest singular value is, of all configurations with this rank.
-    """
-
+    #: the first one found
     sample: Sample
+    #: motions that are possible to first order at the start
     first: int
+    #: whether the joints could be closed
     assembled: bool
+    #: the largest that the smallest singular value is, of all configurations with this rank
     smallest: float
 
 
@@ -232,7 +200,6 @@ def generic(probe: Probe, *, away: bool = False) -> Generic:
 
     Parameters
     ----------
-    probe : Probe
     away : bool
         Whether a configuration beside the start is wanted also where that has the largest rank that is possible.
     """

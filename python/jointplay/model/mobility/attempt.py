@@ -54,19 +54,13 @@ WAY, FEW = 120, 4
 
 @dataclass(frozen=True)
 class Cure:
-    """A length of which any value in a range closes the loop.
+    """A length of which any value in a range closes the loop."""
 
-    Parameters
-    ----------
-    body, start, end : str
-        From which joint to which, on which body.
-    now, low, high : float
-        What it is, and the range, in metres, as far as it was followed.
-    """
-
+    #: `body`, `start`, `end`: from which joint to which, on which body
     body: str
     start: str
     end: str
+    #: `now`, `low`, `high`: what it is, and the range, in metres, as far as it was followed
     now: float
     low: float
     high: float
@@ -79,47 +73,31 @@ class Cure:
 
 @dataclass(frozen=True)
 class Attempt:
-    """The nearest that a mechanism comes to being assembled.
+    """The nearest that a mechanism comes to being assembled."""
 
-    Parameters
-    ----------
-    configuration : int
-        Which one was looked at: the one with the largest gap of those that fail, or of some of them.
-    drives, poses : ndarray
-        Values of the drives there, and where the bodies are: everything closed but one joint.
-    loop : tuple of int
-        Joints of the loop that does not close.
-    is_loop : bool
-        Whether these are in the order of one loop; otherwise several loops cannot close together.
-    joint : int
-        The joint that is open; -1 where no single one is.
-    gap, turn : float
-        By how much, in metres and radians.
-    together : tuple of tuple
-        Where no single joint leaves all others closed: the joints that are open, each by how much, the largest gap
-        first.
-    cures : tuple of Cure
-        Single lengths that close the loop there, the smallest change first.
-    start : dict or None
-        By body and key a start from which it does close, in units of the file.
-    reach : tuple of float or None
-        Range of a single drive in which it can be assembled, SI; infinite where there is no limit.
-    limit : ndarray or None
-        Values of the drives up to which a path can be followed, SI.
-    """
-
+    #: which one was looked at: the one with the largest gap of those that fail, or of some of them
     configuration: int
+    #: `drives`, `poses`: values of the drives there, and where the bodies are: everything closed but one joint
     drives: Floats
     poses: Floats
+    #: joints of the loop that does not close
     loop: tuple[int, ...]
+    #: whether these are in the order of one loop; otherwise several loops cannot close together
     is_loop: bool
+    #: the joint that is open; -1 where no single one is
     joint: int
+    #: `gap`, `turn`: by how much, in metres and radians
     gap: float
     turn: float
+    #: where no single joint leaves all others closed: the joints that are open, each by how much, the largest gap first
     together: tuple[tuple[int, float, float], ...] = ()
+    #: single lengths that close the loop there, the smallest change first
     cures: tuple[Cure, ...] = ()
+    #: by body and key a start from which it does close, in units of the file
     start: dict[str, dict[str, object]] | None = None
+    #: range of a single drive in which it can be assembled, SI; infinite where there is no limit
     reach: tuple[float, float] | None = None
+    #: values of the drives up to which a path can be followed, SI
     limit: Floats | None = None
 
     @property
@@ -133,7 +111,6 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
 
     Parameters
     ----------
-    m : Mechanism
     drives : ndarray
         Values of the drives, SI, shape (configuration, drive).
     placed : ndarray

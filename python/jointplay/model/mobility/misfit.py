@@ -33,18 +33,12 @@ LEFT = 0.02
 
 @dataclass(frozen=True)
 class Misfit:
-    """What stays open in nominal poses.
+    """What stays open in nominal poses."""
 
-    Parameters
-    ----------
-    gaps : dict
-        Per joint or elastic member that does not close how far it is open at most: metres, and radians.
-    cures : tuple of tuple
-        Lengths of which any one alone closes everything: body, from which joint to which, by how much longer (metres);
-        the smallest change first.
-    """
-
+    #: per joint or elastic member that does not close how far it is open at most: metres, and radians
     gaps: dict[str, tuple[float, float]]
+    #: lengths of which any one alone closes everything: body, from which joint to which, by how much longer (metres);
+    #: the smallest change first
     cures: tuple[tuple[str, str, str, float], ...]
 
 
@@ -53,7 +47,6 @@ def misfit(m: Mechanism, drives: Floats, placed: Floats) -> Misfit | None:
 
     Parameters
     ----------
-    m : Mechanism
     drives : ndarray
         Drive values, SI; shape (configuration, drive).
     placed : ndarray

@@ -22,20 +22,13 @@ MOST_NAMES = 8
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """One free motion.
+    """One free motion."""
 
-    Parameters
-    ----------
-    bodies : tuple of str
-        The bodies that move.
-    joints : tuple of str
-        The joints whose coordinate changes; driving one of them takes the motion away.
-    told : callable
-        Makes a phrase of it. That takes long where hundreds of motions are free, of which few are named.
-    """
-
+    #: the bodies that move
     bodies: tuple[str, ...]
+    #: the joints whose coordinate changes; driving one of them takes the motion away
     joints: tuple[str, ...]
+    #: makes a phrase of it. That takes long where hundreds of motions are free, of which few are named.
     told: Callable[[], str] = field(repr=False, compare=False)
 
     @property

@@ -52,33 +52,22 @@ NONE = 1e-10
 
 @dataclass(frozen=True)
 class Sample:
-    """The length-scaled Jacobian at one configuration: of the joints, and of all coordinates that could be driven.
+    """The length-scaled Jacobian at one configuration: of the joints, and of all coordinates that could be driven."""
 
-    Parameters
-    ----------
-    joints, coordinates : ndarray
-        Its rows, over the twists of all bodies.
-    unscaled : ndarray
-        All rows, in SI.
-    poses : ndarray
-        Where the bodies are.
-    gaps : ndarray
-        Residuals of all rows of the joints, in characteristic lengths and radians.
-    residual : float
-        The largest one; infinite where something is not defined.
-    relative : Relative
-        The joints in relative coordinates.
-    tolerance : float
-        Singular values below this share of the largest count as zero; 0 finds out, from poses that are closed.
-    """
-
+    #: `joints`, `coordinates`: its rows, over the twists of all bodies
     joints: Floats
     coordinates: Floats
+    #: all rows, in SI
     unscaled: Floats
+    #: where the bodies are
     poses: Floats
+    #: residuals of all rows of the joints, in characteristic lengths and radians
     gaps: Floats
+    #: the largest one; infinite where something is not defined
     residual: float
+    #: the joints in relative coordinates
     relative: Relative
+    #: singular values below this share of the largest count as zero; 0 finds out, from poses that are closed
     tolerance: float = 0.0
 
     @property
@@ -233,7 +222,6 @@ def motors(m: Mechanism, rows: Floats, length: float) -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    m : Mechanism
     rows : ndarray
         Length-scaled rows of all driven coordinates, drive by drive; shape (..., row, unknown).
     length : float

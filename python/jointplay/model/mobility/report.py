@@ -28,8 +28,6 @@ def sentences(m: Mechanism, found: Attempt, missing: Sequence[int], count: int) 
 
     Parameters
     ----------
-    m : Mechanism
-    found : Attempt
     missing : sequence of int
         The configurations that cannot be assembled.
     count : int

@@ -29,24 +29,16 @@ ORDERS = 24
 
 @dataclass(frozen=True)
 class SelfStress:
-    """One way in which a mechanism can be strained without a load.
+    """One way in which a mechanism can be strained without a load."""
 
-    Parameters
-    ----------
-    bodies : tuple of str
-        The bodies of the file that carry it, the ground left out.
-    joints : tuple of str
-        The joints that carry it.
-    elastic : tuple of str
-        Those of the bodies and joints that give under it; where there are none, it has to fit without.
-    reactions : ndarray
-        Force and moment on the second body of every joint of the mechanism, at the joint, in ground axes, shape
-        (joint, wrench); the largest component of a force is 1 N, or of a moment 1 N m where there is no force.
-    """
-
+    #: the bodies of the file that carry it, the ground left out
     bodies: tuple[str, ...]
+    #: the joints that carry it
     joints: tuple[str, ...]
+    #: those of the bodies and joints that give under it; where there are none, it has to fit without
     elastic: tuple[str, ...]
+    #: force and moment on the second body of every joint of the mechanism, at the joint, in ground axes, shape (joint,
+    #: wrench); the largest component of a force is 1 N, or of a moment 1 N m where there is no force
     reactions: Floats = field(repr=False, compare=False)
 
     @property

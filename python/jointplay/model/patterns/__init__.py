@@ -36,17 +36,11 @@ __all__ = ["Written", "written_out"]
 
 @dataclass(frozen=True)
 class Written:
-    """A file without patterns, and where its entries come from.
+    """A file without patterns, and where its entries come from."""
 
-    Attributes
-    ----------
-    data : dict
-        The data of the file.
-    origins : mapping
-        Key that the user wrote, and number of the copy, by the key of an entry.
-    """
-
+    #: the data of the file
     data: dict[str, Any]
+    #: key that the user wrote, and number of the copy, by the key of an entry
     origins: Mapping[tuple[str, ...], tuple[str, int]]
 
     def as_the_user_wrote(self, error: InputError) -> InputError:

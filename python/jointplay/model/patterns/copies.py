@@ -37,20 +37,13 @@ class CopiedEntry:
 
 @dataclass(frozen=True)
 class Copy:
-    """A copy of a pattern, with the names of the pattern.
+    """A copy of a pattern, with the names of the pattern."""
 
-    Attributes
-    ----------
-    number : int
-        Counted from 1.
-    table : PatternTable
-        Checked, with the numbers of this copy.
-    turn : Turn or None
-        How it is turned; not at all if None.
-    """
-
+    #: counted from 1
     number: int
+    #: checked, with the numbers of this copy
     table: PatternTable
+    #: how it is turned; not at all if None
     turn: Turn | None
 
     @cached_property

@@ -84,12 +84,7 @@ class PatternNames:
         return ((f"{name}_{k}", name) for name in self.own(section) for k in range(1, self.count + 1))
 
     def check(self, data: Mapping[str, Any], others: Sequence[PatternNames]) -> None:
-        """Refuse names that are given outside, and know those that are.
-
-        Raises
-        ------
-        InputError
-        """
+        """Refuse names that are given outside, and know those that are."""
         outside = bodies_outside(data)
         shared = {body for other in others for body in other.table.shared}
         for body, joint in self.bodies.items():

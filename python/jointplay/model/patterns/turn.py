@@ -94,7 +94,6 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, r
         The same, checked.
     turning : set of str
         Bodies whose axes do not turn with the copy, so that what is on them does.
-    turn : Turn
     refuse : callable
         Makes the error for its position.
     """
@@ -121,12 +120,7 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, r
 
 
 def check_link(link: LinkTable, refuse: Any) -> None:
-    """Refuse a link with deviations along the axes of a body that do not turn; those between two axes turn with them.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a link that deviates along axes of a body, which do not turn; those between two axes turn with them."""
     along = [word for word in link.by_component if word not in (*DH, "angle")]
     if along:
         raise refuse(

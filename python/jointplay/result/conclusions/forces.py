@@ -34,20 +34,13 @@ ROUNDED = 1e-9
 
 @dataclass(frozen=True)
 class Change:
-    """How far a force gets from its nominal value at most.
+    """How far a force gets from its nominal value at most."""
 
-    Attributes
-    ----------
-    at : int
-        The configuration.
-    side : str
-        ``low`` or ``high``.
-    value, nominal : float
-        The force there.
-    """
-
+    #: the configuration
     at: int
+    #: ``low`` or ``high``
     side: str
+    #: `value`, `nominal`: the force there
     value: float
     nominal: float
 

@@ -17,28 +17,18 @@ from .words import Conclusion, Sentence, plural, say
 
 
 class Tops(NamedTuple):
-    """The figure of every pair of values that is worst over the configurations.
+    """The figure of every pair of values that is worst over the configurations."""
 
-    Attributes
-    ----------
-    name : str
-        ``position``, ``rotation``, or ``singular value``.
-    words : str
-        What it is.
-    unit : str
-    values : ndarray
-        Shape (value of the second key, value of the first one); nan where none is known.
-    where : ndarray of int
-        The configuration of each.
-    is_least : bool
-        Whether the smallest is the worst.
-    """
-
+    #: ``position``, ``rotation``, or ``singular value``
     name: str
+    #: what it is
     words: str
     unit: str
+    #: shape (value of the second key, value of the first one); nan where none is known
     values: Array
+    #: the configuration of each
     where: Array
+    #: whether the smallest is the worst
     is_least: bool
 
 

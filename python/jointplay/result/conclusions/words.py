@@ -23,44 +23,28 @@ BOUND_DIGITS = 5
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence of an answer.
-
-    Attributes
-    ----------
-    text : str
-    is_alarm : bool
-        Whether it says that a limit is missed, or that a configuration or a step is not ok.
-    is_answer : bool
-        Whether it stands in front where several questions are asked, as sentences of alarm do.
-    is_common : bool
-        Whether it holds whatever is asked, so that it is said once for all questions.
-    state : str
-        Of a verdict: ``held``, ``missed`` or ``not shown``.
-    is_first : bool
-        Whether it says that the machine cannot stand somewhere, so that it comes before what is said of the rest.
-    """
+    """A sentence of an answer."""
 
     text: str
+    #: whether it says that a limit is missed, or that a configuration or a step is not ok
     is_alarm: bool = False
+    #: whether it stands in front where several questions are asked, as sentences of alarm do
     is_answer: bool = False
+    #: whether it holds whatever is asked, so that it is said once for all questions
     is_common: bool = False
+    #: of a verdict: ``held``, ``missed`` or ``not shown``
     state: str = ""
+    #: whether it says that the machine cannot stand somewhere, so that it comes before what is said of the rest
     is_first: bool = False
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The answer to a question.
+    """The answer to a question."""
 
-    Attributes
-    ----------
-    sentences : tuple of Sentence
-        The most important one first.
-    severity : tuple of float
-        By which the answers for several outputs and load cases are compared: the larger, the worse.
-    """
-
+    #: the most important one first
     sentences: tuple[Sentence, ...]
+    #: by which the answers for several outputs and load cases are compared: the larger, the worse
     severity: tuple[float, ...] = ()
 
 

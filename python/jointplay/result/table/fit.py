@@ -27,18 +27,11 @@ WIDEST_GAP = 3
 
 @dataclass(frozen=True)
 class Fitted:
-    """A table as it is printed.
+    """A table as it is printed."""
 
-    Attributes
-    ----------
-    blocks : tuple of tuple of Column
-        What stands side by side.
-    gap : int
-        Characters between columns.
-    notes : tuple of str
-    """
-
+    #: what stands side by side
     blocks: tuple[tuple[Column, ...], ...]
+    #: characters between columns
     gap: int
     notes: tuple[str, ...]
 

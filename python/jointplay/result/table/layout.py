@@ -24,33 +24,22 @@ NOTHING = "–"
 
 @dataclass(frozen=True)
 class Column:
-    """One column.
+    """One column."""
 
-    Attributes
-    ----------
-    name, unit : str
-        Lines of its header.
-    cells : tuple of str
-        One per row.
-    left : bool
-        Text, aligned to the left.
-    spare : int
-        How readily it is left out where there is no room for all columns; 0: never.
-    is_key : bool
-        Whether it says which row it is.
-    alarms : tuple of int
-        Rows whose cell says that something is not ok.
-    legend : str
-        What one must know to read it.
-    """
-
+    #: `name`, `unit`: lines of its header
     name: str
     unit: str
+    #: one per row
     cells: tuple[str, ...]
+    #: text, aligned to the left
     left: bool = False
+    #: how readily it is left out where there is no room for all columns; 0: never
     spare: int = 0
+    #: whether it says which row it is
     is_key: bool = False
+    #: rows whose cell says that something is not ok
     alarms: tuple[int, ...] = ()
+    #: what one must know to read it
     legend: str = ""
 
     def __post_init__(self) -> None:
@@ -69,24 +58,15 @@ class Column:
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A table with what it is, what follows from it, and what one must know to read it.
-
-    Attributes
-    ----------
-    title : str
-    columns : tuple of Column
-    notes : tuple of str
-        Below the columns.
-    lead : tuple of Sentence
-        The answer, above the columns.
-    rows : tuple of int, optional
-        The rows to show where there are too many for a screen; the first ones if left out.
-    """
+    """A table with what it is, what follows from it, and what one must know to read it."""
 
     title: str
     columns: tuple[Column, ...]
+    #: below the columns
     notes: tuple[str, ...] = field(default=())
+    #: the answer, above the columns
     lead: tuple[Sentence, ...] = field(default=())
+    #: the rows to show where there are too many for a screen; the first ones if left out
     rows: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:

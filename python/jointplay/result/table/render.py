@@ -58,9 +58,6 @@ def show(
     ----------
     title : str
         The first line.
-    answers : sequence of Answer
-    tables : iterable of ResultTable
-    console : Console
     remarks : iterable of str, optional
         What is said at the end.
     every : bool, optional

@@ -24,22 +24,15 @@ FRICTION, OTHER, OPEN = "friction", "coming from the other side", "what the load
 
 @dataclass(frozen=True)
 class _Case:
-    """What quantities reach with clearances of some size, and by how much they keep to their limits.
+    """What quantities reach with clearances of some size, and by how much they keep to their limits."""
 
-    Attributes
-    ----------
-    words : str
-        Which sizes; empty where none scatter.
-    low, high, margin : ndarray
-        Shape (configuration, quantity).
-    known, missed : ndarray of bool
-        Where a margin is known, and where a limit is missed.
-    """
-
+    #: which sizes; empty where none scatter
     words: str
+    #: `low`, `high`, `margin`: shape (configuration, quantity)
     low: Array
     high: Array
     margin: Array
+    #: `known`, `missed`: where a margin is known, and where a limit is missed
     known: Array
     missed: Array
     is_own: bool

@@ -24,38 +24,25 @@ LOOSE = ("lost", "may be lost")
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is to be said of a result and of its limits.
+    """What is to be said of a result and of its limits."""
 
-    Attributes
-    ----------
-    sentences : tuple of str
-        The answer first; none where the file has no limits.
-    marks : tuple of str
-        For every configuration what it misses, ``""`` where it keeps to all limits.
-    outcome : str
-        ``held``, ``missed`` or ``not shown``; empty where there is nothing to keep to.
-    answers : int
-        How many of the sentences, from the first, are the answer.
-    alarms : int
-        How many of the sentences, from the first, say what is missed.
-    used : float
-        Largest share of a limit that is used, more than one where it is missed; of `random` the share outside.
-    named : tuple of str
-        The quantities whose errors the sentences name.
-    basis : str
-        What it rests on, such as `` with clearances of middle size``.
-    gist : str
-        What decides, in few words; nothing where limits hold.
-    """
-
+    #: the answer first; none where the file has no limits
     sentences: tuple[str, ...] = ()
+    #: for every configuration what it misses, ``""`` where it keeps to all limits
     marks: tuple[str, ...] = ()
+    #: ``held``, ``missed`` or ``not shown``; empty where there is nothing to keep to
     outcome: str = ""
+    #: how many of the sentences, from the first, are the answer
     answers: int = 1
+    #: how many of the sentences, from the first, say what is missed
     alarms: int = 0
+    #: largest share of a limit that is used, more than one where it is missed; of `random` the share outside
     used: float = 0.0
+    #: the quantities whose errors the sentences name
     named: tuple[str, ...] = ()
+    #: what it rests on, such as `` with clearances of middle size``
     basis: str = ""
+    #: what decides, in few words; nothing where limits hold
     gist: str = ""
 
     @property
@@ -66,23 +53,15 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Rows:
-    """The configurations that a verdict is over.
+    """The configurations that a verdict is over."""
 
-    Attributes
-    ----------
-    counts : ndarray of bool
-        Where the machine can stand.
-    known : ndarray of bool
-        Those of them whose numbers can be relied on.
-    is_whole : bool
-        Whether all of them have been computed.
-    is_loose : bool
-        Whether numbers are not known because contact may be lost.
-    """
-
+    #: where the machine can stand
     counts: Array
+    #: those of them whose numbers can be relied on
     known: Array
+    #: whether all of them have been computed
     is_whole: bool
+    #: whether numbers are not known because contact may be lost
     is_loose: bool = False
 
     @classmethod

@@ -26,28 +26,19 @@ MORE = "more specimens decide"
 
 @dataclass(frozen=True)
 class _Contact:
-    """The shares outside under one assumption on where clearances are.
+    """The shares outside under one assumption on where clearances are."""
 
-    Attributes
-    ----------
-    words : str
-        The assumption; empty where there is one only.
-    outside, low, high : ndarray
-        By configuration, nan where it is not known.
-    method : ndarray of str or None
-        How each was found where they were searched for.
-    case : ndarray of str or None
-        Load cases that the shares are of.
-    is_own : bool
-        Whether all other variables are of it as well.
-    """
-
+    #: the assumption; empty where there is one only
     words: str
+    #: `outside`, `low`, `high`: by configuration, nan where it is not known
     outside: Array
     low: Array
     high: Array
+    #: how each was found where they were searched for
     method: Array | None
+    #: load cases that the shares are of
     case: Array | None
+    #: whether all other variables are of it as well
     is_own: bool
 
     @property

@@ -71,7 +71,6 @@ def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str],
 
     Parameters
     ----------
-    quantity : str
     side : {"low", "high"}
         The end of a component.
     at : int

@@ -72,8 +72,6 @@ def now(session: Session, asked: PageQuestion, check: Check) -> Json:
 
     Parameters
     ----------
-    session : Session
-    asked : PageQuestion
     check : callable
         Raises when the page has asked something newer.
 

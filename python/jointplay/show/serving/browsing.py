@@ -24,10 +24,6 @@ BODY = '<body><p><a href="{href}">jointplay studio</a></p><script>location.repla
 def leading_to(address: str) -> Iterator[str]:
     """The address of a page that leads to an address, as long as it is there.
 
-    Parameters
-    ----------
-    address : str
-
     Yields
     ------
     str

@@ -59,26 +59,17 @@ def _listening(port: int) -> socket.socket:
 
 @dataclass(eq=False)
 class Connection:
-    """A connection.
-
-    Attributes
-    ----------
-    socket : socket
-    deadline : float
-        When it is closed if nothing comes.
-    read : bytearray
-        What has come and is not answered yet.
-    is_known : bool
-        Whether it has shown the token.
-    is_leaving : bool
-        Whether it has got its last answer: what still comes is thrown away, because with something unread the system
-        would take back the answer.
-    """
+    """A connection."""
 
     socket: socket.socket
+    #: when it is closed if nothing comes
     deadline: float
+    #: what has come and is not answered yet
     read: bytearray = field(default_factory=bytearray)
+    #: whether it has shown the token
     is_known: bool = False
+    #: whether it has got its last answer: what still comes is thrown away, because with something unread the system
+    #: would take back the answer
     is_leaving: bool = False
 
 

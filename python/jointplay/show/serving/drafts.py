@@ -38,28 +38,18 @@ units  = { length = "mm", angle = "deg", force = "N" }
 
 @dataclass(frozen=True)
 class Draft:
-    """A text on the board.
-
-    Attributes
-    ----------
-    text : str
-    raw : mapping
-        Its tables; empty where it is no TOML.
-    m : Mechanism or None
-        What it makes, with an output of our own where it names none.
-    session : Session or None
-        What answers questions; None where something is missing.
-    missing : tuple of dict
-        What is missing for an answer, in ``text``, and in ``do`` what would mend it.
-    problem : dict or None
-        What is wrong with the text: ``text``, ``key`` and ``line``.
-    """
+    """A text on the board."""
 
     text: str
+    #: its tables; empty where it is no TOML
     raw: Mapping[str, Any]
+    #: what it makes, with an output of our own where it names none
     m: Mechanism | None = None
+    #: what answers questions; None where something is missing
     session: Session | None = None
+    #: what is missing for an answer, in ``text``, and in ``do`` what would mend it
     missing: tuple[Json, ...] = ()
+    #: what is wrong with the text: ``text``, ``key`` and ``line``
     problem: Json | None = None
 
     def board(self, before: BodyPoses) -> Json:
@@ -86,7 +76,6 @@ def read(text: str, name: str, path: str | os.PathLike[str] = "") -> Draft:
 
     Parameters
     ----------
-    text : str
     name : str
         Of the file, in messages.
     path : path-like

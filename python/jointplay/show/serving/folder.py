@@ -21,20 +21,13 @@ MOST_NAMES = 500
 
 @dataclass(frozen=True)
 class Opened:
-    """A text and where it is from.
+    """A text and where it is from."""
 
-    Attributes
-    ----------
-    content : str
-        When it was opened or saved.
-    title : str
-        Its name in messages.
-    name : str
-        Its file in the folder; empty where it is an example or comes from the page.
-    """
-
+    #: when it was opened or saved
     content: str
+    #: its name in messages
     title: str
+    #: its file in the folder; empty where it is an example or comes from the page
     name: str = ""
 
 
@@ -94,12 +87,6 @@ class Folder:
         ----------
         opened : Opened
             What it was made of. Its own file is replaced if nobody else has changed it; other files are not.
-        text : str
-        name : str
-
-        Raises
-        ------
-        InputError
         """
         place = self.place(name)
         if os.path.lexists(place):

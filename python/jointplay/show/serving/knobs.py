@@ -29,36 +29,24 @@ DIGITS = 12
 
 @dataclass(frozen=True)
 class Knob:
-    """A number of the file that a slider changes.
+    """A number of the file that a slider changes."""
 
-    Attributes
-    ----------
-    key : str
-        Where the file has it.
-    name : str
-        What it is the size of.
-    group : str
-        ``clearances``, ``tolerances`` or ``loads``.
-    measure : str
-        Which of its numbers it is, such as ``radial``.
-    unit : str
-    value, low, high : float
-        What the file says, and the ends of the slider.
-    changes : callable
-        Changes for `Mechanism.with_` that give it a value.
-    fits : tuple of tuple
-        Where it is a fit: the fits that it can be, with their least and largest play; its value is the number of one.
-    """
-
+    #: where the file has it
     key: str
+    #: what it is the size of
     name: str
+    #: ``clearances``, ``tolerances`` or ``loads``
     group: str
+    #: which of its numbers it is, such as ``radial``
     measure: str
     unit: str
+    #: `value`, `low`, `high`: what the file says, and the ends of the slider
     value: float
     low: float
     high: float
+    #: changes for `Mechanism.with_` that give it a value
     changes: Callable[[float], Mapping[str, Any]]
+    #: where it is a fit: the fits that it can be, with their least and largest play; its value is the number of one
     fits: tuple[tuple[str, float, float], ...] = ()
 
     def told(self) -> dict[str, Any]:

@@ -24,7 +24,6 @@ def mailed(m: Mechanism, text: str) -> str:
 
     Parameters
     ----------
-    m : Mechanism
     text : str
         Of its file.
     """

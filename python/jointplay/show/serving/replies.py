@@ -25,10 +25,8 @@ def reply(code: int, kind: str, text: str, *, closes: bool) -> bytes:
 
     Parameters
     ----------
-    code : int
     kind : str
         Media type of the text.
-    text : str
     closes : bool
         Whether the connection ends with it.
     """

@@ -38,30 +38,20 @@ class Cancelled(Exception):
 
 @dataclass(frozen=True)
 class PageQuestion:
-    """What a page asks about.
+    """What a page asks about."""
 
-    Attributes
-    ----------
-    serial : int
-        Number of the position of all sliders; a larger one is newer.
-    values : mapping
-        Values of the sliders that have been moved, by key.
-    drives : tuple of float
-        In units of the file.
-    question : str
-        Which answer is drawn.
-    output, load_case : str or None
-        Chosen ones, where there are several.
-    offsets : mapping
-        Offsets for `given`, by parameter, in units of the file.
-    """
-
+    #: number of the position of all sliders; a larger one is newer
     serial: int = 0
+    #: values of the sliders that have been moved, by key
     values: Mapping[str, float] = field(default_factory=dict)
+    #: in units of the file
     drives: tuple[float, ...] = ()
+    #: which answer is drawn
     question: str = "worst"
+    #: `output`, `load_case`: chosen ones, where there are several
     output: str | None = None
     load_case: str | None = None
+    #: offsets for `given`, by parameter, in units of the file
     offsets: Mapping[str, float] = field(default_factory=dict)
 
     @staticmethod

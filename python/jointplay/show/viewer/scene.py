@@ -31,20 +31,13 @@ DIGITS = 4
 
 @dataclass(frozen=True)
 class DisplacedScene:
-    """A mechanism that is not at its nominal poses.
+    """A mechanism that is not at its nominal poses."""
 
-    Attributes
-    ----------
-    label : str
-        What displaces it.
-    poses : ndarray
-        Of all bodies, shape (configuration, body, pose), SI; nan where it is not known.
-    points : ndarray, optional
-        Where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes.
-    """
-
+    #: what displaces it
     label: str
+    #: of all bodies, shape (configuration, body, pose), SI; nan where it is not known
     poses: Floats
+    #: where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes
     points: Floats | None = None
 
 

@@ -18,21 +18,14 @@ DIMENSIONS = "_ARRAY_DIMENSIONS"
 
 @dataclass(frozen=True)
 class StorePlan:
-    """Layout of a map.
+    """Layout of a map."""
 
-    Parameters
-    ----------
-    axes : tuple of str
-        Names of the axes of the grid: the first dimensions of every variable that has a value per node.
-    shape, chunk : tuple of int
-        Nodes along each axis, of the whole and of one chunk.
-    fingerprint : str
-        Distinguishes maps of other mechanisms, grids or questions.
-    """
-
+    #: names of the axes of the grid: the first dimensions of every variable that has a value per node
     axes: tuple[str, ...]
+    #: `shape`, `chunk`: nodes along each axis, of the whole and of one chunk
     shape: tuple[int, ...]
     chunk: tuple[int, ...]
+    #: distinguishes maps of other mechanisms, grids or questions
     fingerprint: str
 
     def full_shape(self, name: str, variable: Variable) -> tuple[int, ...]:

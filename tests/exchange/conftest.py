@@ -1,0 +1,12 @@
+"""Files are read and written in a folder of its own; what MuJoCo warns of, it writes to one where it is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
