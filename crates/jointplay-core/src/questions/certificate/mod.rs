@@ -54,8 +54,8 @@ const GOOD: f64 = 0.01;
 /// The bound of a size that is above this after a quarter of its parts is left as it is.
 const POOR: f64 = 0.1;
 
-/// Parts for a single direction of a size.
-const ALONE: u64 = 4;
+/// Parts for a single direction of a size, over one box and over cells of the sets.
+const ALONE: [u64; 2] = [4, 20];
 
 /// Drive values closer than this are the same: those of a nominal pose are read off it.
 const SAME_DRIVE: f64 = 1e-12;
@@ -124,12 +124,22 @@ impl Bound {
         budget - self.left
     }
 
+    /// Lowers the bound of a size by so many more parts of many cells, along single directions only: cells of the sets and
+    /// cells of directions together are more than a search can go through.
+    fn lower_by_cells(&mut self, errors: &Errors<'_>, atlas: &Atlas, parts: u64) -> u64 {
+        self.left = parts;
+        let enough = self.beside(self.close);
+        self.fan_out(errors, atlas, (enough, 0.5 * (self.attained + enough)));
+        parts - self.left
+    }
+
     /// Lowers the bound of a size by single directions, which a few parts bound where a cell of them needs many.
     fn fan_out(&mut self, errors: &Errors<'_>, atlas: &Atlas, (enough, least): (f64, f64)) {
         let (left, components) = (Cell::new(self.left), &self.sought.components);
+        let alone = ALONE[usize::from(atlas.cells.len() > 1)];
         let along = |direction: &[f64]| {
             let sought = &Sought::along(components.clone(), Direction::of(direction));
-            let budget = left.get().min(ALONE);
+            let budget = left.get().min(alone);
             let (enough, poor, none) = (0.5 * (self.attained + enough), f64::INFINITY, f64::NEG_INFINITY);
             let found = Search { errors, atlas, sought, enough, poor, least: none, budget }.run();
             left.set(left.get().saturating_sub(found.parts));
@@ -194,12 +204,15 @@ impl Mechanism {
                 looked_at += atlas.cells.len() as u64;
             }
             for k in 0..bounds.len() {
-                // In space, cells of the sets and cells of directions together are more than a search can go through.
-                let is_left = divisions > 1 && assembled && self.space == Space::Spatial && k >= 2 * self.size();
-                if !bounds[k].is_within(GOOD) && !is_left {
+                if !bounds[k].is_within(GOOD) {
                     let end = |c: usize| Interval::new(-bounds[2 * c].value, bounds[2 * c + 1].value);
                     bounds[k].sought.within = bounds[k].sought.components.clone().map(end).collect();
-                    looked_at += bounds[k].lower(&errors, &atlas);
+                    let in_cells = divisions > 1 && assembled && self.space == Space::Spatial && k >= 2 * self.size();
+                    looked_at += if in_cells {
+                        bounds[k].lower_by_cells(&errors, &atlas, parts)
+                    } else {
+                        bounds[k].lower(&errors, &atlas)
+                    };
                 }
             }
             assembled = true;

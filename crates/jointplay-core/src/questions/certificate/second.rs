@@ -24,7 +24,7 @@
 use crate::math::interval::Interval;
 use crate::math::lanes::{Kernel, dispatch};
 use crate::math::vector::{inner, norm};
-use crate::questions::certificate::blocks::{Part, Product};
+use crate::questions::certificate::blocks::{Block, Part, Product};
 
 /// What sums of non-negative numbers are raised by, and what all other sums may be off by as a part of their terms.
 const RAISED: f64 = 1.0 + 1e-12;
@@ -151,10 +151,14 @@ impl Second {
         bent
     }
 
-    /// What the rests come to on a part.
-    fn rests(&self, part: &Part, from: &[f64]) -> f64 {
+    /// What the rests come to on a part: by coordinate, or by block where that is less.
+    fn rests(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
         let far = |k: usize| (part.x[k].hull(Interval::from_point(from[k])) - Interval::from_point(from[k])).size();
-        self.rest.iter().enumerate().map(|(k, rest)| rest * far(k)).sum::<f64>() * RAISED
+        let of = |block: &Block| {
+            let apart: f64 = block.range().map(|k| self.rest[k] * far(k)).sum();
+            apart.min(norm(&self.rest[block.range()]) * block.reach(part, from))
+        };
+        product.blocks.iter().map(of).sum::<f64>() * RAISED
     }
 
     /// By coordinate, how much the derivative changes along it on a part, times what the coordinates go: what is left of a
@@ -173,9 +177,9 @@ impl Second {
         let radii: Vec<f64> = product.blocks.iter().map(|block| block.reach(part, from)).collect();
         let bent: f64 =
             self.blocks.chunks_exact(radii.len().max(1)).zip(&radii).map(|(row, r)| r * inner(row, &radii)).sum();
-        let along = |(block, r): (&super::blocks::Block, &f64)| r * norm(&self.gradient[block.range()]);
+        let along = |(block, r): (&Block, &f64)| r * norm(&self.gradient[block.range()]);
         let straight: f64 = product.blocks.iter().zip(&radii).map(along).sum();
-        (straight + 0.5 * bent + self.rests(part, from)) * RAISED
+        (straight + 0.5 * bent + self.rests(product, part, from)) * RAISED
     }
 
     /// What the function does not gain more than on a part: in its balls as a whole, or in balls around what is left of them.
@@ -224,6 +228,6 @@ impl Second {
             sum += 0.5 * l[b] * radii[b].powi(2);
             weight += (l[b] + 4.0 * least[b]) * radii[b].powi(2);
         }
-        sum + ROUNDING * (weight + inner(&c, &bent_c).abs()) + (beside + self.rests(part, from)) * RAISED
+        sum + ROUNDING * (weight + inner(&c, &bent_c).abs()) + (beside + self.rests(product, part, from)) * RAISED
     }
 }
