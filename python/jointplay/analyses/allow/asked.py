@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -66,11 +66,20 @@ class Use:
     not_assembled: float = 0.0
     #: of every part of the mechanism the configurations that come near; None where all of them do
     near: PlacesByPart | None = None
+    #: what every limit alone uses there, where it is how often any is missed that counts
+    alone: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def holds(self) -> bool:
         """Whether the limits hold."""
         return self.used <= 1.0
+
+    def since(self, before: Use) -> Use:
+        """Named by the limit that is missed more often than before: others may be missed as often whatever the size."""
+        if not self.alone or self.quantity in (ASSEMBLY, REFUSED):
+            return self
+        grown = {name: share - before.alone.get(name, 0.0) for name, share in self.alone.items()}
+        return replace(self, quantity=max(grown, key=grown.__getitem__))
 
 
 class Asked:
@@ -185,17 +194,19 @@ class Asked:
             if not limited or not len(places) or (best.used > 1.0 and not every):
                 columns.append(np.full(len(places), np.inf if best.used > 1.0 else 0.0))
                 continue
-            names, used, failed, lost = self._asked(one, at, places, seen)
-            most = np.where(failed, np.inf, used.max(axis=1))
+            names, used, alone, failed, lost = self._asked(one, at, places, seen)
+            most = np.where(failed, np.inf, used)
             columns.append(most)
             k = int(first_largest(most))
             if most[k] > best.used:
                 allowed = 1.0 - self.probability
                 jammed = most[k] > 1.0 and lost[k] > max(allowed, 0.5 * most[k] * allowed)
-                quantity = ASSEMBLY if failed[k] or jammed else names[int(np.argmax(used[k]))]
+                quantity = ASSEMBLY if failed[k] or jammed else names[int(np.argmax(alone[k]))]
                 output = "" if self.is_of_forces else one.part.of[0]
                 case = one.load_case if self.by_load else ""
-                best = Use(float(most[k]), quantity, int(places[k]), output, case, one.contact, float(lost[k]))
+                where = int(places[k]), output, case, one.contact, float(lost[k])
+                shares = dict(zip(names, alone[k].tolist(), strict=True)) if self.question == "random" else {}
+                best = Use(float(most[k]), quantity, *where, alone=shares)
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
         least = (NEARER if self.is_monotone else NEAR) * largest
         kept = [p[c >= least] for p, c in zip(near, columns, strict=True)] if np.isfinite(best.used) else near
@@ -209,8 +220,11 @@ class Asked:
         at: Nominal,
         places: NDArray[np.intp],
         seen: Callable[[Result, NDArray[np.intp]], None] | None,
-    ) -> tuple[Sequence[str], Floats, Array, Floats]:
-        """The quantities, what is used at some configurations, where it is not known, the share of lost specimens."""
+    ) -> tuple[Sequence[str], Floats, Floats, Array, Floats]:
+        """The quantities, what is used at some configurations of all limits, and of each alone, ...
+
+        where that is not known, and the share of the specimens that are lost.
+        """
         # Loads may go by the number of the configuration.
         whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.is_under_load
         options = self.options | ({"contact": one.contact} if one.contact else {})
@@ -220,7 +234,7 @@ class Asked:
             result = computation(self.question, self.asker)(one.part, at=at if whole else at.chosen(places), **options)
         if seen is not None:
             seen(result, np.arange(len(at)) if whole else places)
-        used, failed = self._of(one.part, result), ~np.isin(result.get("status"), READABLE)
+        (used, alone), failed = self._of(one.part, result), ~np.isin(result.get("status"), READABLE)
         for _, low, _ in ends_of_plays(result):
             failed |= np.isnan(low).any(axis=1)
         lost = np.zeros(len(failed))
@@ -228,18 +242,18 @@ class Asked:
             failures = result.get("failures")
             lost = failures[:, ~np.isin(STATUSES, READABLE)].sum(axis=1) / failures.sum(axis=1)
         names = result.labels("quantity")
-        return (names, used[places], failed[places], lost[places]) if whole else (names, used, failed, lost)
+        chosen = places if whole else slice(None)
+        return names, used[chosen], alone[chosen], failed[chosen], lost[chosen]
 
-    def _of(self, part: Mechanism, result: Result) -> Floats:
-        """What is used of every limit, shape (configuration, quantity); none of what has no limit."""
-        if self.question == "random":
-            shares = result.get("outside_quantity") / (1.0 - self.probability)
-            limited = np.isfinite(part.limits.bounds(part.quantities)).any(axis=1)
-            # Which limit is missed most; how often any is missed decides.
-            every = np.where(limited, np.nan_to_num(shares), 0.0)
-            worst_one = every == every.max(axis=1, keepdims=True)
-            return np.where(worst_one, (result.get("outside") / (1.0 - self.probability))[:, None], every)
-        return used_of_limits(part, result)
+    def _of(self, part: Mechanism, result: Result) -> tuple[Floats, Floats]:
+        """What is used of all limits, by configuration, and of each alone, shape (configuration, quantity)."""
+        if self.question != "random":
+            used = used_of_limits(part, result)
+            return used.max(axis=1), used
+        limited = np.isfinite(part.limits.bounds(part.quantities)).any(axis=1)
+        shares = np.where(limited, np.nan_to_num(result.get("outside_quantity")), 0.0)
+        # How often any is missed decides.
+        return result.get("outside") / (1.0 - self.probability), shares / (1.0 - self.probability)
 
 
 def used_of_limits(part: Mechanism, result: Result) -> Floats:

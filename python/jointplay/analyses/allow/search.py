@@ -156,7 +156,7 @@ class AllowSearch:
         if self.at(high).quantity == ASSEMBLY and (beyond := self._between()) is not None:
             # What was found to be missed is too small, not too large.
             low, high = self._narrowed(*beyond)
-        last = self.at(high)
+        last = self.at(high).since(without)
         return Found("unlimited" if last.quantity == REFUSED else "ok", low, last, without)
 
     def _smallest(self, without: Use) -> float | None:
