@@ -138,28 +138,18 @@ def check_movie(path: Path) -> None:
 
 @dataclass(frozen=True)
 class Motion:
-    """What is shown frame by frame.
-
-    Attributes
-    ----------
-    m : Mechanism
-    at : Nominal
-        The frames' configurations.
-    result : Result
-        Their drive values.
-    moved : Displaced or None
-        The mechanism under the load.
-    region : ndarray
-        Errors of the output's position on the boundary of what is possible, (frame, direction, axis), file units.
-    times : float
-        Factor on the errors.
-    """
+    """What is shown frame by frame."""
 
     m: Mechanism
+    #: the frames' configurations
     at: Nominal
+    #: their drive values
     result: Result
+    #: the mechanism under the load
     moved: Displaced | None
+    #: errors of the output's position on the boundary of what is possible, (frame, direction, axis), file units
     region: Floats
+    #: factor on the errors
     times: float
 
     def moved_at(self, k: int) -> tuple[Floats, Floats] | None:

@@ -35,20 +35,13 @@ EDGES = {
 
 @dataclass(frozen=True)
 class DrawnClearance:
-    """A clearance.
+    """A clearance."""
 
-    Attributes
-    ----------
-    source : int
-        Its index among the sources.
-    middle : ndarray
-        Place of the joint on its first body, file units.
-    points : ndarray
-        Of its boundary, from there, metres, ground axes; shape (point, 3).
-    """
-
+    #: its index among the sources
     source: int
+    #: place of the joint on its first body, file units
     middle: Floats
+    #: of its boundary, from there, metres, ground axes; shape (point, 3)
     points: Floats
 
 

@@ -12,14 +12,9 @@ from jointplay.result import Variable
 
 @dataclass(frozen=True, eq=False)
 class Field(Variable):
-    """A quantity over a grid, or over a slice of one; importing xarray takes longer than drawing it.
+    """A quantity over a grid, or over a slice of one; importing xarray takes longer than drawing it."""
 
-    Attributes
-    ----------
-    axes : tuple of Variable
-        The coordinates along its dimensions, in their order.
-    """
-
+    #: the coordinates along its dimensions, in their order
     axes: tuple[Variable, ...] = ()
 
     def slice(self, k: int) -> Field:
@@ -29,27 +24,17 @@ class Field(Variable):
 
 @dataclass(frozen=True)
 class Layers:
-    """What is drawn of a map, over its axes.
+    """What is drawn of a map, over its axes."""
 
-    Attributes
-    ----------
-    value : Field
-        The quantity; nan where there is no trusted number.
-    status : ndarray of str
-    contact_change : ndarray of bool
-        Over nodes and axes: between a node and the next one.
-    singular : ndarray
-        Over nodes and axes: the part of the way to the next node at which the mechanism becomes singular.
-    title : str
-    bounds : tuple of float
-        The limits of the quantity.
-    """
-
+    #: the quantity; nan where there is no trusted number
     value: Field
     status: np.ndarray[Any, np.dtype[np.str_]]
+    #: over nodes and axes: between a node and the next one
     contact_change: np.ndarray[Any, np.dtype[np.bool_]]
+    #: over nodes and axes: the part of the way to the next node at which the mechanism becomes singular
     singular: np.ndarray[Any, np.dtype[np.float64]]
     title: str
+    #: the limits of the quantity
     bounds: tuple[float, ...] = ()
 
     @property

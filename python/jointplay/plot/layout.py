@@ -18,23 +18,15 @@ KEYS = 2.0
 
 @dataclass(frozen=True)
 class Panel:
-    """A part of a sheet.
+    """A part of a sheet."""
 
-    Attributes
-    ----------
-    draw : callable
-        Draws into axes.
-    height : float
-        Of a panel of the usual width, inches.
-    width : float
-        Usual width, inches.
-    around : float
-        What titles, legends and labels take of the height, inches.
-    """
-
+    #: draws into axes
     draw: Callable[[Axes], object]
+    #: of a panel of the usual width, inches
     height: float = 4.2
+    #: usual width, inches
     width: float = WIDTH
+    #: what titles, legends and labels take of the height, inches
     around: float = AROUND
 
     def height_at(self, width: float) -> float:

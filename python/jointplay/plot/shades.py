@@ -35,21 +35,14 @@ Extend = Literal["neither", "min", "max", "both"]
 
 @dataclass(frozen=True)
 class Shades:
-    """Colours for values.
+    """Colours for values."""
 
-    Attributes
-    ----------
-    low, high : float
-        Where colours begin and end.
-    levels : tuple of float
-        Values at which lines are drawn.
-    extend : {"neither", "min", "max", "both"}
-        Where there are values beyond.
-    """
-
+    #: `low`, `high`: where colours begin and end
     low: float
     high: float
+    #: values at which lines are drawn
     levels: tuple[float, ...]
+    #: where there are values beyond; {"neither", "min", "max", "both"}
     extend: Extend
 
     @property

@@ -60,31 +60,20 @@ SAME = 1e-6
 
 @dataclass
 class Chapter:
-    """The answers about one output.
+    """The answers about one output."""
 
-    Attributes
-    ----------
-    m : Mechanism
-        With this output only.
-    output : str
-        Its name; empty where the file has one output.
-    at : Nominal
-    results : mapping
-        By question.
-    reasons : mapping
-        By question why it was not asked.
-    cloud : ndarray or None
-        Errors of some specimens, shape (configuration, specimen, axis), in units of the file.
-    shared : dict
-        Pictures that all chapters of a page have in common, by what they are of.
-    """
-
+    #: with this output only
     m: Mechanism
+    #: its name; empty where the file has one output
     output: str
     at: Nominal
+    #: by question
     results: dict[str, Result] = field(default_factory=dict)
+    #: by question why it was not asked
     reasons: dict[str, str] = field(default_factory=dict)
+    #: errors of some specimens, shape (configuration, specimen, axis), in units of the file
     cloud: Floats | None = None
+    #: pictures that all chapters of a page have in common, by what they are of
     shared: dict[object, str] = field(default_factory=dict)
 
     def parts(self, question: str) -> list[tuple[str, Result]]:

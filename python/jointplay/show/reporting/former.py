@@ -55,20 +55,13 @@ class Record:
 
 @dataclass(frozen=True)
 class Former:
-    """A former report.
+    """A former report."""
 
-    Attributes
-    ----------
-    name : str
-        Of its file.
-    raw : mapping
-        Its mechanism.
-    record : Record or None
-        None where it is of a version that wrote none.
-    """
-
+    #: of its file
     name: str
+    #: its mechanism
     raw: Mapping[str, Any]
+    #: None where it is of a version that wrote none
     record: Record | None
 
 

@@ -19,23 +19,15 @@ from .sections import Section
 
 @dataclass(frozen=True)
 class PageLook:
-    """How a page is written, beside what it says.
+    """How a page is written, beside what it says."""
 
-    Attributes
-    ----------
-    command : str
-        What has been typed to make the page, where it was typed.
-    against : Former or None
-        What it is compared with.
-    decimal : str
-        Decimal sign.
-    paper : str
-        What it is printed on: ``a4`` or ``letter``; nothing leaves that to those who print it.
-    """
-
+    #: what has been typed to make the page, where it was typed
     command: str = ""
+    #: what it is compared with
     against: former.Former | None = None
+    #: decimal sign
     decimal: str = "."
+    #: what it is printed on: ``a4`` or ``letter``; nothing leaves that to those who print it
     paper: str = ""
 
 

@@ -18,23 +18,16 @@ SHORT = 60
 
 @dataclass(frozen=True)
 class TitleHead:
-    """What identifies a report.
-
-    Attributes
-    ----------
-    title, revision, date, file, hash : str
-    signs : tuple of (str, str)
-        Every role with a name, or nothing.
-    is_given : bool
-        Whether the file says any of it.
-    """
+    """What identifies a report."""
 
     title: str
     revision: str
     date: str
     file: str
     hash: str
+    #: every role with a name, or nothing
     signs: tuple[tuple[str, str], ...]
+    #: whether the file says any of it
     is_given: bool
 
 
