@@ -90,7 +90,9 @@ def map_(
     try:
         with bar("map") as progress:
             made = compute(
-                *(m, question, ranges),
+                m,
+                question,
+                ranges,
                 path=output,
                 overwrite=overwrite,
                 chunk=chunk,

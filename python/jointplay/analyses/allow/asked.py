@@ -221,10 +221,7 @@ class Asked:
         places: NDArray[np.intp],
         seen: Callable[[Result, NDArray[np.intp]], None] | None,
     ) -> tuple[Sequence[str], Floats, Floats, Array, Floats]:
-        """The quantities, what is used at some configurations of all limits, and of each alone, ...
-
-        where that is not known, and the share of the specimens that are lost.
-        """
+        """The quantities, what is used of all limits and of each, where that is not known, and which share is lost."""
         # Loads may go by the number of the configuration.
         whole = len(places) == len(at) or (one.is_loaded and one.part.loads.vary) or self.is_under_load
         options = self.options | ({"contact": one.contact} if one.contact else {})
