@@ -13,6 +13,8 @@ from typing import Any
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.offsetbox import OffsetBox
 from matplotlib.textpath import TextToPath
 
 from jointplay.plot import style, ticks
@@ -63,7 +65,14 @@ class _PageCanvas(FigureCanvasSVG):
         size = width * self.fixed_dpi, height * self.fixed_dpi
         vectors = RendererSVG(*size, self._content, image_dpi=dpi, metadata={"Date": None})  # type: ignore[no-untyped-call]
         vectors._text2path = _Texts()
+        vectors._get_font_height_metrics = self._font_height  # type: ignore[attr-defined]
         self._renderer: Any = MixedModeRenderer(figure, width, height, dpi, vectors)  # type: ignore[no-untyped-call]
+
+    def _font_height(self, font: FontProperties) -> tuple[float, ...]:
+        """Ascent, descent and gap between lines of a font, pixels, which matplotlib reads from its file every time."""
+        size = font.get_size_in_points() * self.figure.dpi / 72.0
+        up, down, gap = _line(findfont(font))
+        return size * up, -size * down, size * gap
 
     def get_renderer(self) -> Any:
         """What layouts measure with."""
@@ -71,6 +80,10 @@ class _PageCanvas(FigureCanvasSVG):
 
     def written(self) -> str:
         """The figure as SVG."""
+        for box in self.figure.findobj(OffsetBox):
+            # Parts of a legend are measured by each box around them, each time that one of these is.
+            for measure in ("get_bbox", "_get_bbox_and_child_offsets"):
+                setattr(box, measure, lru_cache(None)(getattr(box, measure)))
         self.figure.draw(self._renderer)
         self._renderer.finalize()
         return self._content.getvalue()
@@ -91,6 +104,14 @@ class _Texts(TextToPath):
             return super().get_glyphs_with_font(font, s, glyph_map, return_new_glyphs_only, **look)
         places, outlines, lines = _laid_out(font, s)
         return places, {name: outline for name, outline in outlines.items() if name not in glyph_map}, lines
+
+
+@lru_cache
+def _line(font: str) -> tuple[float, ...]:
+    """Ascent, descent and gap between lines of a font, as parts of its size."""
+    face: Any = get_font(font)
+    lines, units = face.get_sfnt_table("OS/2"), face.get_sfnt_table("head")["unitsPerEm"]
+    return tuple(lines[key] / units for key in ("sTypoAscender", "sTypoDescender", "sTypoLineGap"))
 
 
 _measured: Any = lru_cache(MOST_TEXTS)(TextToPath().get_text_width_height_descent)
