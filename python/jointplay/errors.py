@@ -7,6 +7,7 @@ import json
 import re
 import unicodedata
 from collections.abc import Iterable
+from importlib.util import find_spec
 
 #: how many known names a message lists before it says how many more there are
 LISTED = 24
@@ -56,6 +57,26 @@ class InputError(JointplayError):
 def _brief(name: str) -> str:
     """A name; of one that is no name any more beginning and end."""
     return name if len(name) <= LONGEST else f"{name[:SHOWN]}...{name[-SHOWN:]}"
+
+
+def require(package: str, extra: str, what: str) -> None:
+    """Refuse what needs a package that is not installed.
+
+    Parameters
+    ----------
+    package : str
+        As it is imported.
+    extra : str
+        The group of packages of jointplay that it is in.
+    what : str
+        What needs it.
+
+    Raises
+    ------
+    InputError
+    """
+    if find_spec(package) is None:
+        raise InputError(f"{what} needs {package}: pip install 'jointplay[{extra}]'")
 
 
 def _rebuilt(problem: str, file: str, key: str) -> InputError:

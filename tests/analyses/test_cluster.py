@@ -414,18 +414,6 @@ def test_what_is_no_scheduler_is_a_wrong_type(m: jp.Mechanism) -> None:
         jp.map(m, grid=GRID, scheduler=8786)
 
 
-def test_without_dask_the_message_names_what_to_install() -> None:
-    code = (
-        "import sys; sys.modules['distributed'] = None\n"
-        "import jointplay as jp\n"
-        "m = jp.loads(jp.examples.text('four-bar'))\n"
-        "try: jp.random(m, samples=4, scheduler='tcp://127.0.0.1:1')\n"
-        "except jp.JointplayError as error: print(error)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "a scheduler needs Dask: pip install 'jointplay[cluster]'\n"
-
-
 # --- threads ---------------------------------------------------------------------------------------------------------
 
 

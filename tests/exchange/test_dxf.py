@@ -17,7 +17,6 @@ import pytest
 
 import jointplay as jp
 from jointplay.cli import run
-from jointplay.exchange import drawing as drawings
 from jointplay.exchange.drafting import to_dxf
 
 A, D = np.array([0.0, 0.0]), np.array([100.0, 0.0])
@@ -310,7 +309,7 @@ def test_what_cannot_be_read_is_said(spoil: Any, message: str, tmp_path: Path) -
         jp.read(saved(doc, tmp_path))
 
 
-def test_other_files_are_no_drawings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_files_are_no_drawings(tmp_path: Path) -> None:
     path = tmp_path / "no.dxf"
     with pytest.raises(jp.InputError, match=r"no\.dxf: there is no such file"):
         jp.read(path)
@@ -318,9 +317,6 @@ def test_other_files_are_no_drawings(tmp_path: Path, monkeypatch: pytest.MonkeyP
         path.write_bytes(content)
         with pytest.raises(jp.InputError, match=r"no\.dxf: is no DXF"):
             jp.read(path)
-    monkeypatch.setattr(drawings, "find_spec", lambda name: None)
-    with pytest.raises(jp.JointplayError, match=r"pip install 'jointplay\[dxf\]'"):
-        jp.read(saved(four_bar(), tmp_path))
 
 
 def test_a_damaged_drawing_is_read_or_refused(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from jointplay import _core
-from jointplay.errors import InputError, JointplayError
+from jointplay.errors import InputError, JointplayError, require
 from jointplay.result import Result, version
 
 if TYPE_CHECKING:
@@ -224,9 +224,7 @@ def connected(scheduler: Scheduler | Here | Workers | None) -> Iterator[Here | W
     Raises
     ------
     InputError
-        When the scheduler does not answer, or one of its workers is refused.
-    JointplayError
-        When Dask is not installed.
+        When Dask is not installed, the scheduler does not answer, or one of its workers is refused.
     """
     if scheduler is None:
         yield Here()
@@ -234,13 +232,12 @@ def connected(scheduler: Scheduler | Here | Workers | None) -> Iterator[Here | W
     if isinstance(scheduler, Here | Workers):
         yield scheduler
         return
+    require("distributed", "cluster", "a Dask scheduler")
     import logging
 
-    try:
-        import dask.config
-        from distributed.utils import silence_logging_cmgr
-    except ImportError:
-        raise JointplayError("a scheduler needs Dask: pip install 'jointplay[cluster]'") from None
+    import dask.config
+    from distributed.utils import silence_logging_cmgr
+
     with ExitStack() as opened:
         if isinstance(scheduler, str):
             # What becomes of workers is counted, and what ends the work is said once.

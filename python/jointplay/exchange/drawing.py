@@ -6,19 +6,17 @@ import logging
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jointplay.errors import InputError, JointplayError, listed
+from jointplay.errors import InputError, listed, require
 
 from .skeleton import Vector
 
 #: what reads and writes DXF, and comes without types
 Entity = Any
-MISSING = "DXF needs ezdxf: pip install 'jointplay[dxf]'"
 #: what ezdxf raises, besides its own errors, where a file is damaged
 DAMAGED = (ArithmeticError, AttributeError, LookupError, StopIteration, TypeError, ValueError)
 #: metres of a unit of the drawing by its number in $INSUNITS
@@ -86,7 +84,7 @@ def drawing(path: Path) -> Drawing:
     ------
     InputError
         When it is no DXF, or is not flat.
-    JointplayError
+    InputError
         When ezdxf is not installed.
     """
     document = _document(path)
@@ -125,11 +123,10 @@ def ezdxf() -> Any:
 
     Raises
     ------
-    JointplayError
+    InputError
         When it is not installed.
     """
-    if find_spec("ezdxf") is None:
-        raise JointplayError(MISSING)
+    require("ezdxf", "dxf", "DXF")
     import ezdxf
 
     return ezdxf

@@ -8,7 +8,6 @@ equality constraints: `connect` is a ball, `weld` fixes, `joint` couples coordin
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import subprocess
 import sys
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from jointplay.basics import poses
-from jointplay.errors import InputError, listed, one_line
+from jointplay.errors import InputError, listed, one_line, require
 
 from . import confined, mujoco_child
 from .options import Options
@@ -31,7 +30,6 @@ from .xml import parse
 
 #: the fixed body
 WORLD = "world"
-NEEDED = "MJCF is read by MuJoCo; install it with: pip install 'jointplay[robots]'"
 #: seconds that MuJoCo may take
 LONGEST = 60.0
 #: how far a weld may be off the reference pose
@@ -49,8 +47,7 @@ def read(path: Path, options: Options) -> Skeleton:  # noqa: ARG001 - all format
     # What is no XML is said as of any other file.
     parse(path, "mujoco", "MJCF")
     name = one_line(str(path))
-    if importlib.util.find_spec("mujoco") is None:
-        raise InputError(NEEDED, file=name)
+    require("mujoco", "robots", "MJCF")
     confined.check(path, "MJCF file")
     return _Reading(name, path.stem, _compiled(path, name)).skeleton()
 

@@ -5,12 +5,11 @@ Colours are those of Okabe and Ito, and series differ in marker and dash as well
 blindness and a black-and-white printer.
 """
 
-from importlib.util import find_spec
+# ruff: noqa: E402 - a package that is missing is said before its import fails
 
-from jointplay.errors import JointplayError
+from jointplay.errors import require
 
-if find_spec("matplotlib") is None:
-    raise JointplayError("drawing needs matplotlib: pip install 'jointplay[plot]'")
+require("matplotlib", "plot", "drawing")
 
 from .allocate import allocate, cost_curve
 from .allow import allow

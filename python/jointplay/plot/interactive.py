@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from jointplay.basics import pages
 from jointplay.basics.arrays import Flags, Floats, Texts
-from jointplay.errors import JointplayError, one_line
+from jointplay.errors import one_line, require
 from jointplay.result import Variable
 
 from .cells import boundaries, cell_edges, crossings
@@ -50,6 +49,16 @@ LEVELS = (0.25, 0.5, 0.75)
 MOST_SLICES = 101
 
 
+def require_plotly() -> None:
+    """Refuse pages where what draws them is not installed.
+
+    Raises
+    ------
+    InputError
+    """
+    require("plotly", "plot", "an interactive page")
+
+
 def page(layers: Layers, span: tuple[float, float]) -> str:
     """The page as HTML.
 
@@ -62,7 +71,7 @@ def page(layers: Layers, span: tuple[float, float]) -> str:
 
     Raises
     ------
-    JointplayError
+    InputError
         When plotly is not installed.
     """
     figure = figure_of(layers, span)
@@ -73,8 +82,7 @@ def page(layers: Layers, span: tuple[float, float]) -> str:
 
 def figure_of(layers: Layers, span: tuple[float, float]) -> Any:
     """The plotly figure of a page."""
-    if find_spec("plotly") is None:
-        raise JointplayError("an interactive page needs plotly: pip install 'jointplay[plot]'")
+    require_plotly()
     between = (layers.contact_change, layers.singular)
     shown = Shown(_escaped(layers.value), layers.status, *between, span, layers.bounds)
     title, value = escape(one_line(layers.title)), shown.value

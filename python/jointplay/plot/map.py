@@ -22,7 +22,7 @@ from jointplay.errors import InputError
 from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity, rounding
 
 from .cells import boundaries, cell_edges, crossings
-from .interactive import SINGULAR, VALUELESS, page, singular_places, valueless
+from .interactive import SINGULAR, VALUELESS, page, require_plotly, singular_places, valueless
 from .layers import Field, Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
@@ -355,6 +355,7 @@ def check_path(path: Path) -> None:
     InputError
     """
     if path.suffix.lower() == ".html":
+        require_plotly()
         files.require_writable(path)
     else:
         check_drawing(path, more=(".html",))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError
+from jointplay.errors import InputError, require
 from jointplay.file.carried import CELL, SHEET
 from jointplay.result import Result, TidyColumn, attributes, from_dataset, merge, rows
 from jointplay.result.table import ResultTable, blocks, heading, screen
@@ -26,7 +26,19 @@ if TYPE_CHECKING:
 MOST_ROWS = 2**20
 #: characters that its name has at most, those that it cannot have, and the width of sentences
 LONGEST, NOT_IN_SHEETS, WIDE = 31, r"[\[\]:*?/\\]", 100
-EXTRA = "needs further packages; install them with: pip install 'jointplay[tables]'"
+#: what writes tables, by the extension of the file
+PACKAGES = {".parquet": "pyarrow", ".xlsx": "openpyxl"}
+
+
+def require_package(kind: str) -> None:
+    """Refuse a table where the package that writes such files is not installed.
+
+    Raises
+    ------
+    InputError
+    """
+    if kind in PACKAGES:
+        require(PACKAGES[kind], "tables", kind)
 
 
 @typed
@@ -122,13 +134,11 @@ def to_parquet(results: Mapping[str, Result]) -> bytes:
     Raises
     ------
     InputError
-        When the packages for it are not installed.
+        When the package for it is not installed.
     """
+    require_package(".parquet")
     stream = io.BytesIO()
-    try:
-        frame(merge(results)).to_parquet(stream, index=False)
-    except ImportError:
-        raise InputError(f".parquet {EXTRA}") from None
+    frame(merge(results)).to_parquet(stream, engine="pyarrow", index=False)
     return stream.getvalue()
 
 
@@ -197,8 +207,9 @@ def to_xlsx(results: Mapping[str, Result]) -> bytes:
     Raises
     ------
     InputError
-        When the packages for it are not installed, or there are more rows than a sheet has.
+        When the package for it is not installed, or there are more rows than a sheet has.
     """
+    require_package(".xlsx")
     result = merge(results)
     tidy = frame(result)
     if len(tidy) >= MOST_ROWS:
@@ -206,18 +217,15 @@ def to_xlsx(results: Mapping[str, Result]) -> bytes:
     stream = io.BytesIO()
     import pandas as pd
 
-    try:
-        with pd.ExcelWriter(stream, engine="openpyxl") as writer:
-            _add_answers(writer.book, results)
-            tidy.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
-            sheet = writer.book.create_sheet(SHEET)
-            lines = [(name, k, line) for name, v in tidy.attrs.items() for k, line in enumerate(str(v).split("\n"))]
-            for row, (name, k, line) in enumerate(lines, start=1):
-                parts = [line[at : at + CELL] for at in range(0, len(line), CELL)]
-                for column, part in enumerate([name if k == 0 else "", *parts], start=1):
-                    cell = sheet.cell(row, column, part)
-                    # None of them is a formula.
-                    cell.data_type = "s"
-    except ImportError:
-        raise InputError(f".xlsx {EXTRA}") from None
+    with pd.ExcelWriter(stream, engine="openpyxl") as writer:
+        _add_answers(writer.book, results)
+        tidy.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
+        sheet = writer.book.create_sheet(SHEET)
+        lines = [(name, k, line) for name, v in tidy.attrs.items() for k, line in enumerate(str(v).split("\n"))]
+        for row, (name, k, line) in enumerate(lines, start=1):
+            parts = [line[at : at + CELL] for at in range(0, len(line), CELL)]
+            for column, part in enumerate([name if k == 0 else "", *parts], start=1):
+                cell = sheet.cell(row, column, part)
+                # None of them is a formula.
+                cell.data_type = "s"
     return stream.getvalue()

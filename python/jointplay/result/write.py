@@ -27,7 +27,7 @@ from jointplay.errors import InputError, not_known, one_line
 from jointplay.file.carried import LETTERS, beside
 from jointplay.file.columns import as_cell
 from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, merge, rows, to_dataset
-from jointplay.result.spreadsheets import to_parquet, to_xlsx
+from jointplay.result.spreadsheets import require_package, to_parquet, to_xlsx
 from jointplay.result.table import KINDS, document
 
 if TYPE_CHECKING:
@@ -130,13 +130,15 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     Raises
     ------
     InputError
-        When the extension is not known, or nothing can be written there: said before long work, not after it.
+        When the extension is not known, its package is not installed, or nothing can be written there: said
+        before long work, not after it.
     """
     kind = path.suffix.lower()
     if kind not in (FOLDER, CSV, *WRITERS):
         known = ", ".join((*more, ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html"))
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
+    require_package(kind)
     place = files.require_writable(path, folder=kind == FOLDER)
     if place.is_dir() and not _is_zarr(place):
         raise InputError("is a folder and no Zarr group, so that it is not replaced; name a file", file=os.fspath(path))

@@ -6,18 +6,20 @@ import base64
 import io
 from collections.abc import Iterator
 from html import escape
-from importlib.util import find_spec
 
 from jointplay.analyses import check
-from jointplay.errors import JointplayError, one_line
+from jointplay.errors import InputError, JointplayError, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.table.html import folded, paragraphs, table
 
-HAS_PLOT = find_spec("matplotlib") is not None
-if HAS_PLOT:
+try:
     from jointplay import plot
+except InputError as missing:
+    WITHOUT = str(missing)
+else:
+    WITHOUT = ""
 
 #: most rows of joints that are shown without a click
 FEW = 12
@@ -58,8 +60,8 @@ def _parts(m: Mechanism) -> Iterator[str]:
 
 def _picture(m: Mechanism) -> str:
     """The drawing, or why there is none."""
-    if not HAS_PLOT:
-        return paragraphs(["A drawing needs matplotlib: pip install 'jointplay[plot]'."])
+    if WITHOUT:
+        return paragraphs([f"There is no drawing: {WITHOUT}."])
     try:
         drawn = plot.mechanism(m)
     except JointplayError as error:

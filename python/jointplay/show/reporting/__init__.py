@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import jointplay.plot  # noqa: F401  says what is missing where matplotlib is
 from jointplay.analyses import random
 from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
