@@ -5,8 +5,6 @@
 become one, with the keys of both.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import textwrap

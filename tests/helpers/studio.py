@@ -1,7 +1,5 @@
 """A studio that tests serve, and a person in front of its page: who clicks, drags and types, and counts it."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The drawing board: edits of a file, what they leave as it was, and what a person does on the page."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """What each tool of the drawing board does, as a person uses it; numbers are compared with those by hand."""
 
-from __future__ import annotations
-
 import base64
 import json
 import tempfile
