@@ -375,8 +375,6 @@ ENTRIES = (
     + '''
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
