@@ -1,7 +1,5 @@
 """The four-bar in closed form: in C (closed_form.c, the limit) and with NumPy."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

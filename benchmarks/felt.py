@@ -7,8 +7,6 @@ of the processor, with all threads. Where they go is sampled on the same clock, 
 counts for the package whose code is running. What is called from Python shows as one long sample, and is the core's.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import sys

@@ -1,7 +1,5 @@
 """General Newton solvers of the same closure: Numba, JAX, scipy. Dense, as one writes them in an afternoon."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

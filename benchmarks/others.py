@@ -1,7 +1,5 @@
 """Programs that solve mechanisms: CasADi's generated C, pinocchio, pylinkage."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Where the time of a Monte Carlo goes: drawing, solving, counting; from Criterion's medians (`make bench-core`)."""
 
-from __future__ import annotations
-
 import functools
 import json
 import time

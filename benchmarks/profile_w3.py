@@ -1,7 +1,5 @@
 """A run of W3's `loaded` for a profiler, and the profile as a table."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -4,8 +4,6 @@ Unknowns: x, y, angle of every body. Rows: `P2 - P1 - offset` of every joint (gr
 from the same mechanism as jointplay's own, so that all peers solve the same equations.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

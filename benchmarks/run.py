@@ -5,8 +5,6 @@ python benchmarks/run.py --only W1 W6       some workloads, printed only
 python benchmarks/run.py --quick            few rounds, printed only
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import json

@@ -4,8 +4,6 @@ Statistics are what jointplay gives: mean and covariance of the three components
 1024 bins for x, y, angle, position and rotation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

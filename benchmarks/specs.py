@@ -1,7 +1,5 @@
 """Compile the mechanisms of the core's own benchmarks: the bundled ones, the four-bar of W1 and the ten-bar of W2."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reports as Markdown, and their place in the documentation."""
 
-from __future__ import annotations
-
 import platform
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The 3-UPU robot in closed form: in C (upu.c, the limit) and with NumPy; its loops closed by pinocchio."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 from dataclasses import asdict, dataclass

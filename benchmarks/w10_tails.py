@@ -4,8 +4,6 @@ The relative standard error e of the search is measured: its spread over many se
 (1 - p) / (p e^2) of them, p the share, whose processor time is that of a shorter run in proportion.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -1,7 +1,5 @@
 """W11: least-cost sizes: twelve sources of five grades each over eleven configurations, at three limits."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

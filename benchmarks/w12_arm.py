@@ -1,7 +1,5 @@
 """W12: a six-axis arm whose drives have play: as lost motion of the drive, and as trains of gears between bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 

@@ -1,7 +1,5 @@
 """W1: Monte Carlo of a four-bar (play in four pins, three length tolerances), sampling and statistics included."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """W2: Monte Carlo of a three-loop ten-bar (play in twelve pins, nine length tolerances), sampling included."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

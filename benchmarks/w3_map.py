@@ -8,8 +8,6 @@ is what the peers compute: the error to first order at the nominal pose. jointpl
 error on the exact closure, the reactions, every pin's position and share, and what the load leaves undecided.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

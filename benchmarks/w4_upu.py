@@ -4,8 +4,6 @@ The limit is the closed form of this robot's error to first order (upu.c). joint
 bodies and 15 joints, and gives the error on the exact closure, reactions, plays and shares, too.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """W5: a chain of four-bar loops. What a loop costs must not grow with their number, neither time nor memory."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -3,8 +3,6 @@
 Every start is a fresh interpreter; its files are in the page cache of the system, its byte code is compiled.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """W7: cone programs of over-constrained mechanisms, for many configurations, beside Clarabel and cvxpy."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

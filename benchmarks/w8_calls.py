@@ -4,8 +4,6 @@ Whoever sweeps over a size, or shows the progress, asks for one configuration af
 once for all of them; what a call still needs is the plan of the elimination and the numbers of the equations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -5,8 +5,6 @@ of a run, the time to a given standard error goes with t s^2 for plain samples. 
 whose error falls faster than that.
 """
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

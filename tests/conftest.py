@@ -1,7 +1,5 @@
 """How much of the tests a run has: what fits into a time for every test function, as measured in tests/times.txt."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter, defaultdict
 from pathlib import Path

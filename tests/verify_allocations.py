@@ -5,8 +5,6 @@ a cost by a formula, and a sixth in which two have; of 60 or more it writes the 
 where a plan that holds is more than a hundredth cheaper than the one that was found.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 python tests/verify_branches.py [FINER]      how fine the grids are, 6 if left out; coarser ones are printed only
 """
 
-from __future__ import annotations
-
 import sys
 
 from helpers import mapped

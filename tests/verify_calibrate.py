@@ -5,8 +5,6 @@ drawn anew at each. Counted is how often the truth lies within 1.96 standard err
 0.95, and by how much the mean of (estimate - truth) / standard error differs from zero.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -10,8 +10,6 @@ other one. Spatial ones are the loops and platforms of `oracles.loops`, with cle
 300 mm.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -5,8 +5,6 @@ python tests/verify_examples.py four-bar rssr    the rows of these examples, pri
 python tests/verify_examples.py --published      the published figures and closed forms, written again
 """
 
-from __future__ import annotations
-
 import sys
 from functools import cache
 

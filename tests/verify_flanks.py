@@ -7,8 +7,6 @@ Writes the table of docs/checks.md. Ends with an error where a mean or a varianc
 errors.
 """
 
-from __future__ import annotations
-
 import argparse
 
 import numpy as np

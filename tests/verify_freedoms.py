@@ -4,8 +4,6 @@ Robots of the kinds of `freedoms`, at special poses and beside them, with arms o
 of 1e-7 to 1e-5 of their size, imported, and checked. Counted are wrong counts of `import` and of `check`.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

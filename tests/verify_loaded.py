@@ -7,8 +7,6 @@ one of all kinds into docs/checks.md, and ends with 1 where any differs, or wher
 is not the one with the most work.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

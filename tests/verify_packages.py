@@ -5,8 +5,6 @@ they ask for NumPy below 2; they run with later ones. The unknowns of pybotics a
 compared; robotkinecal corrects all axes, so that places are compared which no reading has, of readings without noise.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 

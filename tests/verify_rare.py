@@ -5,8 +5,6 @@ of docs/checks.md where all of 200 or more were asked. It ends with 1 where more
 share, or where any says that nothing is outside while 1 ppm or more is.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ in a browser and compares their numbers with those of the questions. It prints a
 anything is wrong. It takes some minutes; `test_report.py` does the same for some of them.
 """
 
-from __future__ import annotations
-
 import base64
 import html
 import io

@@ -5,8 +5,6 @@ python tests/verify_robots.py [FOLDER] [NAME ...]      repositories are kept in 
 A repository is cloned without its large files where it is not in the folder yet, as OWNER+NAME, and read at a commit.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

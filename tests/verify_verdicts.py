@@ -4,8 +4,6 @@ python tests/verify_verdicts.py            all of them, and the table in docs/ch
 python tests/verify_verdicts.py 8          the first eight, which are printed only
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

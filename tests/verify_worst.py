@@ -9,8 +9,6 @@ where more starts find one that is larger by more than 1e-6 of it. Mechanisms ar
 that a climb could end at.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

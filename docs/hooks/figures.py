@@ -4,8 +4,6 @@ A page names a figure once, as ``img/NAME.png``. There is a light and a dark one
 colours they read in.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

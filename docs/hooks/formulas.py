@@ -4,8 +4,6 @@ Browsers draw MathML by themselves, so that pages need no program, no font and n
 not LaTeX stops the build.
 """
 
-from __future__ import annotations
-
 import re
 from html import unescape
 from typing import Any

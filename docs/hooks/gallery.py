@@ -4,8 +4,6 @@ The rows of the tables of ``examples.md`` become cards; each leads to a page of 
 and the text of its file.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from functools import cache

@@ -3,8 +3,6 @@
 A notebook is kept without outputs, so that nothing in it can be out of date. A cell that fails stops the build.
 """
 
-from __future__ import annotations
-
 import base64
 import re
 import shutil

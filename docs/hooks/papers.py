@@ -1,7 +1,5 @@
 """Makes the pages on published papers, their figures and tables, while the documentation is built."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

@@ -10,8 +10,6 @@ A page has a comment in the place of a table:
 * ``<!-- variables: loaded; without: worst -->``: the variables of a result, without those of another one.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Mapping

@@ -3,8 +3,6 @@
 Each ``<!-- PART -->`` on a page stands for one of its parts.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """What the makers of the pages share: where they write."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 python examples/papers/make_paper_2.py --into FOLDER
 """
 
-from __future__ import annotations
-
 from into import folder
 from paper2 import figures, page, study
 

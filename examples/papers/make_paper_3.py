@@ -3,8 +3,6 @@
 python examples/papers/make_paper_3.py --into FOLDER
 """
 
-from __future__ import annotations
-
 from into import folder
 from paper3 import figures, maps, page, study
 

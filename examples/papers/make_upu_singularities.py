@@ -10,8 +10,6 @@ is the determinant of the three couples n that the legs hold the platform with,
 D the difference of the radii of base and platform, l the legs' lengths, psi their angles from the pins on the base.
 """
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

@@ -9,8 +9,6 @@
 Everything is imported when it is first used, so that the command starts fast.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

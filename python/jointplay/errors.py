@@ -1,7 +1,5 @@
 """What can go wrong with what the user gave. An outcome of an analysis is a status, never an exception."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import re

@@ -6,8 +6,6 @@ there. Functions of higher layers are named as `module.function` of that layer: 
 command has to start fast.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Singularities of the 3-UPU robot against its closed forms."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`allocate`: the cheapest sizes hold on the exact closure, and nothing cheaper does."""
 
-from __future__ import annotations
-
 import itertools
 import shlex
 from pathlib import Path

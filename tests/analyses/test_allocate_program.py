@@ -1,7 +1,5 @@
 """The program behind `allocate`: published optima, optimality conditions, and brute force over all choices."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """`allow`: at the allowed size the limits hold, a little beyond it they are missed; in every question and space."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from pathlib import Path

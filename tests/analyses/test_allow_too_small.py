@@ -1,7 +1,5 @@
 """`allow` where a size can be too small as well: jammed teeth, bars that do not fit, strained members; or no effect."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`allow` with a yield: what it says of sizes that jam, of loads that decide where clearances are, of unknown poses."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

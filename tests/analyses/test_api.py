@@ -1,7 +1,5 @@
 """The public functions: what a result is made of, and that each of them answers what it says."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Assemblies of determinate mechanisms, step by step: against closed forms, finite differences and the finished
 mechanism."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

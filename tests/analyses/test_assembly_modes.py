@@ -3,8 +3,6 @@
 Circles tell both modes of a four-bar and of a five-bar, and how far the links reach.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

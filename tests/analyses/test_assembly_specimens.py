@@ -1,7 +1,5 @@
 """Random units through an assembly: the units that `random` draws, solved as built units are."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

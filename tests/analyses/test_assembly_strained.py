@@ -1,7 +1,5 @@
 """Assemblies that have to be strained: the dead band of a redundant bar, elastic structures, the antenna support."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

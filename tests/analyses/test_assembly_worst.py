@@ -1,7 +1,5 @@
 """The worst of an assembly is not exceeded by any of its units, at no step and no joint."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lost motion and wind-up of drives, against closed forms, gears, and least energy computed here."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Ends, changes of sign and minima of functions, found in few values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -4,8 +4,6 @@ A map of a five-bar called the far side of a singularity `ok`: a quarter of its 
 that were read there led somewhere else.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

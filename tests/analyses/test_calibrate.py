@@ -4,8 +4,6 @@ Independent: truth that is known because it was planted; estimates of another pr
 of `given`, with the same priors); ranks by brute force; finite differences; sums that are known by hand.
 """
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from pathlib import Path

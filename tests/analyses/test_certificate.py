@@ -1,7 +1,5 @@
 """Bounds of the worst case: closed forms, brute force and random mechanisms lie below them, and near them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

@@ -1,7 +1,5 @@
 """Questions asked of the workers of a Dask scheduler: the same bits, whatever becomes of the workers."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal

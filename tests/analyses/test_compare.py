@@ -1,7 +1,5 @@
 """Two mechanisms on one path: the second one is where the first one's drives have it, not where it passes once more."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The corrections of two mechanisms on one path, and of one with several clearances (figures 24 and 25 of paper 1)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

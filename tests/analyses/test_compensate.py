@@ -1,7 +1,5 @@
 """Corrected drives: no others are better, ranges and weights are minded, contact that flips is told."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

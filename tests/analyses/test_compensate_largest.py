@@ -1,7 +1,5 @@
 """Corrections that make the largest error least: of the worst case, and of all load cases with one table."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

@@ -1,7 +1,5 @@
 """Dimensions that are found against closed forms, and against all points of grids."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import sys

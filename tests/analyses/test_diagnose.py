@@ -1,7 +1,5 @@
 """Which joints are worn: planted sizes, the reference case, readings that do not fit."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

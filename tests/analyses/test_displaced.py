@@ -1,7 +1,5 @@
 """Displaced mechanisms as they are drawn: their output is where the questions say, whatever gives way and deviates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

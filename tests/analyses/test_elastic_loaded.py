@@ -1,7 +1,5 @@
 """Elastic mechanisms under load, from the file to the error, against textbook formulas of beams and springs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Specimens of wheels between which several couplings mesh, against plain rejection."""
 
-from __future__ import annotations
-
 import pytest
 
 import jointplay as jp

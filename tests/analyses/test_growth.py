@@ -1,7 +1,5 @@
 """What is told of a long chain takes as many operations for each joint as that of a short one."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from types import FrameType

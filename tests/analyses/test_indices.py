@@ -1,7 +1,5 @@
 """Sobol' indices: against closed forms, nested Monte Carlo, and the first order where it is exact."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`life`: growth of clearances by hand, by independent programs, and the number of cycles for which limits hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """`worst` to first order is what the exact question finds on its way, and its errors belong to its offsets."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

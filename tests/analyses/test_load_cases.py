@@ -1,7 +1,5 @@
 """Load cases: what is said of each is what a file with these loads alone says, to the bit; and their envelope."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,8 +1,6 @@
 """The load-determined pose against an optimiser (casadi, IPOPT), reactions against equilibrium and hand
 statics."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

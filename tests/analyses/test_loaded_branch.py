@@ -1,8 +1,6 @@
 """Loops in space with clearances of up to some percent of their size: what `loaded` gives is what `given` makes of its
 offsets, also where the steps to the contacts pass a singular pose."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

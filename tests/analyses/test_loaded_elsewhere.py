@@ -1,7 +1,5 @@
 """Where the load can hold a mechanism at several places the one with the most work is given, whoever asks."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from pathlib import Path

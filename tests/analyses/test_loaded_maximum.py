@@ -1,7 +1,5 @@
 """What the load leaves open on the exact closure, against the largest work of the load over poses and play."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

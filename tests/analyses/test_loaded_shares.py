@@ -1,7 +1,5 @@
 """Whose the scatter of specimens under load is: the load decides every offset, so that only sizes make it scatter."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

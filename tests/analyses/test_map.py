@@ -1,7 +1,5 @@
 """Maps: every node is found and says what the ordinary questions say there."""
 
-from __future__ import annotations
-
 import math
 from typing import ClassVar
 

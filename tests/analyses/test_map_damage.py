@@ -1,7 +1,5 @@
 """Maps on disk that were damaged, are worked on by another run, or have no room: one line, never a wrong map."""
 
-from __future__ import annotations
-
 import os
 import resource
 import shutil

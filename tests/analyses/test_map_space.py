@@ -1,7 +1,5 @@
 """Maps in space: the same code, positions with the attitude held, leg lengths by closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """Maps on disk: the same numbers, whatever happens on the way, in bounded memory."""
 
-from __future__ import annotations
-
 import functools
 import json
 import shutil

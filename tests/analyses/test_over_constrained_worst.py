@@ -1,7 +1,5 @@
 """The worst case of over-constrained mechanisms against programs on all bodies, and against poses that are met."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ To first order a bar of an elastic truss with play is a spring with a dead band,
 and a unit is where its energy is least; of several such places a small load picks the farthest.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

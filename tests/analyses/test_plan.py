@@ -1,7 +1,5 @@
 """What to read next: against the fit that would be made of it, and against all choices there are."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Work in further processes: the same answers in the same order, whatever becomes of the processes."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Iterator

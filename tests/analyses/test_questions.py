@@ -3,8 +3,6 @@
 A file mentions a question when it has the name as a word in quotes, or imports from its module.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

@@ -1,8 +1,6 @@
 """Scatter: laws, moments, quantiles, seeds, threads, failures and memory, against an independent Monte
 Carlo."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

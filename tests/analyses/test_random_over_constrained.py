@@ -1,7 +1,5 @@
 """Scatter of over-constrained and elastic mechanisms, against closed forms and brute-force rejection in numpy."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -3,8 +3,6 @@
 The largest error of a 3-UPU was told for a place that its legs cannot reach: 17 mm, where inside it is 6.6.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The region of the output's error: extents in closed form, against `worst`, and against specimens of all sets."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

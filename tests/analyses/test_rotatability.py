@@ -1,8 +1,6 @@
 """Exact worst case of four-bars: the rotatability bound, the arcs that bound the pin, brute force, the
 printed figures."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The machine as it runs: accelerations, inertia as loads, drive torques and powers, and whether contact follows."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

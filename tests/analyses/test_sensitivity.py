@@ -1,7 +1,5 @@
 """Derivatives of the output's pose, against differences of exact poses and closed forms."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

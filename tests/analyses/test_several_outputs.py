@@ -1,7 +1,5 @@
 """Several outputs in one file: what is said of each is what a file with this output alone says, to the bit."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import re

@@ -1,7 +1,5 @@
 """Singularities against closed forms of linkages and robots, and against what defines them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

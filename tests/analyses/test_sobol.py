@@ -1,7 +1,5 @@
 """Random specimens by scrambled Sobol points: the same laws, standard errors that hold, and less to wait for."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

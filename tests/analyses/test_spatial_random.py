@@ -1,7 +1,5 @@
 """Scatter in space: variances of all sets, first order and exact, and what is told of the samples."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The worst case in space: no direction is missed, certificates hold, no sample goes beyond."""
 
-from __future__ import annotations
-
 import json
 import math
 

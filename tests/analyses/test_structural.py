@@ -1,7 +1,5 @@
 """Structural errors against closed forms: straight-line linkages, Ackermann steering, curves by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations, pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """Sweeps over two things: every pair is what a mechanism with both values says, in numbers, words, tables, figures."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Rare specimens outside the limits: against closed forms, long plain sampling and what the worst case excludes."""
 
-from __future__ import annotations
-
 import math
 import re
 from itertools import product

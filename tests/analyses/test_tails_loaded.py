@@ -1,7 +1,5 @@
 """Rare specimens where the load decides the offsets, on maps, and of several outputs and load cases."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

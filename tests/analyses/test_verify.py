@@ -1,7 +1,5 @@
 """Whether a measured machine keeps to its limits: risks by sampling, figures of the standards by their words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2

@@ -1,7 +1,5 @@
 """Workspaces against closed forms and brute force: rings and sectors, two rings on one branch, shells in space."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Worst case of any mechanism: against search, its certificate through `given`, first order, shares,
 shrinking clearances."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -4,8 +4,6 @@ Held against many more starts, against an optimiser on a closure of its own, aga
 exactly, and against the same mechanism written another way. `verify_worst.py` does the same for many mechanisms.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

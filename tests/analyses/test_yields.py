@@ -1,7 +1,5 @@
 """Shares outside the limits, capabilities, yields and repeatability, against counts and formulas of their own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files that a mechanism file names are in its folder, also where a link leads: nothing else is read, or shown."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Progress: one bar for what somebody waits for, where somebody looks, and nothing left of it."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable, Iterator

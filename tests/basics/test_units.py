@@ -1,7 +1,5 @@
 """Units: every number is converted once on its way in and once on its way out, and nothing is lost."""
 
-from __future__ import annotations
-
 import math
 from typing import get_args
 

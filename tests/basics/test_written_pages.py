@@ -1,7 +1,5 @@
 """Every page that is written says to the browser that it fetches, sends and runs nothing but what is in it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`jointplay assemble`: what it prints, writes and draws; and the best order, by brute force over all of them."""
 
-from __future__ import annotations
-
 import csv
 import itertools
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An option that no question heard was dropped without a word: who typed --certify read a result without bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command: what it prints, writes, refuses, and with which exit code it leaves."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

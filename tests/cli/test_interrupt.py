@@ -1,7 +1,5 @@
 """Ctrl-C is heard within a second wherever the time goes, and what is done until then is told."""
 
-from __future__ import annotations
-
 import gc
 import signal
 import sys

@@ -1,7 +1,5 @@
 """The command `map`: what it prints, refuses and draws."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is refused is told by one message: no warnings of libraries beside it, no remarks before it."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where a command writes: full disks, links, pipes, devices, standard streams; and what it writes of a hostile text."""
 
-from __future__ import annotations
-
 import os
 import resource
 import stat

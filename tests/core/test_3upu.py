@@ -4,8 +4,6 @@ The numbers belong to base and platform radii of 300 and 150 mm, pins of 40 mm w
 play, guides of 80 x 30 x 30 mm with gaps of 10 um, pins along the circles.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

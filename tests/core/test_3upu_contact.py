@@ -1,8 +1,6 @@
 """The 3-UPU robot where a force and a couple push its play: contacts against differences of the closure, and what is
 left open."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

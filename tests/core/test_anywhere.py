@@ -1,7 +1,5 @@
 """Mechanisms drawn far from the origins of ground and bodies answer like those that are drawn near them."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Nominal and deviated positions against a CAD sketch solver (SolveSpace), to 1e-8 mm."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

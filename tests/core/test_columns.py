@@ -1,7 +1,5 @@
 """Columns are declared once, in the core: what is typed on this side, and what comes out, is held against it."""
 
-from __future__ import annotations
-
 from typing import Any, get_type_hints
 
 import numpy as np

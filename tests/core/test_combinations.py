@@ -5,8 +5,6 @@ that deviate, sizes that scatter, elastic bearings: each is tested by itself els
 of them together.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from itertools import product

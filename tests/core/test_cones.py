@@ -1,7 +1,5 @@
 """Cone programs of the core against linear programs, closed forms and themselves."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

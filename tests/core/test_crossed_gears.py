@@ -1,8 +1,6 @@
 """Worms, crossed helical, bevel and hypoid gears against textbook forces, Willis and pitch surfaces by hand."""
 
 # ruff: noqa: E501 (one mistake a line)
-from __future__ import annotations
-
 import math
 from typing import Any
 

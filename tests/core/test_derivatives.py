@@ -1,7 +1,5 @@
 """Every derivative against finite differences and against complex steps of an independent closure."""
 
-from __future__ import annotations
-
 from itertools import pairwise, product
 
 import numpy as np

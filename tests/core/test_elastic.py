@@ -4,8 +4,6 @@ The compliance of a piece of a member is held against the beam equation, integra
 members against textbook formulas.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

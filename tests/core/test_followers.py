@@ -1,7 +1,5 @@
 """Loads in body axes, and loads that change along the path."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

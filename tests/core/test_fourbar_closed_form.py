@@ -1,8 +1,6 @@
 """Four-bar linkages against circle intersection: nominal, given play, whole turns, limits, the published
 trajectory."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Latched hinges, whose angle is held and whose pin keeps its play; and the antenna support, whose panels have them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import fsolve

@@ -1,8 +1,6 @@
 """Coordinates that follow those of other joints: closed forms, splines of SciPy, loops by another solver, MuJoCo."""
 
 # ruff: noqa: E501 (one mistake a line)
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Chains of many loops stay on the batch engine, and give what circles give one loop after the other."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 """Random mechanisms near a singularity, where answers grow as one over the smallest singular value and Newton's method
 has the least room: the same questions as elsewhere, with the rounding that belongs there."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

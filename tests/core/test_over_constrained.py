@@ -1,7 +1,5 @@
 """Over-constrained mechanisms with clearances: assembly, the pose under load, prestress; against other programs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Configurations of over-constrained mechanisms side by side: each is what it is alone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random over-constrained planar mechanisms against a cone program on the displacements of all bodies."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Over-constrained mechanisms in space against cone programs on the twists of all bodies."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Deviations of where joints are on their bodies, of their directions, and of links between them."""
 # ruff: noqa: E501 (one mistake a line)
 
-from __future__ import annotations
-
 import copy
 import itertools
 from typing import Any

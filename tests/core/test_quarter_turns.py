@@ -1,7 +1,5 @@
 """Configurations whose joints are a quarter of a turn from those of the first."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

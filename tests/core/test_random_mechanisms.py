@@ -1,7 +1,5 @@
 """Properties that hold for every mechanism, over random assembled ones (hypothesis)."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

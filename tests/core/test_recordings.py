@@ -1,7 +1,5 @@
 """Recorded programs are kept for mechanisms of the same structure; answers do not depend on what is kept."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import multiprocessing

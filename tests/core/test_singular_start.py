@@ -1,7 +1,5 @@
 """Inverse kinematics of a mechanism drawn in a singular pose: the output leads out of it, where drives do not."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

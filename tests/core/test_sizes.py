@@ -1,7 +1,5 @@
 """Clearances whose gap scatters with the sizes of their parts: hole and pin, or one size of the clearance itself."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """The smallest singular value of more than a few bodies, found by iteration on sparse factors."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

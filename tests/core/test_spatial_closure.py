@@ -1,7 +1,5 @@
 """Mechanisms in space: the closure, its derivatives and its statics, over random mechanisms of all joint kinds."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

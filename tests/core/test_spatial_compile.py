@@ -1,7 +1,5 @@
 """From the file of a mechanism in space to the numbers of the core: joints of every type, crosses, starts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The load-determined pose and the supports of all sets in space against cone programs."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Offsets in space: whether they lie within their clearance, by the geometry of pins, guides, balls and plates."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -5,8 +5,6 @@ along x and y inside the coupler give that way, and nothing in the plane. Pins s
 disc.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

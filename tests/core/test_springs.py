@@ -1,7 +1,5 @@
 """Springs between bodies: the pose under them has the least energy, found by an independent optimiser."""
 
-from __future__ import annotations
-
 import itertools
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Elastic mechanisms without play against Pynite, a finite-element program for frames."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from Pynite import FEModel3D

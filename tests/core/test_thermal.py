@@ -1,7 +1,5 @@
 """Thermal growth, against hand calculation and against mechanisms drawn with the warm lengths."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Threads: of a forked process, none at all, too many."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Targets of a path that the links cannot reach are answered within a bound of work, and the others all the same."""
 
-from __future__ import annotations
-
 import time
 
 import jointplay as jp

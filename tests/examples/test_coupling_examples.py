@@ -4,8 +4,6 @@ Tooth forces and lost motions are those of the drawn pose; the exact closure mov
 of their size, and pressure angles by about backlash / module. The tolerances say how much of that there is.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The bundled examples: each is sound, answers all four questions, and can be written with changed values."""
 
-from __future__ import annotations
-
 from importlib import resources
 
 import numpy as np

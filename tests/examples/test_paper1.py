@@ -4,8 +4,6 @@ Jaiswal, Dsouza, Jawale, Jha, Kumar and Singh, "Error estimation and compensatio
 due to joint clearance: a comparative study". The tables, the rule and the study live in examples/papers/paper1.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

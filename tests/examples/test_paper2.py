@@ -1,7 +1,5 @@
 """Paper 2: what the page says of the printed numbers, from closed forms, finite differences and the engine."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

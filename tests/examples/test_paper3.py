@@ -4,8 +4,6 @@ The paper's own numbers are not known. The closed form of the page is held to an
 written apart from it.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

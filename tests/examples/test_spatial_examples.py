@@ -1,7 +1,5 @@
 """The bundled mechanisms in space: where their bodies are and how they move, against pinocchio."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Files are read and written in a folder of its own; what MuJoCo warns of, it writes to one where it is called."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Assemblies of OndselSolver: joints hold what its equations say, motions are drives, damaged files are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Drawings in DXF, as a person draws them: layers are bodies, what coincides is joined."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import itertools

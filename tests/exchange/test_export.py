@@ -1,7 +1,5 @@
 """Models for MuJoCo: clearances are gaps between solids, and at rest the model is where `loaded` says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

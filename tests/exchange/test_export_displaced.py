@@ -1,7 +1,5 @@
 """A drawing of the displaced mechanism, to be measured in a program for CAD as paper 1 does."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Assemblies of FreeCAD: joints hold what the solver of FreeCAD says that they hold, in the saved placements."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Archives that are damaged, or made to do harm: to read other files, to take all memory, or never to end."""
 
-from __future__ import annotations
-
 import io
 import os
 import struct

@@ -1,7 +1,5 @@
 """Robots of other formats: their poses are those of other engines, and what cannot be read is said in one line."""
 
-from __future__ import annotations
-
 import importlib.util
 import itertools
 import math

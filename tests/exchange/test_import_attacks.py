@@ -1,7 +1,5 @@
 """Robots that are made to do harm: to read other files, to take all memory, or never to end."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """What a robot says of play, loops and couplings: lost motion, springs, second parents, closures, reductions."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

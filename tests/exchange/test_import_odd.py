@@ -1,7 +1,5 @@
 """What robots and drawings seldom have: names that clash, laws of nothing, limits of one side, what is switched off."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

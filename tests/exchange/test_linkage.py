@@ -3,8 +3,6 @@
 Coordinates are those of the files of https://github.com/bodysoda2022/practical, and of one example of the program.
 """
 
-from __future__ import annotations
-
 import contextlib
 import random
 import time

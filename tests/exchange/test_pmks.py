@@ -1,7 +1,5 @@
 """Drawings of PMKS+: published positions, closed forms along a turn, units, and what is refused."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 from pathlib import Path

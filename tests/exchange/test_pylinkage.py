@@ -1,7 +1,5 @@
 """Linkages of pylinkage: their points along a turn of the crank are where pylinkage has them."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

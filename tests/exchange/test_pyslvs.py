@@ -1,7 +1,5 @@
 """Mechanisms of Pyslvs: closed forms along a turn, and what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outlines of parts from their shapes, beside closed forms and rays along z; outlines of assemblies in their files."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Volumes, centres and moments of inertia of shapes, beside closed forms and a kernel; masses of assemblies."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Numbers that make no sense beside the others are refused, and those that do are taken."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

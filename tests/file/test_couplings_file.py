@@ -1,8 +1,6 @@
 """Gears, racks, belts, screws and motors of several joints in the mechanism file: keys, messages, closed forms."""
 
 # ruff: noqa: E501 (one mistake a line)
-from __future__ import annotations
-
 import copy
 import functools
 import itertools

@@ -1,7 +1,5 @@
 """Mechanisms written as files: what is read again is the same, and what has not changed stays as it was typed."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import re

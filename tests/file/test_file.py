@@ -1,8 +1,6 @@
 """The mechanism file: every kind of mistake is met by one line that says where it is and what would be valid."""
 
 # ruff: noqa: E501 (one mistake a line)
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Clearances whose sizes scatter, as the file gives them: fits, hole and pin, a tolerance, ball bearings."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

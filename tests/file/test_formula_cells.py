@@ -1,7 +1,5 @@
 """Names in tables of text: what a spreadsheet would run as a formula has an apostrophe, numbers have none."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

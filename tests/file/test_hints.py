@@ -1,7 +1,5 @@
 """Numbers that were meant in another unit, and commas that were meant as points, are asked about and not refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

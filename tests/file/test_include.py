@@ -1,7 +1,5 @@
 """Files made of parts: what is included joins as if it were written in the file."""
 
-from __future__ import annotations
-
 import os
 import pickle
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Laws of single numbers and their correlation: against scipy's distributions, and first order against samples."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

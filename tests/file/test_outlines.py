@@ -1,7 +1,5 @@
 """Outlines of bodies in a file: what is valid, and that they are nothing but drawn."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

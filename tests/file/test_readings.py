@@ -1,7 +1,5 @@
 """Tables of readings as instruments and spreadsheets write them, and what is said of bad ones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The JSON Schema, with which editors complete and check a mechanism file."""
 
-from __future__ import annotations
-
 import copy
 import subprocess
 import sys

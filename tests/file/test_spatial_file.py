@@ -1,8 +1,6 @@
 """The file of a mechanism in space: what it may say, and one line for every kind of mistake."""
 
 # ruff: noqa: E501 (one mistake a line)
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Variables and expressions: any number of the file may be one."""
 
-from __future__ import annotations
-
 import ast
 import math
 from pathlib import Path

@@ -4,8 +4,6 @@ Mechanisms of every planar kind of `wide`, two to five of their sources with a p
 both. The plans are judged by the public answer of `random`: the upper end of the interval of the share outside.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The bundled examples, their answers and refusals, as the tests of the Python interface ask for them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The same mechanism drawn elsewhere: the axes of the ground and those of every body turned and shifted."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

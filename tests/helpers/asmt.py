@@ -1,7 +1,5 @@
 """Assemblies as OndselSolver writes them, from what is needed of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -4,8 +4,6 @@ Deviations of the ground move the pins that are on it, so that centres on the ba
 node may be loaded, and the base may be a bar.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

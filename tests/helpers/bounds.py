@@ -1,7 +1,5 @@
 """What `worst` attains against what its bounds exclude, on the core's own arrays."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Any

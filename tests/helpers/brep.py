@@ -1,7 +1,5 @@
 """Shapes in the text format of Open CASCADE, written from what they are made of, in mm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Poses are those of `given` and `loaded` with offsets that are drawn anew for eve
 them is computed here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache

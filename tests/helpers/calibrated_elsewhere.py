@@ -1,7 +1,5 @@
 """An arm whose deviations are planted, and what other packages find of them from the same readings, without priors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

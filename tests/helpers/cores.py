@@ -1,7 +1,5 @@
 """Long measurements on all cores of the machine, a process for each."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor

@@ -1,7 +1,5 @@
 """Worms, crossed helical, bevel and hypoid gears on fixed axes, as the text of their files."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A slider-crank at its dead centre, where the error of the drive moves the slider by its square only."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

@@ -3,8 +3,6 @@
 from one joint axis to the next: Rot(x, alpha) Trans(x, a) Rot(z, theta + q) Trans(z, d)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a reader sees of a figure: what lies on one another, and what its edge cuts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg

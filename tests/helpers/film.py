@@ -3,8 +3,6 @@
 Written anew with ``PYTHONPATH=tests python -m helpers.film docs/drawn.gif``.
 """
 
-from __future__ import annotations
-
 import base64
 import sys
 import tempfile

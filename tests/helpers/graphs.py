@@ -5,8 +5,6 @@ links and three joints, or a link with a pin and a slot, which leave the freedom
 the load and the output are each on any body.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The parts of the build of the documentation, as modules."""
 
-from __future__ import annotations
-
 import functools
 import importlib.util
 import sys

@@ -6,8 +6,6 @@ at random and the file is written in body axes. So the start is assembled by con
 graph.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Machines that rub and wear, whose forces and lives have closed forms or are known from an independent program."""
 
-from __future__ import annotations
-
 import math
 
 import jointplay as jp

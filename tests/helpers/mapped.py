@@ -1,7 +1,5 @@
 """Maps of parallel robots beside their determinants by hand, for `test_branches.py` and `verify_branches.py`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ Formula: of r(s) = a s^p (1 + b s + ...) the slopes  log(r(s_k) / r(s_k+1)) / lo
 for sizes in one proportion, the slope extrapolated to size zero has an error of second order in s.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

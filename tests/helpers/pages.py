@@ -1,7 +1,5 @@
 """Tables that a program writes into a page of the documentation, between ``<!-- NAME -->`` and ``<!-- /NAME -->``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mechanisms whose joints deviate on all of their bodies, and the same mechanisms with the numbers changed by hand."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Planar platforms on more legs and sliders than hold them, and the same as cone programs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

@@ -1,7 +1,5 @@
 """A rod between two balls, as the text of its file."""
 
-from __future__ import annotations
-
 RSSR = """
 format = 1
 space  = "spatial"

@@ -4,8 +4,6 @@ Nothing here knows how joints with friction are solved: from poses, offsets and 
 something touches, and the forces there are judged by Coulomb's law.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Files with several outputs and load cases, and the files of one output and one load case that they are made of."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
 from typing import Any

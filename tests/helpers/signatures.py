@@ -5,8 +5,6 @@
 become one, with the keys of both.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import textwrap
@@ -376,8 +374,6 @@ ENTRIES = (
     + HEAD
     + '''
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Literal

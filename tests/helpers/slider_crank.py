@@ -1,7 +1,5 @@
 """The slider-crank for which independent programs have reference values, of speed, friction and wear."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 TEXT = """

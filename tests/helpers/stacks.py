@@ -1,7 +1,5 @@
 """Bodies that are held by more joints than needed, of all kinds, in space."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

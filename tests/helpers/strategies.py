@@ -4,8 +4,6 @@ Layouts whose length-scaled Jacobian has a small singular value anywhere on thei
 again, unless asked for.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from typing import Any

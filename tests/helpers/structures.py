@@ -4,8 +4,6 @@ All are drawn as assembled. Dimensions have known deviations, pins and balls hav
 constraint is held by something elastic.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A studio that tests serve, and a person in front of its page: who clicks, drags and types, and counts it."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Callable, Iterator
@@ -113,6 +111,12 @@ class Person:
         self.page.ask("Input.dispatchKeyEvent", type="keyUp", **told)
         self.done()
 
+    def use(self, tool: str, *places: tuple[float, float]) -> None:
+        """Choose a tool by its key, and click on places of the drawing with it."""
+        self.press(tool)
+        for place in places:
+            self.click(*place)
+
     def type(self, text: str) -> None:
         """Type into the field that has the focus."""
         self.page.ask("Input.insertText", text=text)
@@ -157,18 +161,11 @@ class Person:
 
     def draw(self) -> None:
         """A four-bar from nothing, without clearances and limits."""
-        self.press("b")
-        for x, y in [(-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40)]:
-            self.click(x, y)
-        self.press("g")
-        self.click(-60, -40)
-        self.click(40, -40)
-        self.press("d")
-        self.click(-60, -40)
-        self.press("o")
-        self.click(50, 30)
-        self.press("f")
-        self.click(50, 30)
+        self.use("b", (-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40))
+        self.use("g", (-60, -40), (40, -40))
+        self.use("d", (-60, -40))
+        self.use("o", (50, 30))
+        self.use("f", (50, 30))
 
     def judge(self) -> None:
         """The same four-bar with fits in its pins and a limit, up to its verdict."""

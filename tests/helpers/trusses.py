@@ -1,7 +1,5 @@
 """Trusses with clearance in their pins and bars of other lengths, as mechanisms."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import jointplay as jp

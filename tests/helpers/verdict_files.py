@@ -5,8 +5,6 @@ the numbers of its results reach. What is expected is found here from those numb
 forms; the code of the verdicts has no part in it.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

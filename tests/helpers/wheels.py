@@ -1,7 +1,5 @@
 """Specimens of wheels between which several couplings mesh, beside plain rejection."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from helpers.couplings import GROUND, OK, Machine

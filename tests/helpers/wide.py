@@ -4,8 +4,6 @@ Joints stand anywhere in a square, guides point anywhere, bodies have frames of 
 come in any order. The mechanism is assembled where it is laid out; layouts near a singular one are drawn again.
 """
 
-from __future__ import annotations
-
 import cmath
 import itertools
 import math

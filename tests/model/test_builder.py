@@ -1,7 +1,5 @@
 """Mechanisms written in Python: they are those of the file, with its messages, and editors know the methods."""
 
-from __future__ import annotations
-
 import copy
 import inspect
 import re

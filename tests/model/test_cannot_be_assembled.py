@@ -3,8 +3,6 @@
 A length that is said to close a loop does; a little less does not, whatever the start.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 The robots of `freedoms` have freedoms that are known by construction.
 """
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

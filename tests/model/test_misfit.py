@@ -3,8 +3,6 @@
 Numbers are drawn in, so that the answer is known by construction.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

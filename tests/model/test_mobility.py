@@ -1,7 +1,5 @@
 """Freedoms and redundancies by rank, told by name."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A mechanism in numbers, and changed copies of it."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

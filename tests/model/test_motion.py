@@ -1,7 +1,5 @@
 """Paths and drive values from tables beside the file."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

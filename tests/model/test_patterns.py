@@ -1,7 +1,5 @@
 """Patterns: a part of the mechanism that the file has once is there several times."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Self-stresses: one for every redundant constraint, in equilibrium without a load, through the members one expects."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Every source of every bundled mechanism has a size, and a copy that is resized has the size that was asked."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A rod between two balls spins about itself; that moves nothing of interest and is held."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Animations show the mechanism of every configuration, whole or not at all."""
 
-from __future__ import annotations
-
 import base64
 import io
 import os

@@ -1,7 +1,5 @@
 """Figures for a paper: the style, sizes, panels, and what is drawn of results."""
 
-from __future__ import annotations
-
 import re
 import threading
 from itertools import product

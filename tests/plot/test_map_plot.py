@@ -1,7 +1,5 @@
 """Drawings of maps show the numbers of maps; surfaces lie where the values are."""
 
-from __future__ import annotations
-
 import base64
 import re
 from pathlib import Path

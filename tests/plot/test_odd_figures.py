@@ -1,7 +1,5 @@
 """Figures of odd results in a column of a page: nothing is off, very little or in many places, and names are long."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from typing import Any
 

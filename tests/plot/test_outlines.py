@@ -1,7 +1,5 @@
 """Outlines of bodies on drawings and pages move as their bodies do, errors magnified."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.axes import Axes

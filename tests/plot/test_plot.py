@@ -1,7 +1,5 @@
 """Drawings show the numbers of the results."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

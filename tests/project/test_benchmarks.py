@@ -1,7 +1,5 @@
 """The peers of the benchmarks solve what jointplay solves; their speed is not a matter of tests."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

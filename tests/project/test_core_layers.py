@@ -1,7 +1,5 @@
 """Imports of the core go one way: every layer from those below it, no circle of files, no method from above."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter

@@ -1,7 +1,5 @@
 """What the build of the documentation makes: the gallery, the page of the notebook, formulas."""
 
-from __future__ import annotations
-
 import base64
 import html
 import io

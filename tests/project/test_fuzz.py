@@ -1,7 +1,5 @@
 """Some cases of the fuzzers: whatever a file, a command or a map is, the answer is a result or one line, and soon."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Imports go one way, nothing heavy is imported before it is needed, and every module has its room."""
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess

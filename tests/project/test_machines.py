@@ -1,7 +1,5 @@
 """What holds here holds on other machines: a sample of what `make test-machines` runs in full."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -3,8 +3,6 @@
 Looked at are the pages as they are built, with the tables that the program makes of itself.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

@@ -1,7 +1,5 @@
 """What make says of a machine that lacks something, before it downloads or compiles anything."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

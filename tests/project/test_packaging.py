@@ -1,7 +1,5 @@
 """What packages say of themselves is said in several files: they agree."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

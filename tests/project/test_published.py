@@ -1,7 +1,5 @@
 """Published figures: each agrees with what its case says within its printed digits, and the page lists all of them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A set of offsets is declared once in Python, in `core/sets.py`: others read what it says and do not ask its name."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A type name has one meaning, so that a reader who has met it once knows it."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterable, Iterator

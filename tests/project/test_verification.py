@@ -1,7 +1,5 @@
 """docs/verification.json has every bundled example, its rows are within their tolerances, and some still hold."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

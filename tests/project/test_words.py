@@ -10,8 +10,6 @@ The blocks of one page share a directory and run in their order:
 Files that a page links to, other than pages and pictures, are there: the reader has saved them.
 """
 
-from __future__ import annotations
-
 import ast
 import doctest
 import io

@@ -1,7 +1,5 @@
 """Comparisons, sweeps, questions in one file, shares of the sources; and what Ctrl-C leaves of them."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Names in results: all of them are reached as attributes of a dataset, and none is lost to a drive that has it."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import keyword

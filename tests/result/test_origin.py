@@ -1,7 +1,5 @@
 """A result found in a folder weeks later says which mechanism it is of, and can be asked again."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

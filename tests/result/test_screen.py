@@ -1,7 +1,5 @@
 """What a new user sees: the answer first, tables that fit, nothing said twice, what is left out, colours, help, Tab."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

@@ -1,7 +1,5 @@
 """Whether errors keep to the limits of the file: margins, sentences, marks, exit codes."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

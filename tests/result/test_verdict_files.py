@@ -1,7 +1,5 @@
 """First sentences and exit codes against the numbers: some of the sixty files of `verify_verdicts`."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a verdict rests on: which offsets, which sizes, which configurations; and one sentence over all questions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

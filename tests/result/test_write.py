@@ -1,7 +1,5 @@
 """Results as files: nothing lost, nothing half written."""
 
-from __future__ import annotations
-
 import csv
 import json
 import stat

@@ -1,7 +1,5 @@
 """A browser, a folder with mechanisms, and somebody in front of a studio."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The drawing board: edits of a file, what they leave as it was, and what a person does on the page."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -511,8 +509,7 @@ class TestAPerson:
         assert drawer.text == text
 
     def test_types_length_and_angle_of_a_bar_with_a_comma(self, drawer: Person) -> None:
-        drawer.press("b")
-        drawer.click(0, 0)
+        drawer.use("b", (0, 0))
         drawer.page.run("document.getElementById('typed').focus()")
         drawer.page.ask("Input.insertText", text="42,5<90")
         drawer.press("Enter")
@@ -548,9 +545,7 @@ class TestAPerson:
             text = person.text
             point = "board.board.joints.find(({ name }) => name === 'crankpin').point"
             pin = page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.scene.places[0][{point}])")
-            person.press("b")
-            person.click(*pin)
-            person.click(150, 90)
+            person.use("b", pin, (150, 90))
             raw = toml.parse(person.text)
             assert [*raw["joints"]["crankpin"]["on"]] == ["crank", "rod", "bar1"]
             np.testing.assert_allclose(raw["joints"]["crankpin"]["on"]["bar1"], pin, atol=1e-3)
@@ -740,9 +735,7 @@ class TestAPerson:
     def test_has_names_for_everything_and_room_at_800_pixels(self, person: Person) -> None:
         page = person.page
         # With as many properties as there are.
-        person.press("c")
-        person.click(*person.where("J2"))
-        person.click(-60, 80)
+        person.use("c", person.where("J2"), (-60, 80))
         person.pick("#parts", '{"joint":"J2"}')
         size = {"width": 800, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         page.ask("Emulation.setDeviceMetricsOverride", **size)

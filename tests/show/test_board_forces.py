@@ -1,7 +1,5 @@
 """Limits of forces in the studio: its verdict is that of `error`, found when the sliders rest."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Animations that a page asks for: what `animate` writes, with progress, an end, and a reason where there is none."""
 
-from __future__ import annotations
-
 import base64
 import io
 from pathlib import Path

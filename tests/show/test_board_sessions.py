@@ -1,7 +1,5 @@
 """Random sessions in front of the board: whatever is clicked, dragged and typed, one gets back to where one began."""
 
-from __future__ import annotations
-
 import json
 import random
 import traceback

@@ -1,7 +1,5 @@
 """What each tool of the drawing board does, as a person uses it; numbers are compared with those by hand."""
 
-from __future__ import annotations
-
 import base64
 import json
 import tempfile
@@ -28,22 +26,16 @@ NOTE = "document.getElementById('note').textContent"
 
 def lever(drawer: Person) -> None:
     """Two bars, 60 and 80 long at a right angle, the first one on a driven pin of the ground."""
-    drawer.press("b")
-    for x, y in [(0, 0), (60, 0), (60, 0), (60, 80)]:
-        drawer.click(x, y)
-    drawer.press("g")
-    drawer.click(0, 0)
-    drawer.press("d")
-    drawer.click(0, 0)
+    drawer.use("b", (0, 0), (60, 0), (60, 0), (60, 80))
+    drawer.use("g", (0, 0))
+    drawer.use("d", (0, 0))
 
 
 def welded_lever(drawer: Person) -> None:
     """The same in one piece, with the output at its end."""
     lever(drawer)
-    drawer.press("w")
-    drawer.click(60, 0)
-    drawer.press("o")
-    drawer.click(60, 80)
+    drawer.use("w", (60, 0))
+    drawer.use("o", (60, 80))
 
 
 def test_a_weld_makes_one_lever_of_two_bars_and_is_a_pin_again(drawer: Person) -> None:
@@ -55,26 +47,17 @@ def test_a_weld_makes_one_lever_of_two_bars_and_is_a_pin_again(drawer: Person) -
     np.testing.assert_allclose(
         jp.solve(m).nominal[:, :2], 100 * np.array([np.cos(turned), np.sin(turned)]).T, atol=1e-9
     )
-    drawer.press("w")
-    drawer.click(60, 0)
+    drawer.use("w", (60, 0))
     assert toml.parse(drawer.text)["joints"]["J1"]["type"] == "revolute"
 
 
 def test_a_gear_pair_turns_by_the_ratio_of_its_teeth(drawer: Person) -> None:
-    drawer.press("b")
-    for x, y in [(0, 0), (0, 40), (60, 0), (60, 40)]:
-        drawer.click(x, y)
-    drawer.press("g")
-    drawer.click(0, 0)
-    drawer.click(60, 0)
-    drawer.press("e")
-    drawer.click(0, 0)
-    drawer.click(60, 0)
+    drawer.use("b", (0, 0), (0, 40), (60, 0), (60, 40))
+    drawer.use("g", (0, 0), (60, 0))
+    drawer.use("e", (0, 0), (60, 0))
     assert toml.parse(drawer.text)["joints"]["mesh1"]["radii"] == [30, 30]
-    drawer.press("d")
-    drawer.click(0, 0)
-    drawer.press("o")
-    drawer.click(60, 40)
+    drawer.use("d", (0, 0))
+    drawer.use("o", (60, 40))
     drawer.pick("#parts", '{"joint":"mesh1"}')
     drawer.fill("teeth.1", "40")
     m = jp.loads(drawer.text)
@@ -92,17 +75,11 @@ def test_a_gear_pair_turns_by_the_ratio_of_its_teeth(drawer: Person) -> None:
 
 
 def test_a_slot_guides_the_end_of_a_rod(drawer: Person) -> None:
-    drawer.press("b")
-    for x, y in [(0, 0), (0, 40), (0, 40), (100, 0)]:
-        drawer.click(x, y)
-    drawer.press("g")
-    drawer.click(0, 0)
-    drawer.press("t")
-    drawer.click(100, 0)
-    drawer.press("d")
-    drawer.click(0, 0)
-    drawer.press("o")
-    drawer.click(100, 0)
+    drawer.use("b", (0, 0), (0, 40), (0, 40), (100, 0))
+    drawer.use("g", (0, 0))
+    drawer.use("t", (100, 0))
+    drawer.use("d", (0, 0))
+    drawer.use("o", (100, 0))
     turned = np.radians(np.linspace(-20, 20, 9))
     x = -40 * np.sin(turned) + np.sqrt(100**2 + 40**2 - (40 * np.cos(turned)) ** 2)
     np.testing.assert_allclose(jp.solve(jp.loads(drawer.text)).nominal[:, 0], x, atol=1e-9)
@@ -110,11 +87,8 @@ def test_a_slot_guides_the_end_of_a_rod(drawer: Person) -> None:
 
 def test_a_spring_pulls_and_a_torsion_spring_turns(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("w")
-    drawer.click(60, 0)
-    drawer.press("c")
-    drawer.click(60, 80)
-    drawer.click(0, 80)
+    drawer.use("w", (60, 0))
+    drawer.use("c", (60, 80), (0, 80))
     spring = toml.parse(drawer.text)["springs"]["spring1"]
     assert spring == {"on": {"bar2": [60, 80], "ground": [0, 80]}, "stiffness": 1, "free_length": 60}
     drawer.fill("springs.spring1.stiffness", "2,5")
@@ -140,9 +114,7 @@ def test_a_dimension_is_shown_and_has_a_tolerance_with_a_law(person: Person) -> 
     assert (m.value("dimensions.l1.tolerance"), m.value("dimensions.l1.law")) == (0.05, "uniform")
     # Between two bodies it is measured, and the file stays as it is.
     text = person.text
-    person.press("i")
-    person.click(*places["J1"])
-    person.click(*places["J3"])
+    person.use("i", places["J1"], places["J3"])
     assert person.page.run(NOTE).startswith("J1 to J3: ")
     length = float(person.page.run(NOTE).split(": ")[1].split(" <")[0])
     assert length == pytest.approx(np.hypot(*np.subtract(places["J3"], places["J1"])), abs=1e-2)
@@ -151,14 +123,11 @@ def test_a_dimension_is_shown_and_has_a_tolerance_with_a_law(person: Person) -> 
 
 def test_the_output_is_a_point_of_a_bar(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("w")
-    drawer.click(60, 0)
+    drawer.use("w", (60, 0))
     # The middle of a bar snaps.
-    drawer.press("p")
-    drawer.click(60, 41)
+    drawer.use("p", (60, 41))
     assert toml.parse(drawer.text)["board"]["free"]["bar2"] == [[60, 80], [60, 40]]
-    drawer.press("o")
-    drawer.click(60, 40)
+    drawer.use("o", (60, 40))
     assert toml.parse(drawer.text)["output"] == {"body": "bar2", "at": [60, 40]}
 
 
@@ -172,9 +141,7 @@ def test_a_picture_behind_is_scaled_by_two_points_and_undone(drawer: Person, tmp
     page.wait("document.querySelector('#drawing image')")
     width = "Number(document.querySelector('#drawing image').getAttribute('width'))"
     before = page.run(width)
-    drawer.press("k")
-    drawer.click(-20, 0)
-    drawer.click(20, 0)
+    drawer.use("k", (-20, 0), (20, 0))
     drawer.type("80")
     drawer.press("Enter")
     # 40 units of the view are 80 of the picture.
@@ -198,34 +165,27 @@ PIXEL = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgG
 
 def test_a_locked_joint_stays_and_lengths_change_at_the_other_end(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("l")
-    drawer.click(60, 0)
+    drawer.use("l", (60, 0))
     assert toml.parse(drawer.text)["board"]["locked"] == ["J1"]
     text = drawer.text
     drawer.press("v")
     drawer.drag((60, 0), (30, 30))
     assert drawer.text == text
     assert "J1 is locked" in drawer.page.run(NOTE)
-    drawer.press("l")
-    drawer.click(60, 0)
-    drawer.click(0, 0)
+    drawer.use("l", (60, 0), (0, 0))
     assert toml.parse(drawer.text)["board"]["locked"] == ["J2"]
     # The second joint is the one that moves, unless it is locked.
     drawer.pick("#parts", '{"body":"bar1"}')
     drawer.fill("J1 J2", "90")
     joints = toml.parse(drawer.text)["joints"]
     assert (joints["J1"]["at"], joints["J2"]["at"]) == ([90, 0], [0, 0])
-    drawer.press("l")
-    drawer.click(0, 0)
+    drawer.use("l", (0, 0))
     assert "locked" not in toml.parse(drawer.text).get("board", {})
 
 
 def test_a_bar_is_copied_by_keys(drawer: Person) -> None:
-    drawer.press("b")
-    drawer.click(-40, 0)
-    drawer.click(0, 30)
-    drawer.press("v")
-    drawer.click(-20, 15)
+    drawer.use("b", (-40, 0), (0, 30))
+    drawer.use("v", (-20, 15))
     drawer.press("c", 2)
     drawer.press("v", 2)
     free = toml.parse(drawer.text)["board"]["free"]
@@ -276,8 +236,7 @@ def test_expressions_and_variables_are_typed_in_place(drawer: Person) -> None:
     assert raw["variables"] == {"crank": 60}
     assert raw["joints"]["J1"]["at"] == ["crank", 0]
     drawer.fill("y", "crank / 4")
-    drawer.press("o")
-    drawer.click(60, 80)
+    drawer.use("o", (60, 80))
     drawer.fill("variables.crank", "48,0")
     assert toml.parse(drawer.text)["variables"] == {"crank": 48}
     drawer.pick("#parts", '{"body":"bar1"}')
@@ -299,8 +258,7 @@ def test_loads_act_in_cases(person: Person) -> None:
     assert "loads" not in raw
     assert raw["load_cases"]["press"][0]["force"] == [0, -12.5]
     person.page.wait("document.querySelector('#choices select')")
-    person.press("f")
-    person.click(*person.where("J2"))
+    person.use("f", person.where("J2"))
     person.fill("loads.0.case", "lift")
     assert [*toml.parse(person.text)["load_cases"]] == ["press", "lift"]
     person.fill("load_cases.press.0.case", "")
@@ -332,12 +290,8 @@ def test_a_drive_has_its_range_error_law_and_backlash(drawer: Person) -> None:
 
 def test_drives_dimensions_and_springs_get_other_names(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("c")
-    drawer.click(60, 80)
-    drawer.click(0, 80)
-    drawer.press("i")
-    drawer.click(0, 0)
-    drawer.click(60, 0)
+    drawer.use("c", (60, 80), (0, 80))
+    drawer.use("i", (0, 0), (60, 0))
     for kind, section, old in [
         ("drive", "drives", "drive1"),
         ("spring", "springs", "spring1"),
@@ -355,8 +309,7 @@ def test_drives_dimensions_and_springs_get_other_names(drawer: Person) -> None:
 
 def test_a_drive_too_many_is_refused_and_the_answers_stay(person: Person) -> None:
     text = person.text
-    person.press("d")
-    person.click(*person.where("J2"))
+    person.use("d", person.where("J2"))
     assert "too many drives" in person.page.run(NOTE)
     assert person.text == text
     assert not person.page.run("document.body.classList.contains('stale')")
@@ -392,19 +345,13 @@ def test_the_guide_leads_through_a_first_drawing(folder: Path, browser: Browser)
             said.append(int(page.text("#tour").split(" of ")[0]))
 
         step()
-        drawer.press("b")
-        for x, y in [(-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40)]:
-            drawer.click(x, y)
+        drawer.use("b", (-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40))
         step()
-        drawer.press("g")
-        drawer.click(-60, -40)
-        drawer.click(40, -40)
+        drawer.use("g", (-60, -40), (40, -40))
         step()
-        drawer.press("d")
-        drawer.click(-60, -40)
+        drawer.use("d", (-60, -40))
         step()
-        drawer.press("o")
-        drawer.click(50, 30)
+        drawer.use("o", (50, 30))
         step()
         drawer.press("a", 2)
         drawer.pick("#way", "radial")
@@ -562,8 +509,7 @@ def test_a_drag_keeps_the_lengths_of_the_bars_on_a_joint_and_is_one_step(drawer:
 
 def test_arrows_move_what_is_chosen_by_a_step_each(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("v")
-    drawer.click(60, 0)
+    drawer.use("v", (60, 0))
     before = toml.parse(drawer.text)["joints"]["J1"]["at"]
     drawer.press("ArrowRight")
     drawer.press("ArrowUp")
@@ -663,12 +609,9 @@ def test_wheels_that_have_one_place_in_the_start_are_refused_and_the_drawing_sta
 
 def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
     lever(drawer)
-    drawer.press("o")
-    drawer.click(60, 80)
+    drawer.use("o", (60, 80))
     text = drawer.text
-    drawer.press("j")
-    drawer.click(-40, 60)
-    drawer.click(20, 60)
+    drawer.use("j", (-40, 60), (20, 60))
     target = toml.parse(drawer.text)["target"]
     assert target == {"line": {"through": [-40, 60], "to": [20, 60]}}
     mark = "document.querySelectorAll('.b-target').length"
@@ -676,13 +619,10 @@ def test_a_target_is_drawn_and_goes_again(drawer: Person) -> None:
     drawer.fill("target.tolerance", "0,5")
     drawer.fill("target.line.to.1", "75")
     assert toml.parse(drawer.text)["target"] == {"line": {"through": [-40, 60], "to": [20, 75]}, "tolerance": 0.5}
-    drawer.press("r")
-    drawer.click(0, 0)
-    drawer.click(60, 80)
+    drawer.use("r", (0, 0), (60, 80))
     assert toml.parse(drawer.text)["target"] == {"circle": {"centre": [0, 0], "radius": 100}, "tolerance": 0.5}
     # The output is at a joint of the first bar's end, on a lever of that length: it is on the circle.
-    drawer.press("w")
-    drawer.click(60, 0)
+    drawer.use("w", (60, 0))
     m = jp.loads(drawer.text)
     assert float(abs(jp.structural(m)["structural_error"]).max()) == pytest.approx(0, abs=1e-9)
     drawer.page.run("[...document.querySelectorAll('#inspector .target button')].at(-1).click()")
@@ -816,22 +756,17 @@ def test_a_long_list_has_ticks_and_says_so(drawer: Person) -> None:
 
 
 def test_the_stroke_of_a_slider_has_handles(drawer: Person) -> None:
-    drawer.press("b")
-    drawer.click(0, 0)
-    drawer.click(60, 0)
+    drawer.use("b", (0, 0), (60, 0))
     drawer.press("w")
-    drawer.press("s")
-    drawer.click(0, 0)
-    drawer.press("w")
-    drawer.click(0, 0)
+    drawer.use("s", (0, 0))
+    drawer.use("w", (0, 0))
     guide = next(name for name, table in toml.parse(drawer.text)["joints"].items() if table["type"] == "prismatic")
     drawer.pick("#parts", json.dumps({"joint": guide}, separators=(",", ":")))
     drawer.page.run(
         "[...document.querySelectorAll('#inspector button')].find((one) => one.textContent === 'drive it').click()"
     )
     drawer.done()
-    drawer.press("o")
-    drawer.click(60, 0)
+    drawer.use("o", (60, 0))
     drawer.press("v")
     drawer.fill("drives.drive1.from", "-20")
     drawer.fill("drives.drive1.to", "20")

@@ -1,7 +1,5 @@
 """What a notebook shows of a mechanism: a drawing and tables, whatever the mechanism is, and never a traceback."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re

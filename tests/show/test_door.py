@@ -1,7 +1,5 @@
 """The studio among strangers: every user of the machine can connect to it, and read its command lines."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

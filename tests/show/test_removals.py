@@ -1,7 +1,5 @@
 """What goes with what is taken away on the board: a valid file remains so, or the board says what is missing."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 from typing import Any

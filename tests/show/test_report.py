@@ -1,7 +1,5 @@
 """Reports: what stands on the page, that nothing of a file can act there, and what a browser makes of it."""
 
-from __future__ import annotations
-
 import base64
 import functools
 import html

@@ -1,7 +1,5 @@
 """The report as a document: who signs it, what it was compared with, what is to be ordered, and how it is printed."""
 
-from __future__ import annotations
-
 import html
 import math
 import re

@@ -1,7 +1,5 @@
 """What a report costs, counted and not timed: how often its figures are measured and drawn."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The studio: its numbers, who may ask, which files it touches, and what a person sees who plays with it."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import re

@@ -4,8 +4,6 @@ Everything here goes through the public functions. `Study` holds plain arrays, i
 positions.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Colours are those of Okabe and Ito, and every series also has its own marker or 
 colour blindness and a black-and-white printer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

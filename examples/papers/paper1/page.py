@@ -1,7 +1,5 @@
 """The documentation page: a template with every number filled in from the study."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from string import Template
 

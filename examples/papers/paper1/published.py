@@ -12,8 +12,6 @@ mm, angles in degrees, as printed. Tables 9 and 11 follow no rule that was found
 candidates.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from pathlib import Path

@@ -10,8 +10,6 @@ The coupler joint has two pin centres, at most r apart: the one on the rocker (t
 itself and the rocker pivot, the one on the driving link has two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tables of the page, as Markdown: what the paper prints on the left, what jointplay computes on the right."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Five bars in a loop have two freedoms; two joints that are locked take them away
 link, so that which joints these are decides what the steps are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

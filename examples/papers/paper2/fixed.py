@@ -9,8 +9,6 @@ Turning a link by theta moves its end along the chord, which is across the middl
     turned end = 2 l sin(theta / 2) (-sin, cos)(phi + theta / 2)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

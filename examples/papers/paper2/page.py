@@ -1,7 +1,5 @@
 """The documentation page: a template with every number filled in from what is printed and from the study."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from string import Template

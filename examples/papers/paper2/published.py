@@ -10,8 +10,6 @@ the angles of the triangle at E, B and A. With b = beta - eps and c = gamma + ep
 The signs of (15) are those of the printed numbers.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

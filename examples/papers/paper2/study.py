@@ -1,7 +1,5 @@
 """The questions of the paper, answered by jointplay on the file of the bundled example."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Series have the colours of Okabe and Ito and each its own marker or dash; maps h
 survive colour blindness and a black-and-white printer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The error over the workspace, by the general engine."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The documentation page: a template with every number filled in from the study and the maps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from string import Template

@@ -1,7 +1,5 @@
 """The robot as jointplay knows it: the file that `jointplay new 3-upu` writes, 13 bodies and 15 joints with play."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Everything of the general engine goes through the public functions. Errors are in mm and degrees, as in the file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

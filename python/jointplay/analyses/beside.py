@@ -4,8 +4,6 @@ Mechanisms that are compared, sizes that were chosen and clearances that have wo
 worst case. The result has what is used of a limit at most, where, or why that is not known.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -4,8 +4,6 @@ Every value costs the closure of a mechanism, and one beyond the end of an assem
 go where the values so far say, and halve (or take the golden section) where that does not pay.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

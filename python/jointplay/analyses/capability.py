@@ -9,8 +9,6 @@ replicates. Two of them, p < r, have the correlation of order statistics of inde
 sqrt(p (1 - r) / (r (1 - p))). It is at most 0.04, so that it hardly matters that Sobol points have another one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ What `worst` attains is a lower bound of the worst case. The core encloses all p
 arithmetic and bounds the errors from above. Both together say how much the worst case can be missed by.
 """
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

@@ -7,8 +7,6 @@ Where loads act and the file names neither, a yield has to be reached both ways:
 known, and either can be the smaller one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, not_known

@@ -3,8 +3,6 @@
 Deviations of lengths and of places move points within their bodies, too.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

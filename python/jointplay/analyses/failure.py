@@ -1,7 +1,5 @@
 """Configurations that cannot be assembled: where they stay open, and what would close them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

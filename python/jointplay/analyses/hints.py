@@ -1,7 +1,5 @@
 """Numbers that look as if another one was meant. A hint is no refusal: such a mechanism may be right."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

@@ -11,8 +11,6 @@ sequential quadratic programming, min t with the distance of every point at most
 circle, from the narrowest rings around some of the points.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, pairwise

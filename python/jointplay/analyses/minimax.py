@@ -11,8 +11,6 @@ The worst case has offsets without number. Those at which it is largest are adde
 some is never more than that over all, and what separates both at the end is what the correction may miss.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

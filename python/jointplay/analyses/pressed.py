@@ -8,8 +8,6 @@ at every configuration as many are drawn as decide whether a required yield is m
 the load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

@@ -6,8 +6,6 @@ computes them. A process has one thread of the core; it is a plain interpreter, 
 asks, and it ends with its input.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The questions that others ask: what computes them, and which options they have."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Where joints and drives are, and which of them leaves its range in the file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

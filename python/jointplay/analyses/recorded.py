@@ -1,7 +1,5 @@
 """Every result says what it is of: the outermost question that was asked puts it there."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable

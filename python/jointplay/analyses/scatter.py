@@ -1,7 +1,5 @@
 """What the results of `random` have of specimens: moments, quantiles, shares beyond limits, yields."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

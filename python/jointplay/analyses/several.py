@@ -6,8 +6,6 @@ What is asked of one of them is what a file with this output and these loads alo
 the load cases has the largest error and the case that causes it.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence

@@ -6,8 +6,6 @@ singular value has a minimum below the limit, it stays below the limit, or the b
 function theorem, it only does where the closure is singular). Each is then closed in upon, a bounded number of times.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence

@@ -13,8 +13,6 @@ output's singularities are those of the first kind and the drives' those of the 
 those of Zlatanov, Bonev and Gosselin (2002).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -10,8 +10,6 @@ Straub, Probab. Eng. Mech. 41, 2015, 89). Levels f_k and sizes s of moves are ch
 ones the product of the shares is unbiased, and independent replicates give its standard error.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ nothing, and what counting leaves open is added to the interval. A search whose 
 of the counted specimens is not believed: the share is theirs. Either may be wrong, and the interval holds both.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Transmission angles: between the lines along two bodies of a mechanism in the plane."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.basics import poses

@@ -10,8 +10,6 @@ infinite where there is none. What is reached along one way says nothing of anot
 the nearest limit never see a farther one that alone can be missed.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 

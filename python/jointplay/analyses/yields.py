@@ -10,8 +10,6 @@ The worst offsets of a specimen are those of the first order, u = argmax w . A u
 of a size by ascent, w = A u / |A u|, from the best of a fan of directions. The error at these offsets is the exact one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

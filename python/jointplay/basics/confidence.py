@@ -8,8 +8,6 @@ with B the quantile of the beta distribution; low = 0 for k = 0, high = 1 for k 
 shares p_1 ... p_R, by Student's t: mean +- t(1 - alpha / 2; R - 1) s / sqrt(R).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 

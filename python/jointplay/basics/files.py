@@ -5,8 +5,6 @@ when the disk has it. A symbolic link stays, and what it leads to is replaced. A
 cannot be replaced: it is written to.
 """
 
-from __future__ import annotations
-
 import os
 import secrets
 import shutil

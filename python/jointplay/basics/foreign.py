@@ -1,7 +1,5 @@
 """What files and links of other programs look like, for those that do not read them."""
 
-from __future__ import annotations
-
 import re
 
 #: extensions of files that are imported, and are nothing else, in small letters

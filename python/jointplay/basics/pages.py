@@ -1,7 +1,5 @@
 """The beginning of every page that is written to a file or handed to a notebook, with what such a page may do."""
 
-from __future__ import annotations
-
 from html import escape
 
 from jointplay.errors import one_line

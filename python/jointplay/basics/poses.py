@@ -6,8 +6,6 @@ axes. A rotation vector lies along the axis of the rotation and is as long as it
 All functions take arrays of any leading shape; the last axis holds one pose, quaternion or vector.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

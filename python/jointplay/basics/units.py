@@ -5,8 +5,6 @@ Moments are in the file's force times its length; masses are in kg, gravity in m
 whatever the units.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The command `jointplay`. Its subcommands call the analyses; what is slow to import waits until it is needed."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

@@ -1,7 +1,5 @@
 """The subcommand that shows a mechanism in motion."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """What is written on the command line as values: `KEY=VALUE`, lists of numbers, ranges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

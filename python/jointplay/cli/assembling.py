@@ -1,7 +1,5 @@
 """The subcommand that follows an assembly."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

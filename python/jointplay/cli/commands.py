@@ -1,7 +1,5 @@
 """The subcommands, and the program that has them."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Annotated
 

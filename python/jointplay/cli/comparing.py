@@ -1,7 +1,5 @@
 """The subcommand that compares mechanisms."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

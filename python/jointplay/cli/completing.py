@@ -1,7 +1,5 @@
 """What a shell offers after Tab: mechanism files, examples, keys of the file, sources."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The subcommands that bring mechanisms in from foreign formats, and out to them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path

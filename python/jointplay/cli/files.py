@@ -1,7 +1,5 @@
 """The subcommands for the file itself: an example to start from, what is in a file, and its schema."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The subcommand that says what play makes of the forces of drives and joints."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

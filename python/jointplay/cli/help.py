@@ -1,7 +1,5 @@
 """Examples for the help of every command: what to type, and what comes of it. Tests run them."""
 
-from __future__ import annotations
-
 #: what each line does, by command; the files are bundled examples of that name
 LINES: dict[str, dict[str, str]] = {
     "new": {

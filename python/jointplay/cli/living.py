@@ -1,7 +1,5 @@
 """The subcommand that says how long the limits hold while joints wear."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Arguments and options that commands share, and those of questions, which `belonging.asks` gives to commands."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from enum import StrEnum

@@ -3,8 +3,6 @@
 They are added to a command here, and read where it prints and writes: the commands need not hand them on.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable

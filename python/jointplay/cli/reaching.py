@@ -1,7 +1,5 @@
 """The subcommand that finds the workspace of a mechanism."""
 
-from __future__ import annotations
-
 import os
 from functools import partial
 from pathlib import Path

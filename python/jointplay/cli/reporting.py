@@ -1,7 +1,5 @@
 """The subcommand that writes a report."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The subcommand that serves a page to play with a mechanism."""
 
-from __future__ import annotations
-
 import threading
 from contextlib import ExitStack
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The subcommands about the nominal mechanism: its motion, and how near it is to a singularity."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

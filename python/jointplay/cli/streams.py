@@ -1,7 +1,5 @@
 """The standard streams: closed, full, left by their reader, or with an alphabet that lacks a letter."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys

@@ -1,7 +1,5 @@
 """The subcommand that asks for every value of something in the file."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

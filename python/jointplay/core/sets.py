@@ -7,8 +7,6 @@ An offset v is admissible where it meets all conditions of its set; R, w are row
     axial, high     low <= w v <= high         one number
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain

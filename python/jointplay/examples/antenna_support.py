@@ -1,7 +1,5 @@
 """The extendible support structure of a SAR antenna: two panels, held by three locked links against a satellite."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar

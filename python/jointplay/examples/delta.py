@@ -1,7 +1,5 @@
 """The Delta robot: three driven arms carry a platform by pairs of rods, which keep it from turning."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

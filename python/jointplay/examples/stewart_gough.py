@@ -1,7 +1,5 @@
 """The Stewart-Gough platform: six telescopic legs, each with a universal joint below and a ball above."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

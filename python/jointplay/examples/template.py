@@ -1,7 +1,5 @@
 """Examples that are written from a few sizes: the values they take, and how numbers stand in their files."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, fields

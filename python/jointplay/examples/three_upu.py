@@ -1,7 +1,5 @@
 """The 3-UPU robot: a platform on three telescopic legs with a universal joint at each end."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar

@@ -8,8 +8,6 @@ Constraints that are no joint by themselves become joints in series, with massle
 two points is a rod between two balls. How they are meant is in `constraints`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The numbers of a foreign file are those of something that can be built, before anything is computed with them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ A program that reads them looks for a name in several places: beside the file th
 the folders that the file gives for meshes and textures. None of these may lead out of the folder, also not by a link.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import stat

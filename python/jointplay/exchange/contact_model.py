@@ -6,8 +6,6 @@ load, 2 pi / w with w^2 = F / (m c), so that the penetration is some 1e-7 of c w
 mass with the rate 2 w lets the model come to rest; a study of dynamics takes it away (the attributes `damping`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from xml.etree import ElementTree as ET

@@ -10,8 +10,6 @@ a corner within the angle pi / N. The radii of pin and hole have no influence, o
 boxes around two balls at the ends of the slider, which gives |d_n| + (length / 2) |sin tau| <= gap.
 """
 
-from __future__ import annotations
-
 import math
 from xml.etree.ElementTree import SubElement
 

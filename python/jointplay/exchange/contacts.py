@@ -1,7 +1,5 @@
 """A mechanism as a model of MuJoCo, with its clearances as gaps between solids: for a study of its dynamics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

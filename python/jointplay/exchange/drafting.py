@@ -4,8 +4,6 @@ Every body is a layer with its outline; pins are circles on the layers of both b
 is a POINT with its name. Its path, and what else is no body, is on layers whose names begin with an underscore.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from io import StringIO

@@ -1,7 +1,5 @@
 """What a drawing in DXF has on its layers: points, guides, marked points and words, in metres."""
 
-from __future__ import annotations
-
 import logging
 from collections import Counter
 from collections.abc import Iterator

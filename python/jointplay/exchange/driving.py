@@ -5,8 +5,6 @@ a special one. Joints are taken in turn while the rates of their coordinates, ro
 they always are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@
 * Layers whose names begin with an underscore are no bodies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

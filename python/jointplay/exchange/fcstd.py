@@ -4,8 +4,6 @@ The archive is read in bounded time and memory: how long it is, how many members
 become are bounded before anything is unpacked. Members are never written to a disk, so that their names do not matter.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 import zipfile

@@ -5,8 +5,6 @@ and `Placement2`, in the axes of the object that the path ends at, offsets inclu
 What joints measure is in `assembling`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress

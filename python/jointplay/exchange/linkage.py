@@ -6,8 +6,6 @@ Coordinates are in 1/96 inch, whichever unit the program shows, and y points up.
 ground, and a slider is on the line between two connectors of another link.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Joints that close loops and that a tree cannot hold: they are written like a joint of the mechanism file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -6,8 +6,6 @@ to the other, where c is its coordinate in the drawing. A second joint with a sp
 of the first: it rests where its spring is free, and the coordinate of the first counts from there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any

@@ -6,8 +6,6 @@ Several joints on one body are joints in series, outermost first, with massless 
 equality constraints: `connect` is a ball, `weld` fixes, `joint` couples coordinates or holds one.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ MuJoCo compiles whatever a model asks for, however large, and ends its process w
 model and the file to write to, in a folder for what MuJoCo writes by itself.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """What a foreign format does not know: where the output is, which joints are driven, how large clearances are."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ The largest disc or ball and the box have layers of their own. A binary STL is 8
 bytes for each: its normal, its corners as 32-bit numbers, and two bytes that mean nothing.
 """
 
-from __future__ import annotations
-
 import itertools
 from io import StringIO
 from typing import Any

@@ -5,8 +5,6 @@ where they are apart, as in a fork. A hole and a pin belong together if they ove
 equal; of several pairs it is the one that the joint names, then the one that is nearest to equal, then the longest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

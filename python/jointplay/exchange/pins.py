@@ -1,7 +1,5 @@
 """Pins of planar drawings, also of several bodies, what they connect, and what else drawings have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np

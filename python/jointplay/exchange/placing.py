@@ -6,8 +6,6 @@ the drawing of an import; bodies without one have the axes of the ground there. 
 nominal pose of its configuration: the shift of the origin and the rotation vector, each times the factor.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator
 from io import StringIO

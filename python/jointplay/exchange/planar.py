@@ -4,8 +4,6 @@ All pins are parallel to the normal n of the plane, all guides across it. A poin
 (e1 . p, e2 . p) with e1 x e2 = n; what lies across the plane is left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 

@@ -7,8 +7,6 @@ base 64 and 0 for a minus sign, and counts thousandths where it is no whole one.
 others comes with these, and has the mass of all.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

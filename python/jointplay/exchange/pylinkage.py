@@ -4,8 +4,6 @@ A link is a body, a joint that several links hold is a pin, and a prismatic join
 format has no unit: its lengths are read as mm.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

@@ -6,8 +6,6 @@ R is a pin; RP is a pin in a slot of the first link, P a slider that does not tu
 degrees. The format has no unit: its lengths are read as mm.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The formats by extension. A format is a module with ``read(path, options) -> Skeleton``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType

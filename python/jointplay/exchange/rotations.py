@@ -1,7 +1,5 @@
 """Rotations as formats of robots write them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.basics.poses import turned_by

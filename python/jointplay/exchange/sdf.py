@@ -8,8 +8,6 @@ those of the joint, unless `use_parent_model_frame` or `expressed_in` says other
 It is read here and not by a library: the bindings of libsdformat are no wheels, and other packages bring meshes along.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

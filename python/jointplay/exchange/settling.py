@@ -5,8 +5,6 @@ rotation that brings its joint's axis to that of the body before it, and by the 
 Joints that close loops stay as open as they are: the mechanism closes them itself.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

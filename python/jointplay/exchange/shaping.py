@@ -1,7 +1,5 @@
 """From the links of a foreign file to bodies: legal names, one body for what is fixed together, the ground."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

@@ -10,8 +10,6 @@ are the outline, with those parts of the lines between slabs that are covered on
 with another one: where two cross within a slab, the outline is off by less than its height.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple

@@ -13,8 +13,6 @@ spheres and tori. Three fields have the volume as their flux: x along x, y along
 close, or one is read wrongly, they differ; so do the areas that they see from both sides, which cancel.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

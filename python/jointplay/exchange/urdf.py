@@ -9,8 +9,6 @@ programs add elements, which are read as well: `<loop_joint>` of Isaac Sim; link
 ``closing_NAME_2`` of onshape-to-robot, which coincide; joints of SDF, and detachable joints, in `<gazebo>`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

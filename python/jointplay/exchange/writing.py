@@ -1,7 +1,5 @@
 """The text of a mechanism file for a skeleton, with comments where the foreign format says nothing."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Macros of robots, `.xacro`: the program xacro writes the URDF of them, where it is installed."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """XML, read in bounded time: no document types, and with them no entities; nesting, size and number are bounded."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The mechanisms that results on disk carry: their text, by the kind of file."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping

@@ -5,8 +5,6 @@ that is written texts that do have an apostrophe in front of them, which says to
 text. Where a table is read it is taken away again.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

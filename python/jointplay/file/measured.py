@@ -1,7 +1,5 @@
 """Measured values from a column of a table in the folder of the mechanism, in the place of the file's name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

@@ -4,8 +4,6 @@ Columns stand between semicolons, tabs or commas, with their names and units in 
 stand between commas, decimals may have a comma. An empty cell says that nothing was read.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -1,7 +1,5 @@
 """TOML that is read in bounded time, whatever somebody puts there; numbers as they are written."""
 
-from __future__ import annotations
-
 import codecs
 import os
 import re

@@ -3,8 +3,6 @@
 gap = gap in the middle + sum of factor * size, not below zero     size: difference from the middle of its limits
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

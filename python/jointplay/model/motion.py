@@ -3,8 +3,6 @@
 A column may say its unit behind its name, ``x [mm]``; without one its numbers are in the unit of the file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 

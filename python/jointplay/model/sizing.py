@@ -14,8 +14,6 @@ Who looks for sizes asks `sizings` and changes the mechanism that it gives with 
     copy = base.with_(sources[0].resized(0.02))
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

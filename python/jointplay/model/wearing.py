@@ -1,7 +1,5 @@
 """What wears in a mechanism: the clearances of joints with `wear`, their sizes and rates in SI."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Two sizes of every source side by side, those of one unit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cells of a grid: each node has one, which ends in the middle between it and the next."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

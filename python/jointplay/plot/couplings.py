@@ -6,8 +6,6 @@ with its body. The strands of a belt touch both pulleys: with the angle gamma be
     sin(gamma) = (r1 - r2) / a  (open),   (r1 + r2) / a  (crossed).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ Every cell is cut into six tetrahedra along its diagonal from the first to the l
 cells, so that the pieces of neighbours fit.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Panels on a sheet: in columns on a wide one, below each other on one that is as narrow as a column of a page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """How large texts are, each measured once."""
 
-from __future__ import annotations
-
 import warnings
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Pictures, one after the other, as a file: a page with a slider, a GIF, or a film made by ffmpeg."""
 
-from __future__ import annotations
-
 import base64
 import io
 import os

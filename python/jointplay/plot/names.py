@@ -5,8 +5,6 @@ costs the area that it shares with other names, with places, and with the outsid
 is taken, near its place if that is free and farther away if not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A mechanism in the plane: bodies as lines and plates, pins as circles, guides with their sliders, supports."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

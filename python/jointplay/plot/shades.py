@@ -1,7 +1,5 @@
 """The colours of maps and surfaces: where they begin and end, in steps or not, as the style says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """A mechanism in space projected along an axis: bodies as lines and plates, axes of joints as short lines."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.patches import Polygon
 

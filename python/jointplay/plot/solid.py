@@ -4,8 +4,6 @@ All surfaces are flat pieces. Pieces that look away are left out, the others are
 nearest. A piece with the normal n is as light as AMBIENT + (1 - AMBIENT) max(0, n . LIGHT).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Springs as zigzags between their ends, as rings where both ends are at one place; torsion springs as spirals."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

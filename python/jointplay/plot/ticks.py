@@ -3,8 +3,6 @@
 These objects, and to measure each of them again and again, are half of what a small figure costs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

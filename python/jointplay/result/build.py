@@ -1,7 +1,5 @@
 """Numbers of the core, in SI, become labelled variables in the units of the file."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

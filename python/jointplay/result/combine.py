@@ -1,7 +1,5 @@
 """Results put together: one behind the other along a new dimension, or side by side under their questions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

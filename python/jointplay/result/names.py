@@ -5,8 +5,6 @@ drive is a coordinate under its own name; one whose name something else has, or 
 would hide, is called `drive_NAME`.
 """
 
-from __future__ import annotations
-
 import keyword
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Which configurations count: those where the machine can stand."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -5,8 +5,6 @@ coordinate along it; those that it does not have stay empty, so that dimensions 
 are never multiplied.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass

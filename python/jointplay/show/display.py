@@ -1,7 +1,5 @@
 """What a notebook shows where a mechanism is the value of a cell: sentences, a drawing and tables, as HTML."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Iterator

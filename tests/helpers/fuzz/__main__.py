@@ -1,7 +1,5 @@
 """`python -m helpers.fuzz --seconds 600 --seed 1`: cases with a limit on time and memory; one case with `--case`."""
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Every command and every question, small enough that a case takes a second or two, and the pages of the studio."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from random import Random

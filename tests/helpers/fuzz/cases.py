@@ -1,7 +1,5 @@
 """One case: what is asked, and whether the answer is one that may be given."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """Mechanism files that are damaged byte by byte, or say something else than they did."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
 from random import Random

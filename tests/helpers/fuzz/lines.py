@@ -1,7 +1,5 @@
 """Random command lines."""
 
-from __future__ import annotations
-
 from random import Random
 
 from .files import NAMES, SCALARS, TEXTS

@@ -4,8 +4,6 @@ They begin with an example, or with a random mechanism of the tests, and go wher
 points in a row or at one place, sizes that fill the mechanism, values that do not matter.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import tomllib

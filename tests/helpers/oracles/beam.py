@@ -1,7 +1,5 @@
 """The beam equation, integrated along a member in ground axes: no matrix of compliances, no axes of joints."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,8 +8,6 @@ it hangs together with the start without a change of the sign. Nothing here is s
 millimetres, angles in radians.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

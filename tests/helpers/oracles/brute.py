@@ -8,8 +8,6 @@ best of these and from random ones IPOPT on the non-linear closure. The value th
 an admissible point. Points that do not close and starts that end at no maximum are counted.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ B is written down from the relative velocity of two bodies at the joint; every s
 of the first constraint are what the joints transmit.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import Any

@@ -8,8 +8,6 @@ with the penetration r, the time constant T and the impedance d. At rest r = a T
 power series in T^2. Steps of time grow with T, so that softer contacts come to rest in fewer steps.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray

@@ -3,8 +3,6 @@
 The numbers of a spec are in SI units. A clearance whose size scatters takes the size that is asked for.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

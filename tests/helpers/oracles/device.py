@@ -17,8 +17,6 @@ A follower has the row of a drive whose value is a polynomial or a natural cubic
 Forces along what a label means follow from virtual work. Lengths are in mm, angles in degrees, forces in N.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -11,8 +11,6 @@ are drawn by their laws. A specimen is kept where the second wheel can be turned
 displacements by less than a small length together.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -12,8 +12,6 @@ There are no rigid elements: what is rigid is so many times as stiff as what is 
 extrapolated. Only what the tests use is read: drawn as assembled; millimetres, degrees and newtons.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping

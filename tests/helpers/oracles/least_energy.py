@@ -6,8 +6,6 @@ R is the force in the joints without offsets, H by how much it grows with them. 
 points against its offset, or is zero; these conditions are solved to rounding and checked.
 """
 
-from __future__ import annotations
-
 import clarabel
 import numpy as np
 from numpy.typing import NDArray

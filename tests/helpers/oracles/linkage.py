@@ -17,8 +17,6 @@ is evaluated by numpy (also for whole batches, and for the complex steps that gi
 casadi.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise

@@ -10,8 +10,6 @@ wrenches in the joints, and in d the contact condition (play on the boundary of 
 Tolerances and drive errors stay at their centres: no load moves them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -4,8 +4,6 @@ All bodies are described in one assembled reference configuration, so that every
 displacement of a joint is told here a second time, from poses alone.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

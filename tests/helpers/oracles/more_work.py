@@ -8,8 +8,6 @@ from starts all over the sets, with the known deviations of everything else. Gra
 points those of support functions (`supports`). Only poses at given offsets are asked of the core.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -10,8 +10,6 @@ from eps and eps / 100 the root is taken out, `(10 extent(eps / 100) - extent(ep
 IPOPT from offsets at random, corners and the middle; the closure is that of `linkage`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ slider are those of Pinocchio: the mechanism is cut open at the last pin or ball
 gives what the tree needs, and the force at the cut is the one that leaves nothing for joints without a motor.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -16,8 +16,6 @@ w = g_u - A_u^T lambda, A the Jacobian of the closure and h the support function
 which says that no source can move to where the objective is larger to first order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any

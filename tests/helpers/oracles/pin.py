@@ -4,8 +4,6 @@ Every joint that closes a loop is in the tree, too, with a frame at its end; the
 the other body's: six equations a loop, whatever the joint. The axis of a joint is x of its frame, its side is y.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

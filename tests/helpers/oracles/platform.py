@@ -4,8 +4,6 @@ Targets and an orientation hold the platform; the joints then place the legs. Th
 they do in a robot that only translates, so that the start's least-squares assembly is used, not the closure.
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

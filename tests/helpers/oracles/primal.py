@@ -7,8 +7,6 @@ with the derivatives of the rows R by complex steps (`Linkage`), solved by Clara
 of the file that are given a stiffness here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -10,8 +10,6 @@ drives that are correlated. Given its value the errors along x and y and the ang
 distribution is convolved on a grid. Shares are sums over the grid of what is small, never 1 minus something.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

@@ -4,8 +4,6 @@ Formula: none; the file format is that of the manual. Lengths stay in the file's
 radians, forces stay.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from dataclasses import replace

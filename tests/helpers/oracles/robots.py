@@ -4,8 +4,6 @@ Both solve g(q) = 0 with their own constraints and Jacobians by the method of Ga
 coordinates held; jointplay is asked for none of it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

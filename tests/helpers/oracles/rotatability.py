@@ -12,8 +12,6 @@ point of the rocker) is admissible if and only if  | |P - B| - l2 | <= r1 + r2 +
 on one of the arcs.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

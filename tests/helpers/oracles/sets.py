@@ -7,8 +7,6 @@ Formula (theory, table of B.1), w the conjugate of the offset v measured from th
     interval   low <= v <= high                 h(w) = max(low w, high w)
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

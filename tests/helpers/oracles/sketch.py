@@ -7,8 +7,6 @@ extra link of the offset's length, parallel to a construction line in its direct
 guide line moved or turned by its offset. SolveSpace: Westhues, solvespace.com.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

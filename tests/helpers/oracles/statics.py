@@ -8,8 +8,6 @@ body along the same line,
     sum of (r - o) x force + moments = 0   about the body's origin o.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -13,8 +13,6 @@ half-width / k):
 and to first order  Sigma = sum_j A_j Sigma_j A_j^T.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

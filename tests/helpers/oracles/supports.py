@@ -9,8 +9,6 @@ disc              r |W|
 diamond           c max(|W|, |M| / half length)
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -11,8 +11,6 @@ Between its ends the play divides what lies between both strings. Angles are tho
 modulo a turn. Poses are solved by Newton's method with central differences.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -12,8 +12,6 @@ One bar at every free node carries its pin and the ground those of the fixed one
 clearance. A bar that rides is a two-force member, so that only the clearance along it counts.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

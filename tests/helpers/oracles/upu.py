@@ -5,8 +5,6 @@ universal joint, so that play acts as three errors of leg length and three error
 is shared with the package.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ guide             a roll r leaves two diamonds of c - a r and c - b r, so that i
 interval          w^2/3;  normal, cut off at three sigma, the tolerance:  s^2 (1 - 6 phi(3) / erf(3 / sqrt 2))
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 Each row is a machine of `machines` or `crossed`, what is compared of it, and by what its numbers are known.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

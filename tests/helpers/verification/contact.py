@@ -1,7 +1,5 @@
 """Clearances as gaps between solids in MuJoCo: where a mechanism comes to rest under its load."""
 
-from __future__ import annotations
-
 from helpers.answers import example
 from helpers.oracles.contact import Settling
 from jointplay.exchange.contacts import to_mjcf

@@ -1,7 +1,5 @@
 """Planar mechanisms with gears, racks and belts, closed by strings around base circles."""
 
-from __future__ import annotations
-
 import copy
 from functools import cache
 from types import SimpleNamespace

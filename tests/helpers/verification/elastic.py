@@ -1,7 +1,5 @@
 """Elastic mechanisms beside finite elements for frames, without clearances and with them; both are of first order."""
 
-from __future__ import annotations
-
 import json
 from functools import cache, partial
 

@@ -1,7 +1,5 @@
 """What follows from sensitivities: they come from a closure of their own, sets and variances from their definitions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

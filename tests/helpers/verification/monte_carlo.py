@@ -1,7 +1,5 @@
 """Specimens of planar linkages, drawn and closed without jointplay."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """docs/verification.json: written from rows, shown by the page of verification, and held to them by a test."""
 
-from __future__ import annotations
-
 import json
 import platform
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Planar linkages: a sketch solver, an optimiser, cone programs, free-body diagrams."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The comparisons of the examples on random mechanisms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 A case names these functions by `by`; lengths are in mm and angles in degrees where a name says nothing else.
 """
 
-from __future__ import annotations
-
 import csv
 import sys
 import tomllib

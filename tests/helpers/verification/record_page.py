@@ -1,7 +1,5 @@
 """The published figures among the numbers of the page of verification."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mechanisms in space: pinocchio, cone programs, geometry at the poses, free-body diagrams."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -10,8 +10,6 @@ The bound comes from the multipliers of G alone and holds wherever the iteration
 ``sum of f_k(z_k) + y . (G z - h)`` over the box, each z_k by itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol

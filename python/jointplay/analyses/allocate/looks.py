@@ -3,8 +3,6 @@
 used       error / limit at the plan, of every limit in every configuration; it holds where used <= 1
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

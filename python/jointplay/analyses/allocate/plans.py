@@ -4,8 +4,6 @@ A plan has a value for every source with a cost: its size, or the number of its 
 so that an answer is never dearer than a file whose limits hold.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -13,8 +13,6 @@ sizes for these choices, and tangents there: when choices come again, they are t
 and Grossmann, Mathematical Programming 36, 1986).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

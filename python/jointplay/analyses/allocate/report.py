@@ -1,7 +1,5 @@
 """What was found, as a result: sizes, costs, what binds, and the changes of the file that make it so."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -7,8 +7,6 @@ The interval is that of the replicates of Sobol points, so that what is found he
 points.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -10,8 +10,6 @@ With few choices all plans are asked. With many, the tightest completion of some
 is so where sets are nested and offsets scatter, and the search may end at its limit of steps.
 """
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections.abc import Iterator

@@ -12,8 +12,6 @@
 Every loop is bounded; the plan that is given held on the exact closure when it was looked at.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

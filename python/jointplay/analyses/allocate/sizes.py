@@ -8,8 +8,6 @@ tails hold, and so on until the cost stays. In the end sizes are rounded down to
 made as large again as the others leave it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

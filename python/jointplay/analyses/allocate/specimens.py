@@ -8,8 +8,6 @@ alone, and thousands of plans are asked in the time of one on the closure. What 
 does there: no law is assumed. Only specimens that may come near a limit with some plan are kept.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

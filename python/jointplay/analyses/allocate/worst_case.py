@@ -8,8 +8,6 @@ The direction in which it is largest at one plan gives a row that all plans have
 error there is one direction only. The core finds both, the first order and the exact closure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

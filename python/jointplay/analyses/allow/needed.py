@@ -6,8 +6,6 @@ The clearance factor is convex in the deviations, so that it is largest at a cor
 scatters have their smallest play.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What one orders: the loosest preferred fit, or group of ball bearings, with which the limits hold."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from jointplay.model.sizing import GROUPS, Sizing

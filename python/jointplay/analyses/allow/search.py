@@ -12,8 +12,6 @@ mechanism do not fit together. Such sizes have no error; the limits have to hold
 hold with the size that is there, they are looked for from it on: what is missed below it is told, and does not count.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

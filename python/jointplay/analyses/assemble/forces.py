@@ -8,8 +8,6 @@ points is a member between them: its force is the mean of what pulls it outwards
 which are equal where nothing loads it in between. Rigid bodies with joints at more points have no force of their own.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay import _core

@@ -9,8 +9,6 @@ Where a freedom is left, coordinates are held at their nominal values, as hands 
 coordinates of joints as the file has them, then ground coordinates of bodies that hang on no joint that could be held.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A part has the bodies that are there, the joints between any two of them, the dr
 and loads on them. The base is where it nominally is; the ground, when it is not the base, is a body like any other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

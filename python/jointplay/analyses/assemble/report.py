@@ -1,7 +1,5 @@
 """What all answers about an assembly say of its steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar

@@ -4,8 +4,6 @@ Probability that a step can be assembled without strain = share of the specimens
 (clearance factor up to one).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ One end is held at the origin and the other on the x axis, so that the x compone
 whatever the offsets: its extremes are those of `worst`, exact on the non-linear closure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -6,8 +6,6 @@ In a determinate part the forces are those of statics, whatever the deviations a
 loads is the same in all specimens to first order, and is added to the displacement by the offsets.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

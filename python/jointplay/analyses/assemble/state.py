@@ -4,8 +4,6 @@ Every centre is the output of the part once, so that the core says of it what it
 under the loads, and the half-width of the indeterminacy that the loads leave.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Unpack
 

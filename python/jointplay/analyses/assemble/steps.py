@@ -12,8 +12,6 @@ adds, where members that are locked to one another are one link:
     redundant and loose      more          more
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

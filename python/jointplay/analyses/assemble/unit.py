@@ -1,7 +1,5 @@
 """One built specimen, whose deviations are known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.analyses.nominal import Progress

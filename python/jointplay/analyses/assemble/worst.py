@@ -8,8 +8,6 @@ The deformation of specimens that fit under the loads is added at its full size.
 larger error than this sum, its error is taken.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable
 

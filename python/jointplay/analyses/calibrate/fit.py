@@ -7,8 +7,6 @@ A row that all others miss by more than its errors allow is left out. To find it
 less comes first, because a wrong row draws the usual one towards itself.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

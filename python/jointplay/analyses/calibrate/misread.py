@@ -4,8 +4,6 @@ A column is far off where half of its readings are missed by more than `FAR` sta
 statistics and the noise allow. Units, signs and the order of columns are tried; the one that fits is named.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

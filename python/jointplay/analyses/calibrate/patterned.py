@@ -7,8 +7,6 @@ Lu_deviation = [0.01, -0.02, 0.004]
 deviation = "Lu_deviation"
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any

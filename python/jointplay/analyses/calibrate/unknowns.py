@@ -4,8 +4,6 @@ A deviation has the statistics of the file as its prior: mean and standard devia
 a normal law being three standard deviations away. Without a tolerance it is held, unless somebody frees it.
 """
 
-from __future__ import annotations
-
 import fnmatch
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -6,8 +6,6 @@ Every attempt is a copy of the mechanism, which is asked as anybody would ask it
 configuration needs a pose: the share of those without one is what a search goes down by until there are none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What was found, as a result: values, aims before and after, what binds, how far values may move, the front."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

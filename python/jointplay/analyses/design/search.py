@@ -10,8 +10,6 @@ Deb's rules: what holds is better than what does not, what is nearer to holding 
 the order of attempts, so they are mapped to [0, 1) where everything holds and above 1 where it does not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

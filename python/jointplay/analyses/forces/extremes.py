@@ -9,8 +9,6 @@ random: what has no slope alone is at a corner there, and counts by its product 
 where it is nominal, as near a dead centre, is left. That no offsets give more is not proved.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ so that a drive gives what its motion takes from the loads, F . dx/dq_d, without
 offsets are central differences on the exact closure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

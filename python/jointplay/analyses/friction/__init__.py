@@ -4,8 +4,6 @@ Which way each joint slides follows from the nominal motion; see `laws` for the 
 equilibrium, `states` for what follows from it, and `rest` for one at rest.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.errors import InputError, not_known

@@ -15,8 +15,6 @@ wrench on the second body at its point, and its opposite on the first, in propor
 All is taken at the nominal pose, as the directions of motion are.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where joints are, and how their bodies move there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.basics import poses

@@ -8,8 +8,6 @@ derivatives by Newton's steps of each q by itself, within the bounds. What it en
 is none beyond is not proved. Play that nothing pushes in a state lies anywhere on top of it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 

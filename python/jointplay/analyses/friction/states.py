@@ -4,8 +4,6 @@ The efficiency of a configuration is the ratio of the power of the drives withou
 the larger where the motor works, and where the load drives it, what arrives of that.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

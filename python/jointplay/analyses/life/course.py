@@ -7,8 +7,6 @@ tightest joint carries most until it has worn: a step is halved until both slope
 joint to another with less play they never do; the steps then have a floor, and the growth is their mean.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ back-and-forth  it ends elsewhere, so that the mechanism goes back the same way
 one-way         it goes back without load, or does not go back
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -21,8 +21,6 @@ by all of the integral, one that goes round it by 1/pi of it.
 Forces and motions are those in the axes of the first body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -6,8 +6,6 @@ next, as it does where the reaction passes through zero. One with flat faces (a 
 goes to another corner of its set. An offset that the load leaves open is a state of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

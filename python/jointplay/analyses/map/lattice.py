@@ -1,7 +1,5 @@
 """The nodes of a map and the chunks in which they are worked off."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ on from nodes behind singular poses, which lead to others of their kind. All of 
 only, so that a run that was killed and taken up ends as one that was not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice

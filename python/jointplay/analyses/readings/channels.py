@@ -7,8 +7,6 @@
 A point is that of an output, or a joint: its place on the first of its bodies.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@
 exact but for terms of the order h^4, and for rounding of 1e-16 / h: together a part of about 1e-10.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

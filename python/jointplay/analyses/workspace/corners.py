@@ -5,8 +5,6 @@ of them and others of the same bound, up to where these lines meet; as far as th
 place is inside, which is found as on edges of the grid (`crossing`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ did: each moved by somewhat less than half the tolerance towards the farther end
 from both sides.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

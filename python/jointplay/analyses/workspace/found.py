@@ -1,7 +1,5 @@
 """The region of a workspace: its nodes in all orientations, and the points where edges of the grid leave it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

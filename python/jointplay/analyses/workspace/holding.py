@@ -5,8 +5,6 @@ singularity or behind one), a limit of the file (``limits.position``), or ``not_
 limits hold.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

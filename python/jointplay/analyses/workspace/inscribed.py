@@ -9,8 +9,6 @@ are enlarged by linear programs while planes stand between them and the facets. 
 nothing larger is, is not proven.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any

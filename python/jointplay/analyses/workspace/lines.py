@@ -1,7 +1,5 @@
 """The boundary of a workspace in the plane as lines, by what bounds it."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -3,8 +3,6 @@
 Everything that one part of the file says about another is checked here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The order of assembly: names become indices, and every body is added once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from jointplay.errors import listed, not_known

@@ -10,8 +10,6 @@ What is beyond is a slip of the keyboard. The motions of a mechanism are counted
 which a lever arm stands beside the characteristic length: beyond the ratio the shorter lengths are lost in rounding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

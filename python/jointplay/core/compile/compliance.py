@@ -10,8 +10,6 @@ In space it is bent the same way towards `side` and towards `normal`, the direct
 L / (G J). Bending towards side turns the section about normal, bending towards normal turns it about minus side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

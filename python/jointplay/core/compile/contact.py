@@ -13,8 +13,6 @@ teeth, the normals of the flanks are
     n = cos(alpha) t +- sin(alpha) r
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

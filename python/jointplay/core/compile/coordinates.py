@@ -4,8 +4,6 @@ revolute, screw                        angle of the second body relative to the 
 prismatic, cylindrical, pin_in_slot    distance along the first body's axis from the first point to the second
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

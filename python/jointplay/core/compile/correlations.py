@@ -7,8 +7,6 @@ In a Gaussian copula scores with the correlation rho have the rank correlation `
 which is possible where the matrix of rho has no negative eigenvalue.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Costs are of sources that exist. How they fit to the sizes of these is checked where sizes are allocated."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 

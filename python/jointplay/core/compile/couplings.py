@@ -4,8 +4,6 @@ With z teeth on a pitch radius r the pitch is p = 2 pi r / z. Play is less than 
 nearest tooth is the one that is meant. Wheels mesh when their pitch circles touch, to within the height of their teeth.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

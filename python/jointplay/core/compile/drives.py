@@ -3,8 +3,6 @@
 How they move in time is said in `motion`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ slope (clamped), or the same slope and curvature (periodic). A periodic table is
 other, so that no seam is near.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Points and directions as three numbers, in the plane as in space."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

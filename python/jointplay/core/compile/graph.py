@@ -1,7 +1,5 @@
 """Bodies, points and joints of a mechanism: names become indices, a pin with several riders becomes several joints."""
 
-from __future__ import annotations
-
 import statistics
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass

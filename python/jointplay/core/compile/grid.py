@@ -1,7 +1,5 @@
 """The grid of a map in numbers: which drives or components of the output run over which values, and what is held."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

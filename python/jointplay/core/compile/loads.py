@@ -3,8 +3,6 @@
 The force of a mass m whose centre has the acceleration a is m (g - a), and the moment about it -(I w' + w x I w).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -7,8 +7,6 @@ pieces have the body's own axes, so that coordinates stay what they were. The pi
 the body as results know it; the others are called after what sits on them, ``BODY.JOINT``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -11,8 +11,6 @@ A link after Denavit and Hartenberg, from joint axis z1 to joint axis z2 with co
 so that its deviations are a screw displacement about the drawn common normal, and then one about the first axis.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 

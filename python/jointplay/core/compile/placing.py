@@ -1,7 +1,5 @@
 """The axes of a joint on two of its bodies, from what the file says and from what it leaves out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

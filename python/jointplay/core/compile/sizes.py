@@ -6,8 +6,6 @@ Hole and pin are given as diameters and make a radius: their factors are 1/2 and
 slider, which make a gap on each side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 A source that the file declares stays one when its size is zero, so that results keep their shape in a sweep.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 

@@ -9,8 +9,6 @@ The first meshes of a loop give every p, the last one has to agree. Planets betw
 by multiples of 360 degrees / (z_sun + z_ring).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ where their centres of mass are on the line and their moments of inertia about a
 group then keeps the spin it has, which is none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Springs between points, and about joints."""
 
-from __future__ import annotations
-
 from jointplay.core.spec import SpringSpec, TorsionSpec
 from jointplay.file.schema import MechanismFile
 

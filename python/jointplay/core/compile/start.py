@@ -5,8 +5,6 @@ from the ground: a pin joint puts the body's point on its neighbour's, a guide a
 close.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the output ought to do ideally, in numbers: SI and radians, names as indices."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

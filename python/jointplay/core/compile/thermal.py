@@ -8,8 +8,6 @@ there, so that growth is a known deviation of the points; a tolerance of T scatt
 stay what they are: a body that is warm all over keeps its shape.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from jointplay.core.spec import GrowthSpec

@@ -14,8 +14,6 @@ Source: ISO 286-1:2010 (IT1 to IT18, fundamental deviations), ISO 286-1:1988 (IT
 catalogues. Sizes in mm, deviations in micrometres.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ Source: ISO 5753-1:2009 for bores up to 200 mm, where the catalogues of makers a
 mm, clearances in micrometres.
 """
 
-from __future__ import annotations
-
 from jointplay.errors import not_known
 
 from .errors import NotInStandard

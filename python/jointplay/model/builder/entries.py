@@ -3,8 +3,6 @@
 Written from the schema of the file by tests/helpers/signatures.py; not by hand.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """What numbers, points and lists of the file may be in Python."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 

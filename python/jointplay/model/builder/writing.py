@@ -1,7 +1,5 @@
 """How entries of the tables are written, and which line of a program wrote them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from pathlib import Path

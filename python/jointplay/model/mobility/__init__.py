@@ -11,8 +11,6 @@ configuration which happens to be singular, or nearly so, does not count as a fr
 coordinates (`relative`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -10,8 +10,6 @@ at the minimum (the poses do not count to first order), so that Newton's method 
 on the loop closes. All searches are local and bounded: what they find is checked, what they miss is not mentioned.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ With r the length-scaled residuals of joints and drives and W weights, Levenberg
 end in a minimum of the squared gaps, whether that is zero or not. A heavy weight holds a row, none opens it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

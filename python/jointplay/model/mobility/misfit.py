@@ -7,8 +7,6 @@ removes is Y^T g, and a length l closes all loops to first order if
     Y^T (g + dg/dl l) = 0 .
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

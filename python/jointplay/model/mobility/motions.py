@@ -1,7 +1,5 @@
 """Motions that are left with all drives held, one joint each as far as joints distinguish them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

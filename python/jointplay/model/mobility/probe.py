@@ -6,8 +6,6 @@ the largest rank on them counts. A direction that ends after a little way is no 
 open on the way, because closing them would lead back to the special pose.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

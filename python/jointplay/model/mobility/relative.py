@@ -8,8 +8,6 @@ Twists of all bodies are T z then. The other joints close loops and leave equati
 alone: nothing is left of an open chain, however long, and a loop is no worse conditioned at the end of an arm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What an attempt to assemble a mechanism found, in sentences and units of the file."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

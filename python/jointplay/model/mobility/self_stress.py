@@ -7,8 +7,6 @@ before. Several orders of asking are tried and the one that leaves the fewest jo
 all is out of reach (it is NP-hard), and not needed to be read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

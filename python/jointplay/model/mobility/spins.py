@@ -1,7 +1,5 @@
 """Spins that move nothing of interest, by name."""
 
-from __future__ import annotations
-
 from jointplay.core.compile import Spin
 from jointplay.model.mechanism import Mechanism
 

@@ -1,7 +1,5 @@
 """Counts and lists in sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 

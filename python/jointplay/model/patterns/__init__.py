@@ -5,8 +5,6 @@ then what is turned is turned (see `turn`), and names are made those of the copy
 patterns, which is checked and compiled like any other.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The entries of one copy of a pattern, as a file without patterns has them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -6,8 +6,6 @@ one with axes of its own, or back, has the angle added; in space angles count fr
 joint leaves out and would take from its neighbour, or from the axes of the body, is written out before it is turned.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass

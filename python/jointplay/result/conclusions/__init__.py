@@ -3,8 +3,6 @@
 Tables, reports and the command line say the same sentences.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from jointplay.questions import QUESTIONS, named

@@ -1,7 +1,5 @@
 """The answers about what is built: `check` and `assemble`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answer of `calibrate`: what readings tell about one machine, what they leave open, and whether they fit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

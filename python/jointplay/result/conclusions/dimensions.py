@@ -1,7 +1,5 @@
 """The answer about dimensions: `design`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answers of the four questions: the verdict on limits, then the largest errors, where, and what is to blame."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The answer of `forces`: the verdict on limits, then the largest drive forces and the largest reaction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The answers about a motion: `solve`, `singularities` and `compensate`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

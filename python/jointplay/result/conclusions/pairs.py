@@ -1,7 +1,5 @@
 """The answer about a sweep over two things: the worst and the best pair of values, and where limits are missed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

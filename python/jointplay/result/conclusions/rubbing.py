@@ -1,7 +1,5 @@
 """Friction: how far apart the output is coming from both sides, what friction takes, and where it jams."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

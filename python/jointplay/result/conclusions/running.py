@@ -1,7 +1,5 @@
 """The machine as it runs: at which speeds an answer holds, what it leaves out, and where contact may be lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answers about many mechanisms or places: `sweep`, `compare` and `map`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answers about sizes: `allow` and `allocate`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answer of `life`: for how many cycles the limits hold, and the wear of which joint counts most."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The verdict for a whole file: one sentence over all questions that were asked."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What conclusions are made of: sentences, of which some say that something is wrong, and the words for places."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The answer of `workspace`: how large the region is, what bounds it, and the largest disc and box in it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The cheapest sizes: what each source gets, what it costs, what binds, and what a limit costs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

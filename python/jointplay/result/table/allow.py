@@ -1,7 +1,5 @@
 """How large every source may be: whether the limits hold, what to tighten, what to order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """An assembly as one would follow it in the shop: what to do, what comes of it, and whether it fits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What readings tell about one machine: its deviations, how they hang together, and what is left of the readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

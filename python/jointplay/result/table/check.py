@@ -1,7 +1,5 @@
 """What a mechanism is made of, in tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from jointplay.core.compile import LENGTHS

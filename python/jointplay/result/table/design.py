@@ -1,7 +1,5 @@
 """Dimensions: what each value becomes, how far it may move, what is used of everything that has to hold, the front."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

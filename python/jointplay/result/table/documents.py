@@ -1,7 +1,5 @@
 """Answers and tables as text for documents: Markdown, LaTeX, a page of HTML. All rows and columns are there."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from html import escape

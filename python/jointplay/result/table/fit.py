@@ -4,8 +4,6 @@ What is left out is said in one line, with the option that shows it. Where all o
 still no room, a table is printed in blocks one under the other, each with the columns that say which row it is.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Forces for reading: a row for each drive and each joint, over all configurations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables and sentences as HTML, for pages and notebooks. Texts of files are escaped here."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 

@@ -1,7 +1,5 @@
 """Sobol' indices in the table of `random`: the largest of them, and where the first order is not enough."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Columns of numbers that are easy to compare: as many decimals as the column needs, the same in every row."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """How clearances wear: their growth, and clearances and errors at some ages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

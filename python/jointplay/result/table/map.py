@@ -1,7 +1,5 @@
 """A map in a few lines: status of its nodes, size of the error and where it is largest, shares of the sources."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What one must know to read a table, in words: outcomes, what is open, what was left out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

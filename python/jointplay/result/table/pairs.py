@@ -1,7 +1,5 @@
 """A sweep over two things as tables: rows for the values of the first, columns for those of the second."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What of a result is worth reading: for every question its table."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 

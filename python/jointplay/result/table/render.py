@@ -1,7 +1,5 @@
 """Answers and tables on the terminal."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence

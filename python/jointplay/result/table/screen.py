@@ -1,7 +1,5 @@
 """What is printed of the results of one command: the answers first, then the tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Singularities for reading: the values, and in words what moves where they are smallest."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

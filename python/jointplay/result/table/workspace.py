@@ -1,7 +1,5 @@
 """What bounds a workspace, and where disc and box are."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.result import Result

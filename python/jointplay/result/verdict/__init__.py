@@ -9,8 +9,6 @@ its confidence interval reaches it, and missed where the upper end does not. Con
 do not count. What a verdict rests on, such as sizes that were taken, stands in its first sentence.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.result import FORCES_JUDGED, Result, parts

@@ -3,8 +3,6 @@
 margin = min(high - largest value, lowest value - low)      negative where a limit is missed
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The verdict on a map: what becomes of the limits at every node."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.basics.arrays import Array

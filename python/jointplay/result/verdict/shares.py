@@ -3,8 +3,6 @@
 Where the file has loads there are two assumptions on where clearances are, and each has shares of its own.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

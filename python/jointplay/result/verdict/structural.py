@@ -1,7 +1,5 @@
 """The verdict on a structural error: whether it keeps to the tolerance of its target."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointplay.result import Result, first_largest

@@ -1,7 +1,5 @@
 """The words of verdicts: places, shares, limits, and what to blame."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -1,7 +1,5 @@
 """What a report is made of: the answers to all questions that the file allows, and why others were not asked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

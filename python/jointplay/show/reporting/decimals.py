@@ -4,8 +4,6 @@ Only what the program says is changed. What is marked as `translate="no"` stays 
 of files, the file itself, the command.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The drawing to play with: what is known of a mechanism, as data of the viewer, and how it stands on a page."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures of a page as HTML, each with its numbers to take along."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence

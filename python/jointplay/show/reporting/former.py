@@ -3,8 +3,6 @@
 Every page carries what a later one is compared by: its mechanism as text, and a record in its head.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The map of a report: the error over the grid of the file, with slices where it has three axes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

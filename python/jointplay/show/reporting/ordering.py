@@ -1,7 +1,5 @@
 """The sizes of a mechanism as a list to order by: parts of every source, how they are given, limits and cost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

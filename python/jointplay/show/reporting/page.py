@@ -1,7 +1,5 @@
 """The page itself: sections, style and the program of the drawing in one text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape

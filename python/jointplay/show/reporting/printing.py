@@ -1,7 +1,5 @@
 """Pages as PDF, by a browser that is installed."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import tempfile

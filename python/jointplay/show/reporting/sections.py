@@ -1,7 +1,5 @@
 """The sections of a report, in the order in which a reader needs them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape

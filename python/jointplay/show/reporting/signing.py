@@ -1,7 +1,5 @@
 """The head of a report as a document: revision, date and hash, who signs it, and the foot of its sheets."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path

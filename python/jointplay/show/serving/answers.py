@@ -4,8 +4,6 @@ While sliders move, `worst` is to first order and `random` of few specimens. Whe
 exact closure, with more and more specimens.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress

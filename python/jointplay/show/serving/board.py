@@ -4,8 +4,6 @@ A page has no mechanism of its own. It gets joints and bodies with their places 
 back what a person does, with these poses. Places and poses are in units of the file, angles of poses in radians.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any

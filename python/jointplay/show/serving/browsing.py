@@ -5,8 +5,6 @@ its owner may enter, which leads on to the address. A token that works once woul
 lines could be faster than the browser is.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import tempfile

@@ -1,7 +1,5 @@
 """A mechanism that is being drawn: its text, what it makes so far, and what is missing for an answer."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ The folder is that of the file with which the command was started, or where it w
 files in it and no others: no folder, no link that leads out of it, nothing hidden, nothing but `.toml`.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

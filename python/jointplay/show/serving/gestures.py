@@ -3,8 +3,6 @@
 A bar is a body with two ends. An end that is at no joint stands in ``[board]``; with a pin it becomes one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -4,8 +4,6 @@ New parts are drawn assembled (``bodies`` and ``at``), and where bodies of the f
 turned at the poses that are shown, each gets the place in its own axes (``on``).
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping

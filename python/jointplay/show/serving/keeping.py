@@ -1,7 +1,5 @@
 """An edit drag that keeps the lengths of the bars on a joint: who stays, who goes along, and where to."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from contextlib import suppress

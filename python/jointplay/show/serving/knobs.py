@@ -1,7 +1,5 @@
 """What the page has sliders for: sizes of clearances and tolerances, loads, drives, and offsets that are given."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable, Iterator, Mapping

@@ -4,8 +4,6 @@ A source goes with the clearance, error or tolerance that makes it. Of all else 
 still speaks of something: what it refuses, and has not changed itself, goes.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator, Mapping
 from typing import Any

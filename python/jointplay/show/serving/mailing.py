@@ -1,7 +1,5 @@
 """A page to hand on: the mechanism to play with, its verdict, and its file, from which the studio takes it back."""
 
-from __future__ import annotations
-
 import json
 from html import escape
 

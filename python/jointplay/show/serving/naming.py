@@ -1,7 +1,5 @@
 """Another name of a joint, a body, a drive, a spring or a dimension, wherever a file speaks of it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from typing import Any

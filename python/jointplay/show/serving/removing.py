@@ -1,7 +1,5 @@
 """What goes when something is deleted on the board: it, and all that speaks of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any

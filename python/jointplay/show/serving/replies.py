@@ -1,7 +1,5 @@
 """How an answer of the server looks: its headers say what a page may do, whatever is answered."""
 
-from __future__ import annotations
-
 from email.utils import formatdate
 from http import HTTPStatus
 

@@ -6,8 +6,6 @@ here (DNS rebinding) is noticed, or if its `Origin` is another page than ours. E
 the same headers.
 """
 
-from __future__ import annotations
-
 import base64
 import hmac
 import io

@@ -1,7 +1,5 @@
 """Linkages to begin with that are no examples: what somebody would draw, gesture by gesture."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from jointplay.errors import InputError, not_known

@@ -1,7 +1,5 @@
 """Gestures that tie things which are there: welds, gear pairs, springs, dimensions; locks, copies and load cases."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -4,8 +4,6 @@ Shapes are lists of numbers of points. They stay the same in every configuration
 a displaced mechanism is the same shapes at other places, and anything between is drawn by interpolation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Every number is rounded to what can be seen: one part in a hundred thousand of t
 displacements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

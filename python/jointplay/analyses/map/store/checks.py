@@ -1,7 +1,5 @@
 """Length and CRC-32 of files, kept within the file or beside it, by which damage is noticed."""
 
-from __future__ import annotations
-
 import os
 import zlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A lock on a path, held by the system: it ends with the process, however that ends."""
 
-from __future__ import annotations
-
 import errno
 import os
 import sys

@@ -1,7 +1,5 @@
 """A map in memory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

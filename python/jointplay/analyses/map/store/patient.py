@@ -1,7 +1,5 @@
 """A file for HDF5, which brings the whole process down where a file that it has open cannot be written."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any

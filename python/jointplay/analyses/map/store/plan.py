@@ -1,7 +1,5 @@
 """What every store of a map is given, and what it can do."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
