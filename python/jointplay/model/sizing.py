@@ -449,9 +449,7 @@ def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -
 
 def _told(entry: Any) -> RawTable:
     """A table of the file with the keys that are given, its expressions as numbers."""
-    return {
-        key: value for key, value in entry.model_dump(exclude_unset=True, by_alias=True).items() if value is not None
-    }
+    return {key: value for key, value in entry.given().items() if value is not None}
 
 
 def _times(value: Any, factor: float) -> Any:

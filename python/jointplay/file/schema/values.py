@@ -165,6 +165,14 @@ class Table(BaseModel):
     #: keys that one could expect here, with what to write instead
     instead: ClassVar[Mapping[str, str]] = {}
 
+    def given(self) -> dict[str, Any]:
+        """The keys that the file gives, as data, with numbers for expressions."""
+        # `model_dump` of pydantic before 2.14 fails where a table inside has never been read by itself.
+        fields = type(self).model_fields.items()
+        return {
+            field.alias or name: as_data(getattr(self, name)) for name, field in fields if name in self.model_fields_set
+        }
+
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, data: object) -> object:
@@ -185,6 +193,15 @@ class Table(BaseModel):
                 what = f" ({field.description})" if field.description else ""
                 raise problem(f"'{key}' is missing{what}")
         return data
+
+
+def as_data(value: Any) -> Any:
+    """What tables of the schema hold as data: tables as dictionaries, sequences as lists."""
+    if isinstance(value, Table):
+        return value.given()
+    if isinstance(value, Mapping):
+        return {key: as_data(inner) for key, inner in value.items()}
+    return [as_data(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _is_direction(value: Any, size: int) -> bool:

@@ -47,8 +47,7 @@ class Copy:
     @cached_property
     def data(self) -> Data:
         """The same as data, with numbers for its expressions."""
-        # An axis is a number or a list; pydantic would remark on each list that is no number.
-        return self.table.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
+        return self.table.given()
 
     @cached_property
     def drawn(self) -> set[str]:
