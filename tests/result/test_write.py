@@ -138,8 +138,8 @@ class TestCsv:
         frame = jp.frame(ANSWERS[name])
         assert back.columns.tolist() == frame.columns.tolist()
         assert back.value.dtype.kind == "f"
-        # The quick reader of pandas may miss the last digit.
-        np.testing.assert_allclose(back.value.to_numpy(float), frame.value.to_numpy(float), rtol=4e-16, atol=0)
+        # The quick reader of pandas may miss the last digit, and some digits before version 3.1.
+        np.testing.assert_allclose(back.value.to_numpy(float), frame.value.to_numpy(float), rtol=1e-12, atol=0)
         for label in ("variable", "text", "unit"):
             assert back[label].astype(str).tolist() == frame[label].astype(object).fillna("").astype(str).tolist()
         if "theta1" in frame:
