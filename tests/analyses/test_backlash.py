@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
 from jointplay.analyses.friction import REST, SIDES
@@ -287,39 +288,18 @@ class TestTwoDrives:
 
         start = 1.1
         told = pose(start)[2] + off
-        text = f"""
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "rad", force = "N" }}
-[joints.A]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[joints.B]
-type = "revolute"
-on = {{ crank = [{crank!r}, 0], coupler = [0, 0] }}
-[joints.C]
-type = "revolute"
-on = {{ coupler = [{coupler!r}, 0], rocker = [{rocker!r}, 0] }}
-[joints.D]
-type = "revolute"
-on = {{ ground = [{base!r}, 0], rocker = [0, 0] }}
-[drives.a]
-joint = "A"
-values = [{start}]
-stiffness = {float(k[0])!r}
-[drives.b]
-joint = "D"
-values = [{told!r}]
-stiffness = {float(k[1])!r}
-[output]
-body = "coupler"
-at = [50, 20]
-[[loads]]
-force = [{fx!r}, {fy!r}]
-[start]
-coupler = {{ angle = {pose(start)[1]!r} }}
-rocker = {{ angle = {pose(start)[2]!r} }}
-"""
+        b = planar(angle="rad")
+        b.revolute("A", ground=(0, 0), crank=(0, 0))
+        b.revolute("B", crank=(crank, 0), coupler=(0, 0))
+        b.revolute("C", coupler=(coupler, 0), rocker=(rocker, 0))
+        b.revolute("D", ground=(base, 0), rocker=(0, 0))
+        b.drive("a", joint="A", values=[start], stiffness=float(k[0]))
+        b.drive("b", joint="D", values=[told], stiffness=float(k[1]))
+        b.output(body="coupler", at=(50, 20))
+        b.load(force=(fx, fy))
+        b.start("coupler", angle=pose(start)[1])
+        b.start("rocker", angle=pose(start)[2])
+        m = b.mechanism()
 
         def place(turn: float) -> complex:
             pin, lean, _ = pose(turn)
@@ -331,10 +311,10 @@ rocker = {{ angle = {pose(start)[2]!r} }}
 
         best = minimize_scalar(energy, bounds=(-0.02, 0.02), method="bounded", options={"xatol": 1e-11})
         moved = place(start + best.x) - place(start)
-        result = jp.loaded(jp.loads(text))
+        result = jp.loaded(m)
         # The minimum is flat: its place is known to the root of rounding.
         np.testing.assert_allclose(result.error[0, :2], [moved.real, moved.imag], atol=2e-5)
-        assert jp.check(jp.loads(text)).attrs["decided"]
+        assert jp.check(m).attrs["decided"]
 
     def test_a_joint_names_both(self) -> None:
         """The table of the check had the last one only."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from helpers.machines import BUSH, GROWTH, LIFE, SIZES, TURN, WEAR
 from helpers.slider_crank import slider_crank
 from helpers.strategies import mechanisms
@@ -133,38 +134,21 @@ def fourbar(rng: np.random.Generator) -> Iterator[Any]:
     force, at = rng.uniform(-100, 100, 2), rng.uniform(-30, 60, 2)
     width = rng.uniform(5, 30, 4)
     count = 180
-    text = f"""{PLANE}
-[joints.A]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[joints.B]
-type = "revolute"
-on = {{ crank = [{crank}, 0], coupler = [0, 0] }}
-[joints.C]
-type = "revolute"
-on = {{ coupler = [{coupler}, 0], rocker = [{rocker}, 0] }}
-[joints.D]
-type = "revolute"
-on = {{ ground = [{ground}, 0], rocker = [0, 0] }}
-[start]
-coupler = {{ angle = 20 }}
-rocker = {{ angle = 80 }}
-[drives.q]
-joint = "A"
-from = 0
-to = 360
-count = {count + 1}
-[output]
-body = "coupler"
-[[loads]]
-at = [{at[0]}, {at[1]}]
-force = [{force[0]}, {force[1]}]
-"""
+    b = planar()
+    b.revolute("A", ground=(0, 0), crank=(0, 0))
+    b.revolute("B", crank=(crank, 0), coupler=(0, 0))
+    b.revolute("C", coupler=(coupler, 0), rocker=(rocker, 0))
+    b.revolute("D", ground=(ground, 0), rocker=(0, 0))
+    b.start("coupler", angle=20)
+    b.start("rocker", angle=80)
+    b.drive("q", joint="A", from_=0, to=360, count=count + 1)
+    b.output(body="coupler")
+    b.load(at=at, force=force)
     changes: dict[str, Any] = {}
     for k, name in enumerate("ABCD"):
         changes[f"joints.{name}.clearance"] = {"radial": 1e-9}
         changes[f"joints.{name}.wear"] = {"rate": 1e-6 * (k + 1), "length": float(width[k])}
-    yield jp.loads(text).with_(changes)
+    yield b.mechanism().with_(changes)
 
     def links(theta: float) -> tuple[float, float]:
         b = crank * np.array([math.cos(theta), math.sin(theta)])
@@ -229,36 +213,30 @@ def test_a_turn_may_end_one_step_before_its_beginning() -> None:
 
 def test_both_ends_of_a_pin_in_space_by_hand() -> None:
     """A force 30 mm beyond the middle of a pin 40 mm long: F (1/2 + 30/40) at one end, which has half of the length."""
-    text = f"""{SPACE}
-[joints.J]
-type = "revolute"
-on = {{ ground = {{ at = [0, 0, 0], axis = [0, 0, 1] }}, crank = {{ at = [0, 0, 0], axis = [0, 0, 1] }} }}
-clearance = {{ radial = 1e-9, axial = 0.01, length = 40 }}
-wear = {{ rate = 1e-5, diameter = 20 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 37
-[output]
-body = "crank"
-at = [50, 0, 30]
-[[loads]]
-at = [0, 0, 30]
-force = [0, -100, 0]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.revolute(
+        "J",
+        ground={"at": [0, 0, 0], "axis": [0, 0, 1]},
+        crank={"at": [0, 0, 0], "axis": [0, 0, 1]},
+        clearance=jp.radial(1e-9, axial=0.01, length=40),
+        wear={"rate": 1e-5, "diameter": 20},
+    )
+    b.drive("q", joint="J", from_=0, to=360, count=37)
+    b.output(body="crank", at=(50, 0, 30))
+    b.load(at=(0, 0, 30), force=(0, -100, 0))
+    m = b.mechanism()
+    result = grows(m)
     most = 100 * (0.5 + 30 / 40)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * most * 2 * math.pi / 40, rel=1e-9)
     assert result.pressure.item() == pytest.approx(most / (20 * 20), rel=1e-9)
     own = {"rate_hole": 1e-5, "rate_pin": 0.0, "diameter": 20}
-    around = grows(jp.loads(text).with_({"joints.J.wear": own, "drives.q.count": 361}))
+    around = grows(m.with_({"joints.J.wear": own, "drives.q.count": 361}))
     assert around.growth.item() == pytest.approx(result.growth.item() / math.pi, rel=1e-4)
-    along = grows(jp.loads(text).with_({"joints.J.wear": own, "loads.0.axes": "body"}))
+    along = grows(m.with_({"joints.J.wear": own, "loads.0.axes": "body"}))
     assert along.growth.item() == pytest.approx(result.growth.item(), rel=1e-4)
     # Each load case wears another end most; the other one has F (30/40 - 1/2) then.
     above, below = ([{"at": [0, 0, z], "force": [0, -100, 0]}] for z in (30, -30))
-    each = grows(jp.loads(text).with_({"loads": None, "load_cases": {"above": above, "below": below}}))
+    each = grows(m.with_({"loads": None, "load_cases": {"above": above, "below": below}}))
     mean = 0.5 * (most + 100 * (30 / 40 - 0.5))
     assert each.growth.item() == pytest.approx(result.growth.item() * mean / most, rel=1e-9)
     assert each.pressure.item() == pytest.approx(result.pressure.item(), rel=1e-9)
@@ -277,36 +255,16 @@ def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
 
 def test_a_ball_rolls_across_its_force() -> None:
     """A rod between two balls pushes a slider: the ball turns by what the direction of the rod does."""
-    text = f"""{SPACE}
-[joints.J]
-type = "revolute"
-on = {{ ground = {{ at = [0, 0, 0], axis = [0, 0, 1] }}, crank = {{ at = [0, 0, 0], axis = [0, 0, 1] }} }}
-[joints.A]
-type = "spherical"
-on = {{ crank = [40, 0, 10], rod = [0, 0, 0] }}
-clearance = {{ radial = 1e-9 }}
-wear = {{ rate = 1e-5, diameter = 18 }}
-[joints.B]
-type = "spherical"
-on = {{ rod = [120, 0, 0], slider = [0, 0, 0] }}
-clearance = {{ radial = 1e-9, diameter = 18 }}
-wear = {{ rate = 1e-5 }}
-[joints.G]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 15, -30], axis = [1, 0, 0] }}, slider = {{ at = [0, 0, 0], axis = [1, 0, 0] }} }}
-[start]
-slider = {{ x = 150 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 361
-[output]
-body = "slider"
-[[loads]]
-force = [-200, 30, 40]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.revolute("J", ground={"at": [0, 0, 0], "axis": [0, 0, 1]}, crank={"at": [0, 0, 0], "axis": [0, 0, 1]})
+    b.spherical("A", crank=(40, 0, 10), rod=(0, 0, 0), clearance=jp.radial(1e-9), wear={"rate": 1e-5, "diameter": 18})
+    b.spherical("B", rod=(120, 0, 0), slider=(0, 0, 0), clearance=jp.radial(1e-9, diameter=18), wear={"rate": 1e-5})
+    b.prismatic("G", ground={"at": [0, 15, -30], "axis": [1, 0, 0]}, slider={"at": [0, 0, 0], "axis": [1, 0, 0]})
+    b.start("slider", x=150)
+    b.drive("q", joint="J", from_=0, to=360, count=361)
+    b.output(body="slider")
+    b.load(force=(-200, 30, 40))
+    result = grows(b.mechanism())
     theta = np.linspace(0, 2 * np.pi, 361)
     a = np.stack([40 * np.cos(theta), 40 * np.sin(theta), np.full(361, 10.0)], axis=1)
     across = np.array([0.0, 15.0, -30.0]) - a
@@ -365,27 +323,20 @@ def test_normal_forces_of_a_guide_are_the_smallest_that_balance(seed: int) -> No
 
 def test_a_slider_in_space_by_hand() -> None:
     """A tilting moment of 5000 N mm needs 5000 / 30 on the upright pair, one of 4000 N mm 4000 / 30 on the other."""
-    text = f"""{SPACE}
-[joints.G]
-type = "prismatic"
-bodies = ["ground", "slider"]
-at = [0, 0, 0]
-axis = [1, 0, 0]
-side = [0, 1, 0]
-clearance = {{ gap = 1e-9, length = 60, width = 30, height = 20 }}
-wear = {{ rate = 1e-5 }}
-[drives.q]
-joint = "G"
-from = 0
-to = 100
-count = 3
-[output]
-body = "slider"
-[[loads]]
-at = [50, 0, 0]
-force = [0, 80, -100]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.prismatic(
+        "G",
+        bodies=["ground", "slider"],
+        at=(0, 0, 0),
+        axis=(1, 0, 0),
+        side=(0, 1, 0),
+        clearance=jp.gap(1e-9, length=60, width=30, height=20),
+        wear={"rate": 1e-5},
+    )
+    b.drive("q", joint="G", from_=0, to=100, count=3)
+    b.output(body="slider")
+    b.load(at=(50, 0, 0), force=(0, 80, -100))
+    result = grows(b.mechanism())
     assert result.sliding.item() == pytest.approx(200)
     worst = max(5000 / 30 / (60 * 30), 4000 / 30 / (60 * 20))
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 200 * worst, rel=1e-6)
@@ -393,32 +344,20 @@ force = [0, 80, -100]
 
 def test_a_slider_on_an_arm_that_turns_slides_along_the_arm() -> None:
     """The arm turns by 90 degrees while the slider goes 50 mm along it, under a load that turns with it."""
-    text = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], arm = [0, 0] }}
-[joints.G]
-type = "prismatic"
-on = {{ arm = {{ at = [0, 0], axis = [1, 0] }}, slider = [0, 0] }}
-clearance = {{ gap = 1e-9, length = 20 }}
-wear = {{ rate = 1e-5, width = 10 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 90
-count = 11
-[drives.r]
-joint = "G"
-from = 30
-to = 80
-count = 11
-[output]
-body = "slider"
-[[loads]]
-force = [0, -100]
-axes = "body"
-"""
-    result = grows(jp.loads(text), cycle="one-way")
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0))
+    b.prismatic(
+        "G",
+        arm={"at": [0, 0], "axis": [1, 0]},
+        slider=(0, 0),
+        clearance=jp.gap(1e-9, length=20),
+        wear={"rate": 1e-5, "width": 10},
+    )
+    b.drive("q", joint="J", from_=0, to=90, count=11)
+    b.drive("r", joint="G", from_=30, to=80, count=11)
+    b.output(body="slider")
+    b.load(force=(0, -100), axes="body")
+    result = grows(b.mechanism(), cycle="one-way")
     assert result.sliding.item() == pytest.approx(50, rel=1e-9)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 100 * 50 / (20 * 10), rel=1e-6)
 

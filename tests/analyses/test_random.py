@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.oracles import statistics
 from helpers.oracles.fourbar import FourBar
@@ -99,22 +100,11 @@ def test_samples_stay_in_their_sets(law: str) -> None:
 
 def test_one_pin_on_a_slider_arm_has_exactly_its_law() -> None:
     """A single pinned link: the output error is the pin's play, so the law itself is seen."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 2.0 }
-[drives.q]
-joint = "J"
-values = [30.0]
-[output]
-body = "arm"
-at = [0, 0]
-"""
-    m, n = jp.loads(text), 100_000
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(2.0))
+    b.drive("q", joint="J", values=[30.0])
+    b.output(body="arm", at=(0, 0))
+    m, n = b.mechanism(), 100_000
     for law, variance in (("uniform", 1.0), ("boundary", 2.0)):
         result = jp.random(m, samples=n, law=law, seed=3).isel(configuration=0)
         np.testing.assert_allclose(result.error_std[:2] ** 2, variance, rtol=5 * math.sqrt(2 / n))

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers import platforms
+from helpers.builders import planar
 from helpers.crossed import loose
 from helpers.graphs import graph
 from helpers.places import deviating
@@ -230,24 +231,12 @@ axes = "body"
 
 def test_a_load_that_pulls_stiffens() -> None:
     """An arm of length L along x, pulled by F: k/(1 rad) + F L against turning."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.pivot]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-[drives.q]
-joint = "pivot"
-values = [0]
-stiffness = 2000
-[output]
-body = "arm"
-at = [300, 0]
-[[loads]]
-force = [200, 0]
-"""
-    found = jp.sensitivity(jp.loads(text))
+    b = planar()
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    b.drive("q", joint="pivot", values=[0], stiffness=2000)
+    b.output(body="arm", at=(300, 0))
+    b.load(force=(200, 0))
+    found = jp.sensitivity(b.mechanism())
     stiffness = 2000 * 180 / math.pi + 200 * 300
     assert found.compliance.sel(component="y", wrench="fy").item() == pytest.approx(300**2 / stiffness, rel=1e-9)
     turned = found.compliance.sel(component="angle", wrench="moment").item()

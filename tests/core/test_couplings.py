@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.couplings import GROUND, OK, SINGULAR, Machine, pair, planetary
 from helpers.oracles.trains import Train
 
@@ -669,38 +670,14 @@ def test_an_arm_driven_by_trains_of_wheels_is_where_one_driven_in_its_joints_is(
 
 def test_a_motor_behind_two_drives_that_share_a_plate_keeps_count_of_its_turns():
     """The second of those drives has no row of its own, and took the place of the motor's."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.plate]
-type = "revolute"
-on = { ground = [0, 0], plate = [0, 0] }
-[joints.R]
-type = "revolute"
-on = { plate = [20, 0], rotor = [0, 0] }
-[joints.W]
-type = "revolute"
-on = { plate = [80, 0], wheel = [0, 0] }
-[joints.G]
-type = "gear"
-on = { rotor = [0, 0], wheel = [0, 0] }
-teeth = [20, 40]
-module = 2
-[drives.a]
-joint = "plate"
-values = [0, 20, 5]
-stiffness = 1e5
-[drives.b]
-joint = "plate"
-values = [0, 20, 5]
-stiffness = 1e5
-[drives.motor]
-joint = "R"
-values = [0, 2000, -1500]
-[output]
-body = "wheel"
-at = [0, 0]
-"""
-    pose = jp.loaded(jp.loads(text))
+    b = planar()
+    b.revolute("plate", ground=(0, 0), plate=(0, 0))
+    b.revolute("R", plate=(20, 0), rotor=(0, 0))
+    b.revolute("W", plate=(80, 0), wheel=(0, 0))
+    b.gear("G", rotor=(0, 0), wheel=(0, 0), teeth=[20, 40], module=2)
+    b.drive("a", joint="plate", values=[0, 20, 5], stiffness=1e5)
+    b.drive("b", joint="plate", values=[0, 20, 5], stiffness=1e5)
+    b.drive("motor", joint="R", values=[0, 2000, -1500])
+    b.output(body="wheel", at=(0, 0))
+    pose = jp.loaded(b.mechanism())
     np.testing.assert_allclose(pose.nominal[:, 2], [0, 20 - 1000, 5 + 750], atol=1e-8)
