@@ -329,7 +329,7 @@ def test_power_where_legs_roll_in_their_guides(side):
 @pytest.mark.parametrize("side", ["forward", "backward"])
 def test_balls_touch_at_points_whose_forces_balance_the_rod(side):
     """Friction is against the sliding there; both forces have one line, so that they cannot spin the rod."""
-    m = jp.loads(RSSP)
+    m = RSSP
     result = jp.loaded(m, approach=side)
     at = nominal(m)
     placed = at_offsets(m, at, result.offset.values)

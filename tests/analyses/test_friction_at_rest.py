@@ -136,10 +136,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
 
     The search is local, and says so: where contacts change sides it may miss two hundredths of the range.
     """
-    if seed is None:
-        m = jp.loads(RSSP).with_({"drives.q.values": [30.0]})
-    else:
-        m = with_friction(jp.loads(graph(seed)), seed)
+    m = RSSP.with_({"drives.q.values": [30.0]}) if seed is None else with_friction(jp.loads(graph(seed)), seed)
     if jp.loaded(m).status[0] != "ok":
         return
     setting = asked(m)
