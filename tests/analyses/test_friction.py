@@ -32,7 +32,7 @@ from jointplay.model.inertia import kinematics
 )
 def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
     """At 120 deg backward friction tilts the slider; without it and forward the slider lies on one face."""
-    result = jp.loaded(jp.loads(SLIDER_CRANK), approach=approach)
+    result = jp.loaded(SLIDER_CRANK, approach=approach)
     assert_allclose(result.error.sel(component="x"), x, atol=6e-9)
     assert_allclose(result.drive_torque[:, 0], torque, atol=6e-6)
     tilts = [True, False, approach == "backward"]
@@ -41,7 +41,7 @@ def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
 
 
 def test_efficiency_and_reversal():
-    forward, backward = (jp.loaded(jp.loads(SLIDER_CRANK), approach=side) for side in ("forward", "backward"))
+    forward, backward = (jp.loaded(SLIDER_CRANK, approach=side) for side in ("forward", "backward"))
     # Forward the load drives, backward the motor works.
     assert_allclose(forward.efficiency[0], 3628.24407 / 4403.89181, rtol=1e-8)
     assert_allclose(backward.efficiency[0], 4403.89181 / 5211.37594, rtol=1e-8)
@@ -141,23 +141,23 @@ def test_little_friction_changes_in_proportion(seed):
 
 
 def test_lost_motion_of_a_drive_is_at_the_end_where_the_load_with_friction_presses():
-    m = jp.loads(SLIDER_CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
-    plain = jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30.1]})
+    m = SLIDER_CRANK.with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
+    plain = SLIDER_CRANK.with_({"drives.q.values": [30.1]})
     both = [jp.loaded(one, approach="forward") for one in (m, plain)]
     shift = both[1].nominal - jp.loaded(m).nominal.values
     assert_allclose(both[0].error, both[1].error + shift, atol=2e-8)
 
 
 def test_the_path_says_what_is_forward():
-    back = jp.loads(SLIDER_CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
-    here, there = jp.loaded(jp.loads(SLIDER_CRANK), approach="forward"), jp.loaded(back, approach="backward")
+    back = SLIDER_CRANK.with_({"drives.q.values": [120, 75, 30]})
+    here, there = jp.loaded(SLIDER_CRANK, approach="forward"), jp.loaded(back, approach="backward")
     assert_allclose(here.error, there.error[::-1], atol=1e-12)
-    moving = jp.loads(SLIDER_CRANK).with_({"drives.q.speed": -1.0})
+    moving = SLIDER_CRANK.with_({"drives.q.speed": -1.0})
     assert_allclose(jp.loaded(moving, approach="backward").error, here.error, atol=1e-12)
 
 
 def test_limits_are_judged_from_both_sides():
-    m = jp.loads(SLIDER_CRANK).with_({"limits.position": 0.0952})
+    m = SLIDER_CRANK.with_({"limits.position": 0.0952})
     forward = jp.loaded(m, approach="forward")
     assert not forward.limit_met.sel(quantity="position")[2]
     assert jp.loaded(m).limit_met.all()
@@ -176,12 +176,12 @@ def test_limits_are_judged_from_both_sides():
 )
 def test_what_is_refused(changes, words):
     with pytest.raises(jp.InputError) as told:
-        jp.loaded(jp.loads(SLIDER_CRANK).with_(changes), approach="forward")
+        jp.loaded(SLIDER_CRANK.with_(changes), approach="forward")
     assert words in str(told.value)
 
 
 def test_commands_ask_for_a_direction(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
+    SLIDER_CRANK.write(tmp_path / "crank.toml")
     file = str(tmp_path / "crank.toml")
     assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -196,7 +196,7 @@ def test_commands_ask_for_a_direction(tmp_path, capsys):
 
 def test_unknown_direction():
     with pytest.raises(jp.InputError, match="sideways"):
-        jp.loaded(jp.loads(SLIDER_CRANK), approach="sideways")
+        jp.loaded(SLIDER_CRANK, approach="sideways")
 
 
 SPATIAL_LEVER = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})

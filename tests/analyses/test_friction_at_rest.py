@@ -27,12 +27,12 @@ def asked(m: jp.Mechanism) -> friction.Setting:
 
 def test_slider_crank_as_an_independent_program_has_it():
     """The range of x, and that of the torque, which is that from both sides here."""
-    result = jp.loaded(jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30, 120]}), approach="rest")
+    result = jp.loaded(SLIDER_CRANK.with_({"drives.q.values": [30, 120]}), approach="rest")
     assert_allclose(result.friction_low.sel(component="x"), [-0.08174597, -0.08446948], atol=6e-9)
     assert_allclose(result.friction_high.sel(component="x"), [-0.07941743, -0.07422536], atol=6e-9)
     assert_allclose(result.drive_torque_low[:, 0], [-5211.37594, -6841.65592], atol=6e-6)
     assert_allclose(result.drive_torque_high[:, 0], [-3628.24407, -5469.24482], atol=6e-6)
-    assert_allclose(result.error, jp.loaded(jp.loads(SLIDER_CRANK)).error[[0, 2]], atol=1e-15)
+    assert_allclose(result.error, jp.loaded(SLIDER_CRANK).error[[0, 2]], atol=1e-15)
 
 
 @pytest.mark.parametrize("rubs", [{}, {"friction": {"coefficient": 0.1, "length": 50}}])
@@ -162,7 +162,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
 
 
 def test_command(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
+    SLIDER_CRANK.write(tmp_path / "crank.toml")
     assert run(["error", str(tmp_path / "crank.toml"), "-q", "loaded", "--approach", "rest"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Largest position error that friction can hold: 0.09815 mm" in said

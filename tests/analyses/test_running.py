@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import BPoly
 
 import jointplay as jp
-from helpers.builders import planar
+from helpers.builders import planar, spatial
 from helpers.graphs import graph
 from helpers.oracles.moving import CutOpen, Part, differenced
 from helpers.rods import rod_and_slider
@@ -27,35 +27,19 @@ from jointplay.result.verdict import HELD, NOT_SHOWN, verdict
 #: examples that have drives
 DRIVEN = [name for name in examples.names() if "[drives" in examples.text(name)]
 
-SLIDER_CRANK = jp.loads(
-    slider_crank(
-        drive="crank",
-        driven="speed = 50\nacceleration = 17188.733853924696",
-        units=', turning_speed = "rad/s"',
-        head="gravity = [0, -9.81]",
-        on_rod=False,
-        more="""
-[bodies.crank]
-mass = 0.8
-centre = [15, 0]
-rotational_inertia = 900
-[bodies.rod]
-mass = 0.5
-centre = [50, 4]
-rotational_inertia = 800
-[bodies.ram]
-mass = 1.2
-centre = [5, -3]
-rotational_inertia = 600
-""",
-    )
+RUNNING = slider_crank(
+    drive="crank",
+    driven={"speed": 50, "acceleration": 17188.733853924696},
+    on_rod=False,
+    turning_speed="rad/s",
+    gravity=(0, -9.81),
 )
+RUNNING.body("crank", mass=0.8, centre=(15, 0), rotational_inertia=900)
+RUNNING.body("rod", mass=0.5, centre=(50, 4), rotational_inertia=800)
+RUNNING.body("ram", mass=1.2, centre=(5, -3), rotational_inertia=600)
+SLIDER_CRANK = RUNNING.mechanism()
 
-IN_SPACE = jp.Builder(
-    space="spatial",
-    units={"length": "mm", "angle": "deg", "force": "N", "turning_speed": "rad/s"},
-    gravity=(0, 0, -9.81),
-)
+IN_SPACE = spatial(turning_speed="rad/s", gravity=(0, 0, -9.81))
 rod_and_slider("crank", IN_SPACE, speed=50, acceleration=17188.733853924696)
 IN_SPACE.start("rod", x=34, y=20, z=10, rotation=[0, 20, 0])
 IN_SPACE.body("crank", mass=0.8, centre=(15, 0, 4), rotational_inertia=[700, 800, 900])

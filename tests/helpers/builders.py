@@ -16,4 +16,6 @@ def spatial(*, length: str = "mm", angle: str = "deg", force: str = "N", **head:
 
 
 def _builder(space: Any, units: Any, head: dict[str, Any]) -> jp.Builder:
+    if "turning_speed" in head:
+        units |= {"turning_speed": head.pop("turning_speed")}
     return jp.Builder(space=space, units=units, **head)

@@ -7,8 +7,6 @@ from typing import Any
 import jointplay as jp
 from helpers.builders import planar, spatial
 
-PLANE = 'format = 1\nspace = "planar"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
-
 #: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, holes on the second bodies and
 #: on the first
 PAPER = {
@@ -125,25 +123,18 @@ def screw(lead: float, force: float, **more: Any) -> jp.Mechanism:
     return b.mechanism()
 
 
+def _bush() -> jp.Mechanism:
+    b = planar()
+    wear = {"rate": 1e-4, "length": 20, "diameter": 30}
+    b.revolute("J", ground=(0, 0), shaft=(0, 0), clearance=jp.radial(0.02), wear=wear)
+    b.drive("q", joint="J", from_=0, to=360, count=73)
+    b.output(body="shaft", at=(50, 0))
+    b.load(at=(0, 0), force=(0, -100))
+    return b.mechanism()
+
+
 #: a shaft that a force which stands still presses down in its bush, and that turns once
-BUSH = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], shaft = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-wear = {{ rate = 1e-4, length = 20, diameter = 30 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 73
-[output]
-body = "shaft"
-at = [50, 0]
-[[loads]]
-at = [0, 0]
-force = [0, -100]
-"""
+BUSH = _bush()
 TURN = {"drives.theta": {"joint": "shaft", "from": 0.25, "to": 359.75, "count": 720}}
 WEAR = {
     "shaft": {"rate": 1e-5, "length": 20},

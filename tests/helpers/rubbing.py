@@ -25,13 +25,13 @@ NONE = 1e-9
 #: the mechanism with reference values of friction
 SLIDER_CRANK = slider_crank(
     {
-        "shaft": "friction = { coefficient = 0.1, diameter = 24 }",
-        "pin": "friction = { coefficient = 0.1, diameter = 20 }",
-        "wrist": "friction = { coefficient = 0.1, diameter = 16 }",
-        "guide": "friction = { coefficient = 0.1, height = 30 }",
+        "shaft": {"friction": {"coefficient": 0.1, "diameter": 24}},
+        "pin": {"friction": {"coefficient": 0.1, "diameter": 20}},
+        "wrist": {"friction": {"coefficient": 0.1, "diameter": 16}},
+        "guide": {"friction": {"coefficient": 0.1, "height": 30}},
     },
     drive="q",
-)
+).mechanism()
 
 BALL = {"coefficient": 0.1, "diameter": 18}
 #: the same in space, with a rod between two balls

@@ -141,18 +141,18 @@ def _planetary() -> tuple[Any, Any]:
 
 
 def _bush() -> tuple[Any, Any]:
-    return jp.life(jp.loads(BUSH), "loaded").growth, math.pi * 1e-4 * 1e-3 * 100.0 / 20.0
+    return jp.life(BUSH, "loaded").growth, math.pi * 1e-4 * 1e-3 * 100.0 / 20.0
 
 
 def _growth() -> tuple[Any, Any]:
-    joints = {name: f"wear = {{ {', '.join(f'{k} = {v}' for k, v in wear.items())} }}" for name, wear in WEAR.items()}
+    joints = {name: {"wear": wear} for name, wear in WEAR.items()}
     plays = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
-    m = jp.loads(slider_crank(joints)).with_(TURN | plays)
+    m = slider_crank(joints).mechanism().with_(TURN | plays)
     return 1e6 * jp.life(m, "loaded").growth.values, list(GROWTH.values())
 
 
 def _life() -> tuple[Any, Any]:
-    m = jp.loads(slider_crank(more="[limits]\nposition = 0.2\n"))
+    m = slider_crank().mechanism().with_({"limits.position": 0.2})
     worn = {f"joints.{name}.wear": {"growth": nanometres * 1e-6} for name, nanometres in GROWTH.items()}
     result = jp.life(m.with_(worn), "loaded", tolerance=1e-9)
     return [result.life.item() * 1e-6, *result.size_worn.values], [LIFE * 1e-6, *SIZES]
