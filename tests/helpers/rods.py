@@ -1,53 +1,26 @@
-"""A rod between two balls: with a rocker, as the text of its file, and with a slider."""
+"""A rod between two balls, with a rocker and with a slider."""
 
 import jointplay as jp
+from helpers.builders import spatial
 
-RSSR = """
-format = 1
-space  = "spatial"
-units  = { length = "mm", angle = "deg", force = "N" }
 
-[joints.crank]
-type = "revolute"
-on.ground = { at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
-on.crank  = { at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
+def _rod_and_rocker() -> jp.Mechanism:
+    b = spatial()
+    shaft = {"at": [0, 0, 0], "axis": [0, 0, 1], "side": [1, 0, 0]}
+    b.revolute("crank", ground=shaft, crank=shaft)
+    b.spherical("hook", crank=(30, 0, 0), coupler=(0, 0, 0), clearance=jp.radial(0.2))
+    b.spherical("ball", coupler=(176, 0, 0), rocker=(0, 0, 100), clearance=jp.radial(0.1))
+    bearing = {"axis": [1, 0, 0], "side": [0, 0, 1]}
+    b.revolute("rocker", ground={"at": [130, 0, -60], **bearing}, rocker={"at": [0, 0, 0], **bearing})
+    b.start("rocker", rotation=[20, 0, 0])
+    b.drive("theta", joint="crank", from_=0, to=330, count=12)
+    b.output(body="rocker", at="ball")
+    b.load(force=(2, 5, -10))
+    b.dimension("coupler", body="coupler", between=["hook", "ball"], tolerance=0.05)
+    return b.mechanism()
 
-[joints.hook]
-type = "spherical"
-on   = { crank = [30, 0, 0], coupler = [0, 0, 0] }
-clearance = { radial = 0.2 }
 
-[joints.ball]
-type = "spherical"
-on   = { coupler = [176, 0, 0], rocker = [0, 0, 100] }
-clearance = { radial = 0.1 }
-
-[joints.rocker]
-type = "revolute"
-on.ground = { at = [130, 0, -60], axis = [1, 0, 0], side = [0, 0, 1] }
-on.rocker = { at = [0, 0, 0], axis = [1, 0, 0], side = [0, 0, 1] }
-
-[start]
-rocker = { rotation = [20, 0, 0] }
-
-[drives.theta]
-joint = "crank"
-from  = 0
-to    = 330
-count = 12
-
-[output]
-body = "rocker"
-at   = "ball"
-
-[[loads]]
-force = [2, 5, -10]
-
-[dimensions.coupler]
-body = "coupler"
-between = ["hook", "ball"]
-tolerance = 0.05
-"""
+RSSR = _rod_and_rocker()
 
 
 def rod_and_slider(drive: str, b: jp.Builder, **driven: object) -> jp.Builder:

@@ -667,9 +667,8 @@ def test_a_table_of_a_follower_in_a_pattern_is_read(tmp_path: Path) -> None:
         """
 format = 1
 units = { length = "mm", angle = "deg", force = "N" }
-[joints.shaft]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
+[joints]
+shaft = { type = "revolute", on = { ground = [0, 0], crank = [0, 0] } }
 [patterns.cam.values]
 x = [50, 90]
 [patterns.cam.joints.lift]
@@ -680,9 +679,8 @@ joint = "lift"
 follows = "shaft"
 csv = "cam.csv"
 columns = ["angle", "lift"]
-[drives.q]
-joint = "shaft"
-values = [0]
+[drives]
+q = { joint = "shaft", values = [0] }
 [output]
 body = "plate_2"
 """
