@@ -8,40 +8,19 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import EXAMPLES, example
+from helpers.builders import planar
 from jointplay.errors import InputError
 
 B, E_, D = np.array([0.0, 125.0]), np.array([14.0, 0.0]), np.array([212.0, 93.0])
 PLAY = 0.5
-DYAD = f"""
-format = 1
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.B]
-type = "revolute"
-bodies = ["ground", "BD"]
-at = [0, 125]
-clearance = {{ radial = {PLAY} }}
-[joints.E]
-type = "revolute"
-bodies = ["ground", "ED"]
-at = [14, 0]
-clearance = {{ radial = {PLAY} }}
-[joints.D]
-type = "revolute"
-bodies = ["BD", "ED"]
-at = [212, 93]
-clearance = {{ radial = {PLAY} }}
-[output]
-body = "BD"
-at = "D"
-[dimensions.l1]
-body = "BD"
-between = ["B", "D"]
-[dimensions.l2]
-body = "ED"
-between = ["E", "D"]
-[assembly]
-steps = [["BD", "ED"]]
-"""
+DYAD = planar()
+DYAD.revolute("B", bodies=["ground", "BD"], at=(0, 125), clearance=jp.radial(PLAY))
+DYAD.revolute("E", bodies=["ground", "ED"], at=(14, 0), clearance=jp.radial(PLAY))
+DYAD.revolute("D", bodies=["BD", "ED"], at=(212, 93), clearance=jp.radial(PLAY))
+DYAD.output(body="BD", at="D")
+DYAD.dimension("l1", body="BD", between=["B", "D"])
+DYAD.dimension("l2", body="ED", between=["E", "D"])
+DYAD.assembly(steps=[["BD", "ED"]])
 
 
 def one_by_one(m: jp.Mechanism) -> jp.Mechanism:
@@ -64,7 +43,7 @@ def dyad_jacobians() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_the_jacobians_of_the_dyad_are_those_of_two_circles() -> None:
-    result = jp.assemble(jp.loads(DYAD))
+    result = jp.assemble(DYAD.mechanism())
     slopes = result.sensitivity.sel(step=1, component=["x", "y"])
     lengths, by_b, by_e = dyad_jacobians()
     np.testing.assert_allclose(slopes.sel(parameter=["l1.length", "l2.length"]), lengths, atol=1e-9)
@@ -77,14 +56,14 @@ def test_the_jacobians_of_the_dyad_are_those_of_two_circles() -> None:
 
 @pytest.mark.parametrize("name", ["l1", "l2"])
 def test_the_jacobians_of_the_dyad_are_differences_of_built_units(name: str) -> None:
-    m, step = jp.loads(DYAD), 1e-3
+    m, step = DYAD.mechanism(), 1e-3
     ends = [jp.assemble(m.with_({f"dimensions.{name}.deviation": s})).error[0].values for s in (step, -step)]
     slope = jp.assemble(m).sensitivity.sel(step=1, parameter=f"{name}.length")
     np.testing.assert_allclose(slope, (ends[0] - ends[1]) / (2 * step), rtol=1e-6)
 
 
 def test_what_play_leaves_open_in_an_unloaded_dyad() -> None:
-    result = jp.assemble(jp.loads(DYAD)).isel(step=0)
+    result = jp.assemble(DYAD.mechanism()).isel(step=0)
     _, by_b, by_e = dyad_jacobians()
     # The pin is on BD: it moves with the play in B, that in E, and that between the links, which acts as E does.
     half = PLAY * (np.linalg.norm(by_b, axis=1) + 2 * np.linalg.norm(by_e, axis=1))
@@ -96,7 +75,7 @@ def test_what_play_leaves_open_in_an_unloaded_dyad() -> None:
 
 def test_a_load_takes_the_play_up_as_virtual_work_says() -> None:
     force = np.array([3.0, -7.0])
-    m = jp.loads(DYAD).with_({"loads": [{"force": force.tolist()}]})
+    m = DYAD.mechanism().with_({"loads": [{"force": force.tolist()}]})
     result = jp.assemble(m.with_({"joints.*.clearance.radial": 1e-3})).isel(step=0)
     assert result.status == "ok"
     assert set(result.contact.sel(source=["B", "E", "D"]).values.tolist()) == {"touching"}
@@ -331,13 +310,13 @@ def test_worst_and_scatter_of_the_last_step_are_those_of_the_mechanism() -> None
 
 
 def test_the_same_units_go_through_all_steps_whatever_the_threads() -> None:
-    m = jp.loads(DYAD).with_({"dimensions.l1.tolerance": 0.1})
+    m = DYAD.mechanism().with_({"dimensions.l1.tolerance": 0.1})
     a, b = (jp.assemble(m, "random", samples=300, seed=8) for _ in range(2))
     assert a.identical(b)
 
 
 def test_scatter_of_the_dyad_is_its_first_order() -> None:
-    m = jp.loads(DYAD).with_({"joints.*.clearance.radial": 0.01, "dimensions.l1.tolerance": 0.03})
+    m = DYAD.mechanism().with_({"joints.*.clearance.radial": 0.01, "dimensions.l1.tolerance": 0.03})
     found = jp.assemble(m, "random", samples=40_000)
     slopes = jp.assemble(m).sensitivity.sel(step=1, component=["x", "y"])
     # Normal and cut at three sigma: 0.9733 of the variance; uniform in a disc: r^2 / 4.

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
 from jointplay.analyses.friction import REST, SIDES
@@ -16,24 +17,6 @@ from jointplay.cli import run
 from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
-
-LINK = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "{angle}", force = "N" }}
-[joints.pivot]
-type = "revolute"
-on = {{ ground = [0, 0], arm = [0, 0] }}
-[drives.q]
-joint = "pivot"
-values = [{value}]
-{drive}
-[output]
-body = "arm"
-at = [200, 0]
-[[loads]]
-force = {force}
-"""
 
 #: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
 LEG = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
@@ -48,8 +31,13 @@ HIP, KNEE = math.radians(-45.0), math.radians(-90.0)
 G = 9.81
 
 
-def link(drive: str = "", value: float = 0.0, force: Any = (0, -20), angle: str = "deg") -> jp.Mechanism:
-    return jp.loads(LINK.format(drive=drive, value=value, force=list(force), angle=angle))
+def link(value: float = 0.0, force: Any = (0, -20), angle: str = "deg", **drive: Any) -> jp.Mechanism:
+    b = planar(angle=angle)
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    b.drive("q", joint="pivot", values=[value], **drive)
+    b.output(body="arm", at=(200, 0))
+    b.load(force=force)
+    return b.mechanism()
 
 
 def foot(hip: float, knee: float) -> np.ndarray:
@@ -68,31 +56,20 @@ def error_at(offsets: np.ndarray) -> np.ndarray:
     return foot(HIP + offsets[0], KNEE + offsets[1]) - foot(HIP, KNEE)
 
 
-def guide(drive: str) -> str:
+def guide(**drive: Any) -> jp.Mechanism:
     """A ram in an inclined guide, which a force draws aside."""
-    return f"""
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = 30 }}, ram = [0, 0] }}
-[drives.s]
-joint = "guide"
-values = [100]
-{drive}
-[output]
-body = "ram"
-at = [0, 0]
-[[loads]]
-force = [100, 0]
-"""
+    b = planar()
+    b.prismatic("guide", ground={"at": [0, 0], "axis": 30}, ram=(0, 0))
+    b.drive("s", joint="guide", values=[100], **drive)
+    b.output(body="ram", at=(0, 0))
+    b.load(force=(100, 0))
+    return b.mechanism()
 
 
 class TestLoaded:
     def test_an_arm_falls_onto_its_flank(self) -> None:
         """Half a degree from end to middle: b times the lever, on a circle."""
-        result = jp.loaded(link("backlash = 1"))
+        result = jp.loaded(link(backlash=1))
         b = math.radians(0.5)
         expected = [200 * (math.cos(b) - 1), -200 * math.sin(b), -0.5]
         np.testing.assert_allclose(result.error[0], expected, rtol=1e-12)
@@ -103,12 +80,12 @@ class TestLoaded:
     def test_one_flank_may_be_where_it_was_homed(self, side: str, force: float) -> None:
         other = {"plus": "minus", "minus": "plus"}[side]
         for size in (0.0, 0.7):
-            drive = f"backlash = {{ {side} = {size}, {other} = 0.2 }}"
-            turned = jp.loaded(link(drive, force=(0, force))).error[0, 2].item()
+            lost = {side: size, other: 0.2}
+            turned = jp.loaded(link(backlash=lost, force=(0, force))).error[0, 2].item()
             assert turned == pytest.approx(math.copysign(size, force), abs=1e-14)
 
     def test_a_length_is_lost_along_a_guide(self) -> None:
-        result = jp.loaded(jp.loads(guide("backlash = 0.4\nstiffness = 500")))
+        result = jp.loaded(guide(backlash=0.4, stiffness=500))
         way = 0.2 + 100 * math.cos(math.radians(30)) / 500
         expected = [way * math.cos(math.radians(30)), way * math.sin(math.radians(30)), 0]
         np.testing.assert_allclose(result.error[0], expected, rtol=1e-10, atol=1e-13)
@@ -146,19 +123,19 @@ class TestLoaded:
 
     def test_wind_up_turns_with_the_lever(self) -> None:
         """1e6 e = -4000 cos e."""
-        result = jp.loaded(link("stiffness = 1e6", angle="rad"))
+        result = jp.loaded(link(stiffness=1e6, angle="rad"))
         expected = brentq(lambda e: 1e6 * e + 4000 * math.cos(e), -0.1, 0.1, xtol=1e-15)
         assert result.error[0, 2].item() == pytest.approx(expected, rel=1e-9)
 
     def test_an_arm_that_no_torque_holds_is_anywhere_between_its_flanks(self) -> None:
         """The load goes through the pivot and pulls outwards or inwards; a hanging one floats in its play."""
-        upright = jp.loaded(link("backlash = 1", force=(-20, 0)))
+        upright = jp.loaded(link(backlash=1, force=(-20, 0)))
         assert upright.status[0] == "undetermined"
         assert upright.undetermined[0, 2].item() == pytest.approx(0.5, rel=1e-6)
         off = 0.3
-        hanging = jp.loaded(link("backlash = 2", value=-90 + off))
+        hanging = jp.loaded(link(backlash=2, value=-90 + off))
         assert hanging.error[0, 2].item() == pytest.approx(-off, rel=1e-9)
-        beyond = jp.loaded(link("backlash = 0.4", value=-90 + off))
+        beyond = jp.loaded(link(backlash=0.4, value=-90 + off))
         assert beyond.error[0, 2].item() == pytest.approx(-0.2, rel=1e-12)
 
     def test_contributions_add_up(self) -> None:
@@ -191,7 +168,7 @@ class TestDriveTorque:
             np.testing.assert_array_equal(together.drive_flank[k], alone.drive_flank[0])
 
     def test_a_slider_is_held_by_a_force(self) -> None:
-        result = jp.loaded(jp.loads(guide("backlash = { plus = 0, minus = 0.4 }")))
+        result = jp.loaded(guide(backlash={"plus": 0, "minus": 0.4}))
         assert result.drive_torque.item() == pytest.approx(-100 * math.cos(math.radians(30)), rel=1e-12)
         assert (result.drive_torque.attrs["units"], result.drive_flank.item()) == ("N", 1)
 
@@ -207,37 +184,27 @@ class TestDriveTorque:
 
     def test_a_strained_mechanism_shares_the_load(self) -> None:
         """The drive's part is what its wind-up tells."""
-        result = jp.loaded(jp.loads(cranks(0.0)))
+        result = jp.loaded(cranks(0.0))
         wound = result.deformation.sel(elastic="q").item()
         assert result.drive_torque.item() == pytest.approx(-4e6 * wound, rel=1e-9)
 
     def test_where_a_self_stress_runs_through_the_drive_nothing_decides_it(self) -> None:
         """Rigid bars without play beside a drive that cannot move."""
-        result = jp.loaded(jp.loads(loose_cranks(0)).with_({"joints.*.clearance": None}))
+        result = jp.loaded(loose_cranks(0).mechanism().with_({"joints.*.clearance": None}))
         assert np.isfinite(result.drive_torque).all()
 
 
-def shaft(first: str, second: str) -> str:
+def shaft(first: dict[str, Any], second: dict[str, Any], **path: Any) -> jp.Mechanism:
     """Two motors on one shaft with an arm, or on two that gears tie."""
-    return f"""
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "rad", force = "N" }}
-[joints.pivot]
-type = "revolute"
-on = {{ ground = [0, 0], arm = [0, 0] }}
-[drives.a]
-joint = "pivot"
-{first}
-[drives.b]
-joint = "pivot"
-{second}
-[output]
-body = "arm"
-at = [100, 0]
-[[loads]]
-moment = 3000
-"""
+    b = planar(angle="rad")
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    b.drive("a", joint="pivot", **first)
+    b.drive("b", joint="pivot", **second)
+    if path:
+        b.path(**path)
+    b.output(body="arm", at=(100, 0))
+    b.load(moment=3000)
+    return b.mechanism()
 
 
 class TestTwoDrives:
@@ -247,10 +214,9 @@ class TestTwoDrives:
     def test_share_by_their_stiffness(self, moment: float, apart: float, lost: float) -> None:
         """k_a (x - q_a) + the spring of b behind its backlash = moment, a monotone equation of one unknown."""
         ka, kb = 2e5, 5e4
-        text = shaft(
-            f"values = [0.3]\nstiffness = {ka}", f"values = [{0.3 + apart}]\nstiffness = {kb}\nbacklash = {lost}"
-        )
-        result = jp.loaded(jp.loads(text).with_({"loads.0.moment": moment}))
+        second = {"values": [0.3 + apart], "stiffness": kb, "backlash": lost}
+        m = shaft({"values": [0.3], "stiffness": ka}, second).with_({"loads.0.moment": moment})
+        result = jp.loaded(m)
 
         def of_b(x: float) -> float:
             return kb * (max(x - apart - lost / 2, 0.0) + min(x - apart + lost / 2, 0.0))
@@ -263,11 +229,11 @@ class TestTwoDrives:
 
     def test_more_than_half_a_turn_apart_are_refused(self) -> None:
         """The second one would be taken to the nearest turn."""
-        jp.loaded(jp.loads(shaft("values = [0]\nstiffness = 1e5", "values = [3.1]\nstiffness = 1e5")))
+        jp.loaded(shaft({"values": [0], "stiffness": 1e5}, {"values": [3.1], "stiffness": 1e5}))
         with pytest.raises(
             jp.InputError, match=r"drives\.b: .*'pivot' that are 183\.346 deg apart; at most half a turn"
         ):
-            jp.loaded(jp.loads(shaft("values = [0]\nstiffness = 1e5", "values = [3.2]\nstiffness = 1e5")))
+            jp.loaded(shaft({"values": [0], "stiffness": 1e5}, {"values": [3.2], "stiffness": 1e5}))
 
     @pytest.mark.parametrize("seed", range(4))
     def test_random_ones_store_the_least_energy(self, seed: int) -> None:
@@ -287,39 +253,18 @@ class TestTwoDrives:
 
         start = 1.1
         told = pose(start)[2] + off
-        text = f"""
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "rad", force = "N" }}
-[joints.A]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[joints.B]
-type = "revolute"
-on = {{ crank = [{crank!r}, 0], coupler = [0, 0] }}
-[joints.C]
-type = "revolute"
-on = {{ coupler = [{coupler!r}, 0], rocker = [{rocker!r}, 0] }}
-[joints.D]
-type = "revolute"
-on = {{ ground = [{base!r}, 0], rocker = [0, 0] }}
-[drives.a]
-joint = "A"
-values = [{start}]
-stiffness = {float(k[0])!r}
-[drives.b]
-joint = "D"
-values = [{told!r}]
-stiffness = {float(k[1])!r}
-[output]
-body = "coupler"
-at = [50, 20]
-[[loads]]
-force = [{fx!r}, {fy!r}]
-[start]
-coupler = {{ angle = {pose(start)[1]!r} }}
-rocker = {{ angle = {pose(start)[2]!r} }}
-"""
+        b = planar(angle="rad")
+        b.revolute("A", ground=(0, 0), crank=(0, 0))
+        b.revolute("B", crank=(crank, 0), coupler=(0, 0))
+        b.revolute("C", coupler=(coupler, 0), rocker=(rocker, 0))
+        b.revolute("D", ground=(base, 0), rocker=(0, 0))
+        b.drive("a", joint="A", values=[start], stiffness=float(k[0]))
+        b.drive("b", joint="D", values=[told], stiffness=float(k[1]))
+        b.output(body="coupler", at=(50, 20))
+        b.load(force=(fx, fy))
+        b.start("coupler", angle=pose(start)[1])
+        b.start("rocker", angle=pose(start)[2])
+        m = b.mechanism()
 
         def place(turn: float) -> complex:
             pin, lean, _ = pose(turn)
@@ -331,21 +276,19 @@ rocker = {{ angle = {pose(start)[2]!r} }}
 
         best = minimize_scalar(energy, bounds=(-0.02, 0.02), method="bounded", options={"xatol": 1e-11})
         moved = place(start + best.x) - place(start)
-        result = jp.loaded(jp.loads(text))
+        result = jp.loaded(m)
         # The minimum is flat: its place is known to the root of rounding.
         np.testing.assert_allclose(result.error[0, :2], [moved.real, moved.imag], atol=2e-5)
-        assert jp.check(jp.loads(text)).attrs["decided"]
+        assert jp.check(m).attrs["decided"]
 
     def test_a_joint_names_both(self) -> None:
         """The table of the check had the last one only."""
-        checked = jp.check(jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]\nstiffness = 2")))
+        checked = jp.check(shaft({"values": [0], "stiffness": 1}, {"values": [0], "stiffness": 2}))
         (driven,) = (column for column in tables(from_dataset(checked))[0].columns if column.name == "driven by")
         assert driven.cells == ("a, b",)
 
     def test_a_path_has_values_of_both(self) -> None:
-        m = jp.loads(
-            shaft("stiffness = 2e5", "stiffness = 5e4").replace("[output]", "[path]\nangle = [0.2, 0.3]\n[output]")
-        )
+        m = shaft({"stiffness": 2e5}, {"stiffness": 5e4}, angle=[0.2, 0.3])
         solved = jp.solve(m)
         np.testing.assert_allclose([solved.a, solved.b], [[0.2, 0.3], [0.2, 0.3]], atol=1e-12)
         turned = jp.loaded(m).error.sel(component="angle")
@@ -355,11 +298,11 @@ rocker = {{ angle = {pose(start)[2]!r} }}
 
     def test_a_rigid_one_among_them_is_refused(self) -> None:
         with pytest.raises(jp.InputError, match=r"already driven by 'a'; both can .* and b has none"):
-            jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]"))
-        both = jp.loads(shaft("values = [0]\nstiffness = 1", "values = [0]\nstiffness = 2"))
+            shaft({"values": [0], "stiffness": 1}, {"values": [0]})
+        both = shaft({"values": [0], "stiffness": 1}, {"values": [0], "stiffness": 2})
         with pytest.raises(jp.InputError, match="'a' and 'b' share a motion by their stiffness, which this question"):
             jp.singularities(both)
-        tied = jp.loads(gears(0.3, 0.5)).with_({"drives.second": {"joint": "C", "values": [20], "stiffness": 1e5}})
+        tied = gears(0.3, 0.5).with_({"drives.second": {"joint": "C", "values": [20], "stiffness": 1e5}})
         with pytest.raises(
             jp.InputError, match="take away 1 of them; drives share a motion where each has a stiffness"
         ):
@@ -368,7 +311,7 @@ rocker = {{ angle = {pose(start)[2]!r} }}
 
 class TestOtherQuestions:
     def test_given(self) -> None:
-        m = link("backlash = 1")
+        m = link(backlash=1)
         result = jp.given(m, {"q.backlash": 0.4})
         assert result.error[0, 2].item() == pytest.approx(0.4, rel=1e-12)
         assert result.admissible.all()
@@ -392,12 +335,12 @@ class TestOtherQuestions:
 
     @pytest.mark.parametrize(("law", "std"), [("uniform", 1 / math.sqrt(12)), ("boundary", 0.5)])
     def test_random(self, law: str, std: float) -> None:
-        result = jp.random(link(f'backlash = 1\nbacklash_law = "{law}"'), samples=40_000, seed=3)
+        result = jp.random(link(backlash=1, backlash_law=law), samples=40_000, seed=3)
         assert result.error_std.sel(component="angle")[0].item() == pytest.approx(std, rel=0.01)
 
     def test_random_under_load(self) -> None:
         """The command scatters, the flank does not."""
-        result = jp.random(link("backlash = 1\nerror = 0.1"), samples=20_000, seed=3, contact="loaded")
+        result = jp.random(link(backlash=1, error=0.1), samples=20_000, seed=3, contact="loaded")
         angle = result.error_mean.sel(component="angle")[0].item(), result.error_std.sel(component="angle")[0].item()
         assert angle == pytest.approx((-0.5, 0.1 / math.sqrt(3)), rel=0.02)
 
@@ -407,7 +350,7 @@ class TestOtherQuestions:
 
     def test_allowed_size(self) -> None:
         """The flank is half of the width away."""
-        m = link("backlash = 1").with_({"limits.rotation": 0.3})
+        m = link(backlash=1).with_({"limits.rotation": 0.3})
         result = jp.allow(m, question="loaded")
         assert result.source_measure.values.tolist() == ["backlash"]
         assert result.allowed[0].item() == pytest.approx(0.6, rel=1e-6)
@@ -424,7 +367,7 @@ class TestOtherQuestions:
         assert "strain" not in capsys.readouterr().out
 
     def test_allocated_size(self) -> None:
-        m = link("backlash = 1").with_(
+        m = link(backlash=1).with_(
             {
                 "limits.rotation": 0.3,
                 "costs": {"q.backlash": {"model": "reciprocal", "a": 0, "b": 1, "from": 0.1, "to": 2}},
@@ -434,13 +377,13 @@ class TestOtherQuestions:
         assert result.size.sel(source="q.backlash").item() == pytest.approx(0.6, rel=1e-4)
 
     def test_a_sweep(self) -> None:
-        swept = jp.sweep(link("backlash = 1"), "drives.q.backlash", [0.0, 1.0, 2.0], "loaded")
+        swept = jp.sweep(link(backlash=1), "drives.q.backlash", [0.0, 1.0, 2.0], "loaded")
         assert swept.backlash.attrs["units"] == "deg"
         np.testing.assert_allclose(swept.error.sel(component="angle").values.ravel(), [0, -0.5, -1], atol=1e-12)
 
     def test_a_map_shows_where_the_flank_changes(self) -> None:
         """The torque changes its sign where the arm is upright."""
-        m = link("backlash = 1").with_({"grid.q": {"from": 65, "to": 115, "count": 6}})
+        m = link(backlash=1).with_({"grid.q": {"from": 65, "to": 115, "count": 6}})
         result = jp.map(m, question="loaded")
         angle = np.radians(result.q.values)
         sides = -np.sign(np.cos(angle))
@@ -448,36 +391,24 @@ class TestOtherQuestions:
         assert result.contact_change.values.ravel().tolist() == [False, False, True, False, False, False]
 
 
-def gears(first: float, second: float) -> str:
+def gears(first: float, second: float) -> jp.Mechanism:
     """Two pairs of wheels in a row between a motor and an arm, 1:1 each, with angles of backlash."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[drives.motor]
-joint = "A"
-values = [20]
-[output]
-body = "arm"
-at = [200, 0]
-[[loads]]
-force = [0, -20]
-[start]
-a = { angle = 20 }
-b = { angle = -20 }
-arm = { angle = 20 }
-"""
-    for name, at, body in (("A", 0, "a"), ("B", 100, "b"), ("C", 200, "arm")):
-        text += f'[joints.{name}]\ntype = "revolute"\non = {{ ground = [{at}, 0], {body} = [0, 0] }}\n'
+    b = planar()
+    b.drive("motor", joint="A", values=[20])
+    b.output(body="arm", at=(200, 0))
+    b.load(force=(0, -20))
+    for name, at, body, turned in (("A", 0, "a", 20), ("B", 100, "b", -20), ("C", 200, "arm", 20)):
+        b.revolute(name, on={"ground": [at, 0], body: [0, 0]})
+        b.start(body, angle=turned)
     for name, pair, lost in (("M", ("a", "b"), first), ("N", ("b", "arm"), second)):
-        text += f'[joints.{name}]\ntype = "gear"\non = {{ {pair[0]} = [0, 0], {pair[1]} = [0, 0] }}\n'
-        text += f"teeth = [50, 50]\nmodule = 2\npressure_angle = 20\nclearance = {{ backlash_angle = {lost} }}\n"
-    return text
+        teeth = {"teeth": [50, 50], "module": 2, "pressure_angle": 20}
+        b.gear(name, on={body: [0, 0] for body in pair}, clearance={"backlash_angle": lost}, **teeth)
+    return b.mechanism()
 
 
 def test_two_pairs_of_wheels_lose_the_sum() -> None:
-    geared = jp.loaded(jp.loads(gears(0.3, 0.5)))
-    alone = jp.loaded(link("backlash = 0.8", value=20.0))
+    geared = jp.loaded(gears(0.3, 0.5))
+    alone = jp.loaded(link(backlash=0.8, value=20.0))
     np.testing.assert_allclose(geared.error[0], alone.error[0], rtol=1e-6)
 
 
@@ -520,30 +451,18 @@ def test_every_joint_of_a_motor_has_its_own_gearbox() -> None:
     assert by_motor == pytest.approx(0.1, rel=1e-9)
 
 
-def cranks(lost: float) -> str:
+def cranks(lost: float) -> jp.Mechanism:
     """A coupler on three parallel cranks, of which the last one does not fit: its pins give, and so does the drive."""
-    text = f"""
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "rad", force = "N" }}
-[drives.q]
-joint = "A0"
-values = [1.2]
-backlash = {{ plus = {lost}, minus = {lost / 2} }}
-stiffness = 4e6
-[output]
-body = "coupler"
-at = [100, 0]
-[[loads]]
-force = [60, -30]
-[start]
-coupler = {{ angle = 0 }}
-"""
+    b = planar(angle="rad")
+    b.drive("q", joint="A0", values=[1.2], backlash={"plus": lost, "minus": lost / 2}, stiffness=4e6)
+    b.output(body="coupler", at=(100, 0))
+    b.load(force=(60, -30))
+    b.start("coupler", angle=0)
     for k in range(3):
-        text += f'[joints.A{k}]\ntype = "revolute"\non = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}\n'
-        text += f'[joints.B{k}]\ntype = "revolute"\non = {{ crank{k} = [80, 0], coupler = [{100 * k}, 0] }}\n'
-        text += "stiffness = { radial = 2e4 }\n"
-    return text + f'[dimensions.last]\nbody = "crank2"\nbetween = ["A2", "B2"]\ndeviation = {CRANKS[2] - 80}\n'
+        b.revolute(f"A{k}", on={"ground": [100 * k, 0], f"crank{k}": [0, 0]})
+        b.revolute(f"B{k}", on={f"crank{k}": [80, 0], "coupler": [100 * k, 0]}, stiffness={"radial": 2e4})
+    b.dimension("last", body="crank2", between=["A2", "B2"], deviation=CRANKS[2] - 80)
+    return b.mechanism()
 
 
 CRANKS = (80.0, 80.0, 80.05)
@@ -569,45 +488,39 @@ def test_an_over_constrained_mechanism_stores_the_least_energy(lost: float) -> N
     )
     best = start + found.x * scale
     output = best[3] + 1j * best[4] + 100 * np.exp(1j * best[5])
-    result = jp.loaded(jp.loads(cranks(lost)))
+    result = jp.loaded(cranks(lost))
     assert result.status[0] in ("ok", "strained")
     expected = [(output - end - 100).real, (output - end - 100).imag, best[5]]
     np.testing.assert_allclose(result.nominal[0] + result.error[0], [output.real, output.imag, best[5]], atol=2e-6)
     assert expected[1] != 0.0
 
 
-def loose_cranks(seed: int) -> str:
+def loose_cranks(seed: int) -> jp.Builder:
     """A coupler on three parallel cranks, all pins with play, under a random load; one crank is driven."""
     rng = np.random.default_rng([7, seed])
     length, turn = float(rng.uniform(60, 100)), float(rng.uniform(0.6, 2.5))
     low, high = (float(v) for v in rng.uniform(0.001, 0.003, 2))
     fx, fy, moment = (float(v) for v in rng.normal(0, 100, 3) * [1, 1, 20])
     end = length * np.exp(1j * turn)
-    lines = ["format = 1", 'space = "planar"', 'units = { length = "mm", angle = "rad", force = "N" }']
-    lines += [
-        "[drives.q]",
-        'joint = "A0"',
-        f"values = [{turn!r}]",
-        f"backlash = {{ plus = {high!r}, minus = {low!r} }}",
-    ]
-    lines += ["[start]", f"coupler = {{ x = {float(end.real)!r}, y = {float(end.imag)!r}, angle = 0.0 }}"]
-    lines += [f"crank{k} = {{ x = {100.0 * k}, angle = {turn!r} }}" for k in range(3)]
-    lines += ["[output]", 'body = "coupler"', "at = [70, 30]"]
-    lines += ["[[loads]]", f"force = [{fx!r}, {fy!r}]", f"moment = {moment!r}"]
+    b = planar(angle="rad")
+    b.drive("q", joint="A0", values=[turn], backlash={"plus": high, "minus": low})
+    b.start("coupler", x=end.real, y=end.imag, angle=0.0)
+    b.output(body="coupler", at=(70, 30))
+    b.load(force=(fx, fy), moment=moment)
     for k in range(3):
-        lines += [f"[joints.A{k}]", 'type = "revolute"', f"on = {{ ground = [{100 * k}, 0], crank{k} = [0, 0] }}"]
-        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
-        lines += [f"[joints.B{k}]", 'type = "revolute"']
-        lines += [f"on = {{ crank{k} = [{length!r}, 0], coupler = [{100 * k}, 0] }}"]
-        lines += [f"clearance = {{ radial = {float(rng.uniform(0.02, 0.06))!r} }}"]
-    return "\n".join(lines)
+        b.start(f"crank{k}", x=100.0 * k, angle=turn)
+        ends = {"ground": [100 * k, 0], f"crank{k}": [0, 0]}
+        b.revolute(f"A{k}", on=ends, clearance=jp.radial(rng.uniform(0.02, 0.06)))
+        ends = {f"crank{k}": [length, 0], "coupler": [100 * k, 0]}
+        b.revolute(f"B{k}", on=ends, clearance=jp.radial(rng.uniform(0.02, 0.06)))
+    return b
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_an_over_constrained_mechanism_goes_where_the_load_does_most_work(seed: int) -> None:
     """A cone program on the displacements of all bodies, with the lost motion as bounds."""
-    text = loose_cranks(seed)
-    m, link = jp.loads(text), read(text)
+    cranks = loose_cranks(seed)
+    m, link = cranks.mechanism(), read(cranks.text())
     found = jp.loaded(m, exact=False)
     best = Primal(link, link.start, link.configurations[0], {}, 0.01).solve()
     assert best.solved
@@ -644,18 +557,18 @@ class TestMessages:
     @pytest.mark.parametrize(
         ("drive", "said"),
         [
-            ("backlash = -1", "q.backlash: must not be negative: -1"),
-            ("backlash = { plus = 1 }", "'minus' is missing"),
-            ("backlash = { plus = 1, minus = -1 }", "must not be negative"),
-            ("backlash = { pivot = 1 }", "backlash is a number (the drive moves one joint)"),
-            ("stiffness = 0", "must be greater than zero"),
-            ('backlash_law = "uniform"', "'backlash_law' goes with backlash"),
-            ("backlash = 800", "more than a full turn"),
+            ({"backlash": -1}, "q.backlash: must not be negative: -1"),
+            ({"backlash": {"plus": 1}}, "'minus' is missing"),
+            ({"backlash": {"plus": 1, "minus": -1}}, "must not be negative"),
+            ({"backlash": {"pivot": 1}}, "backlash is a number (the drive moves one joint)"),
+            ({"stiffness": 0}, "must be greater than zero"),
+            ({"backlash_law": "uniform"}, "'backlash_law' goes with backlash"),
+            ({"backlash": 800}, "more than a full turn"),
         ],
     )
-    def test_of_a_drive(self, drive: str, said: str) -> None:
+    def test_of_a_drive(self, drive: dict[str, Any], said: str) -> None:
         with pytest.raises(jp.InputError) as refused:
-            link(drive)
+            link(**drive)
         assert said in str(refused.value)
 
     def test_of_a_motor_of_several_joints(self) -> None:
@@ -669,8 +582,8 @@ class TestMessages:
             link().with_({"joints.pivot.clearance": {"backlash": 1}})
 
     def test_lost_motion_that_is_counted_twice_is_said(self) -> None:
-        assert "lost motion counts once" in jp.check(link("backlash = 1\nerror = 0.5")).attrs["hints"]
-        assert "hints" not in jp.check(link("backlash = 1\nerror = 0.1")).attrs
+        assert "lost motion counts once" in jp.check(link(backlash=1, error=0.5)).attrs["hints"]
+        assert "hints" not in jp.check(link(backlash=1, error=0.1)).attrs
 
 
 #: an arm that gravity turns neither way about its upright axis, in which a pin has play
@@ -724,23 +637,13 @@ def test_long_paths_of_an_arm_on_an_upright_axis_say_the_same() -> None:
 
 def test_an_arm_on_an_upright_axis_that_winds_up_is_in_the_middle_of_its_play() -> None:
     """Springs that draw the search to its rest must not leave the base at a flank, with the other one untold."""
-    text = UPRIGHT.text().replace("backlash = 0.02", "backlash = 0.02\nstiffness = 1e7")
-    shoulder = """
-[joints.K]
-type = "revolute"
-bodies = ["arm", "upper"]
-at = [100, 0, 250]
-axis = [0, 1, 0]
-[drives.k]
-joint = "K"
-values = [10, 40]
-backlash = 0.1
-stiffness = 1e7
-[bodies.upper]
-mass = 18
-centre = [100, 30, 450]
-"""
-    result = jp.loaded(jp.loads(text + shoulder))
+    more = {
+        "drives.q.stiffness": 1e7,
+        "joints.K": {"type": "revolute", "bodies": ["arm", "upper"], "at": [100, 0, 250], "axis": [0, 1, 0]},
+        "drives.k": {"joint": "K", "values": [10, 40], "backlash": 0.1, "stiffness": 1e7},
+        "bodies.upper": {"mass": 18, "centre": [100, 30, 450]},
+    }
+    result = jp.loaded(UPRIGHT.mechanism().with_(more))
     assert list(result.status) == ["undetermined"] * 2
     np.testing.assert_allclose(result.error.sel(component="rz"), 0, atol=1e-5)
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from helpers.oracles.loops import LOCKED
 from helpers.oracles.truss import Truss
 from helpers.platforms import mechanism, platform
@@ -240,31 +241,16 @@ def test_a_soft_bar_beside_a_stiff_one_is_hardly_to_blame(ratio: float) -> None:
 
 def test_the_load_on_an_elastic_member_is_a_cause_of_its_own(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """A rod that hangs on a pin and stretches: half of its error is the pin's, half the load's."""
-    text = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.top]
-type = "fixed"
-on = { ground = { at = [0, 0], axis = [1, 0] }, hook = [0, 0] }
-[joints.pin]
-type = "revolute"
-on = { hook = [0, 0], rod = [0, 0] }
-clearance = { radial = 0.1 }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, -100], axis = [0, 1] }, rod = { at = [0, -100], axis = [0, 1] } }
-[bodies.rod]
-stiffness = 100
-[output]
-body = "rod"
-at = [0, -100]
-[[loads]]
-force = [0, -10]
-[start]
-rod = { x = 0, y = 0, angle = 0 }
-"""
+    b = planar()
+    b.fixed("top", ground={"at": [0, 0], "axis": [1, 0]}, hook=(0, 0))
+    b.revolute("pin", hook=(0, 0), rod=(0, 0), clearance=jp.radial(0.1))
+    b.prismatic("guide", ground={"at": [0, -100], "axis": [0, 1]}, rod={"at": [0, -100], "axis": [0, 1]})
+    b.body("rod", stiffness=100)
+    b.output(body="rod", at=(0, -100))
+    b.load(force=(0, -10))
+    b.start("rod", x=0, y=0, angle=0)
     file = tmp_path / "rod.toml"
-    file.write_text(text)
+    file.write_text(b.text())
     result = jp.loaded(jp.load(file))
     assert result.contribution.sel(source="pin", component="y")[0].item() == pytest.approx(-0.1)
     assert result.contribution_elastic.sel(component="y").sum("joint")[0].item() == pytest.approx(-0.1)

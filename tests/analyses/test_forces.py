@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.analyses import loaded
 from jointplay.analyses.forces.statics import Balances
 from jointplay.analyses.nominal import nominal
@@ -11,41 +12,17 @@ from jointplay.analyses.nominal import nominal
 FORCE, CRANK, ROD, PLAY, TOLERANCE = 400.0, 50.0, 150.0, 0.2, 0.1
 ANGLES = np.array([20.0, 70.0, 130.0])
 
-CRANK_FILE = f"""
-format = 1
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.main]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[joints.pin]
-type = "revolute"
-on = {{ crank = [{CRANK}, 0], rod = [0, 0] }}
-clearance = {{ radial = {PLAY} }}
-[joints.wrist]
-type = "revolute"
-on = {{ rod = [{ROD}, 0], piston = [0, 0] }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, piston = [0, 0] }}
-[start]
-crank = {{ angle = 20 }}
-rod = {{ angle = -7 }}
-[drives.theta]
-joint = "main"
-values = {ANGLES.tolist()}
-[dimensions.rod]
-body = "rod"
-between = ["pin", "wrist"]
-tolerance = {TOLERANCE}
-"""
-LOADED = f"""
-[output]
-body = "piston"
-[[loads]]
-body = "piston"
-force = [{-FORCE}, 0]
-"""
-CRANK_FILE += LOADED
+CRANK_DRIVE = planar()
+CRANK_DRIVE.revolute("main", ground=(0, 0), crank=(0, 0))
+CRANK_DRIVE.revolute("pin", crank=(CRANK, 0), rod=(0, 0), clearance=jp.radial(PLAY))
+CRANK_DRIVE.revolute("wrist", rod=(ROD, 0), piston=(0, 0))
+CRANK_DRIVE.prismatic("guide", ground={"at": [0, 0], "axis": [1, 0]}, piston=(0, 0))
+CRANK_DRIVE.start("crank", angle=20)
+CRANK_DRIVE.start("rod", angle=-7)
+CRANK_DRIVE.drive("theta", joint="main", values=ANGLES)
+CRANK_DRIVE.dimension("rod", body="rod", between=["pin", "wrist"], tolerance=TOLERANCE)
+CRANK_DRIVE.output(body="piston")
+CRANK_DRIVE.load(body="piston", force=(-FORCE, 0))
 
 
 def torque(angle, x=0.0, y=0.0, longer=0.0):
@@ -66,7 +43,7 @@ def brute_force(play, tolerance=TOLERANCE):
 
 
 def mechanism(**changes):
-    return jp.loads(CRANK_FILE).with_(changes)
+    return CRANK_DRIVE.mechanism().with_(changes)
 
 
 def test_the_torque_of_a_crank_is_that_of_its_closed_form():
@@ -84,7 +61,7 @@ def test_the_torque_of_a_crank_is_that_of_its_closed_form():
 @pytest.mark.parametrize("question", ["worst", "random", "loaded", "given"])
 def test_without_play_forces_are_those_of_the_closed_form(question):
     """A file as it is imported, before clearances are written: there was a traceback."""
-    m = jp.loads(CRANK_FILE.replace(f"clearance = {{ radial = {PLAY} }}", "").split("[dimensions")[0] + LOADED)
+    m = mechanism(**{"joints.pin.clearance": None, "dimensions": None})
     result = jp.forces(m, question, of=["drives.theta"])
     found = result.force.values.reshape(len(ANGLES), -1)
     assert np.allclose(found, torque(np.radians(ANGLES))[:, None], rtol=1e-9)

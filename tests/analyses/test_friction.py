@@ -1,14 +1,16 @@
 """The sliding state with friction: against numbers by hand, an independent program, and forces at points of contact."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import jointplay as jp
+from helpers.builders import spatial
 from helpers.graphs import graph
-from helpers.machines import DRAWER, LEVER, PAPER, four_bar, wedge
+from helpers.machines import PAPER, drawer, four_bar, lever, wedge
 from helpers.rubbing import RSSP, SLIDER_CRANK, contacts, with_friction
 from jointplay import examples
 from jointplay.analyses import friction
@@ -30,7 +32,7 @@ from jointplay.model.inertia import kinematics
 )
 def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
     """At 120 deg backward friction tilts the slider; without it and forward the slider lies on one face."""
-    result = jp.loaded(jp.loads(SLIDER_CRANK), approach=approach)
+    result = jp.loaded(SLIDER_CRANK, approach=approach)
     assert_allclose(result.error.sel(component="x"), x, atol=6e-9)
     assert_allclose(result.drive_torque[:, 0], torque, atol=6e-6)
     tilts = [True, False, approach == "backward"]
@@ -39,7 +41,7 @@ def test_slider_crank_as_an_independent_program_has_it(approach, x, torque):
 
 
 def test_efficiency_and_reversal():
-    forward, backward = (jp.loaded(jp.loads(SLIDER_CRANK), approach=side) for side in ("forward", "backward"))
+    forward, backward = (jp.loaded(SLIDER_CRANK, approach=side) for side in ("forward", "backward"))
     # Forward the load drives, backward the motor works.
     assert_allclose(forward.efficiency[0], 3628.24407 / 4403.89181, rtol=1e-8)
     assert_allclose(backward.efficiency[0], 4403.89181 / 5211.37594, rtol=1e-8)
@@ -66,7 +68,7 @@ def test_it_counts_which_body_has_the_hole(holes):
 def test_friction_circle_of_a_lever(radial, torque):
     """The hole is in the lever: the force of the pin touches the circle about its centre."""
     mu = 0.2
-    m = jp.loads(LEVER.format(radial=radial, mu=mu, torque=torque))
+    m = lever(radial, mu, torque)
     circle = 20.0 * math.sin(math.atan(mu))
     for side, sign in (("forward", 1.0), ("backward", -1.0)):
         result = jp.loaded(m, approach=side).isel(configuration=0)
@@ -79,21 +81,21 @@ def test_friction_circle_of_a_lever(radial, torque):
 @pytest.mark.parametrize("mu", [0.05, 0.2, 0.39])
 def test_a_drawer_that_is_pushed_beside_its_line(mu):
     """P = F / (1 - 2 mu e / L), and with the load there in place of the hand P = F (1 + 2 mu e / L), without tilt."""
-    pushed = jp.loaded(jp.loads(DRAWER.format(mu=mu, push=100, load=0)), approach="forward")
+    pushed = jp.loaded(drawer(mu, push=100, load=0), approach="forward")
     assert_allclose(pushed.drive_torque, 10.0 / (1.0 - 2.0 * mu * 100.0 / 80.0), rtol=1e-6)
-    loaded = jp.loaded(jp.loads(DRAWER.format(mu=mu, push=0, load=100)), approach="forward")
+    loaded = jp.loaded(drawer(mu, push=0, load=100), approach="forward")
     assert_allclose(loaded.drive_torque, 10.0 * (1.0 + 2.0 * mu * 100.0 / 80.0), rtol=1e-6)
 
 
 @pytest.mark.parametrize("mu", [0.41, 0.6, 3.0])
 def test_a_drawer_jams_where_its_guide_is_shorter_than_twice_mu_times_the_lever(mu):
     """From mu = L / (2 e) = 0.4 on, however far beyond; with the load beside the line it never does."""
-    result = jp.loaded(jp.loads(DRAWER.format(mu=mu, push=100, load=0)), approach="forward")
+    result = jp.loaded(drawer(mu, push=100, load=0), approach="forward")
     assert (result.status == "jammed").all()
     assert (result.jam_joint == "guide").all()
     assert_allclose(result.jam_coefficient, 0.4, rtol=1e-4)
     assert np.isnan(result.error).all()
-    free = jp.loaded(jp.loads(DRAWER.format(mu=mu, push=0, load=100)), approach="forward")
+    free = jp.loaded(drawer(mu, push=0, load=100), approach="forward")
     assert (free.status == "ok").all()
 
 
@@ -103,7 +105,7 @@ def test_a_drawer_jams_where_its_guide_is_shorter_than_twice_mu_times_the_lever(
 )
 def test_wedge(mu, raises, lowers):
     """W (tan(a + phi) + mu) / (1 - mu tan(a + phi)); driven to the left, a face that rises to the right lifts."""
-    m = jp.loads(wedge(20.0, mu))
+    m = wedge(20.0, mu)
     down, up = (float(jp.loaded(m, approach=side).drive_torque[0, 0]) for side in ("forward", "backward"))
     assert_allclose([-up, -down], [raises, lowers], rtol=1e-8)
 
@@ -139,23 +141,23 @@ def test_little_friction_changes_in_proportion(seed):
 
 
 def test_lost_motion_of_a_drive_is_at_the_end_where_the_load_with_friction_presses():
-    m = jp.loads(SLIDER_CRANK).with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
-    plain = jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30.1]})
+    m = SLIDER_CRANK.with_({"drives.q.backlash": 0.2, "drives.q.values": [30.0]})
+    plain = SLIDER_CRANK.with_({"drives.q.values": [30.1]})
     both = [jp.loaded(one, approach="forward") for one in (m, plain)]
     shift = both[1].nominal - jp.loaded(m).nominal.values
     assert_allclose(both[0].error, both[1].error + shift, atol=2e-8)
 
 
 def test_the_path_says_what_is_forward():
-    back = jp.loads(SLIDER_CRANK.replace("[30, 75, 120]", "[120, 75, 30]"))
-    here, there = jp.loaded(jp.loads(SLIDER_CRANK), approach="forward"), jp.loaded(back, approach="backward")
+    back = SLIDER_CRANK.with_({"drives.q.values": [120, 75, 30]})
+    here, there = jp.loaded(SLIDER_CRANK, approach="forward"), jp.loaded(back, approach="backward")
     assert_allclose(here.error, there.error[::-1], atol=1e-12)
-    moving = jp.loads(SLIDER_CRANK).with_({"drives.q.speed": -1.0})
+    moving = SLIDER_CRANK.with_({"drives.q.speed": -1.0})
     assert_allclose(jp.loaded(moving, approach="backward").error, here.error, atol=1e-12)
 
 
 def test_limits_are_judged_from_both_sides():
-    m = jp.loads(SLIDER_CRANK).with_({"limits.position": 0.0952})
+    m = SLIDER_CRANK.with_({"limits.position": 0.0952})
     forward = jp.loaded(m, approach="forward")
     assert not forward.limit_met.sel(quantity="position")[2]
     assert jp.loaded(m).limit_met.all()
@@ -174,12 +176,12 @@ def test_limits_are_judged_from_both_sides():
 )
 def test_what_is_refused(changes, words):
     with pytest.raises(jp.InputError) as told:
-        jp.loaded(jp.loads(SLIDER_CRANK).with_(changes), approach="forward")
+        jp.loaded(SLIDER_CRANK.with_(changes), approach="forward")
     assert words in str(told.value)
 
 
 def test_commands_ask_for_a_direction(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
+    SLIDER_CRANK.write(tmp_path / "crank.toml")
     file = str(tmp_path / "crank.toml")
     assert run(["error", file, "-q", "loaded", "--approach", "backward"]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -194,7 +196,7 @@ def test_commands_ask_for_a_direction(tmp_path, capsys):
 
 def test_unknown_direction():
     with pytest.raises(jp.InputError, match="sideways"):
-        jp.loaded(jp.loads(SLIDER_CRANK), approach="sideways")
+        jp.loaded(SLIDER_CRANK, approach="sideways")
 
 
 SPATIAL_LEVER = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
@@ -224,26 +226,20 @@ def test_friction_circle_and_collar_of_a_lever_in_space():
         assert_allclose(result.error.sel(component=["x", "y", "z"]), where, atol=1e-9)
 
 
-RAIL = """
-format = 1
-space = "spatial"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.rail]
-type = "prismatic"
-clearance = {{ gap = 1e-7, length = 80, width = 30, height = 20 }}
-friction = {{ coefficient = 0.15, force = 2 }}
-[joints.rail.on]
-ground = {{ at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }}
-slider = {{ at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }}
-[drives.q]
-joint = "rail"
-values = [10]
-[output]
-body = "slider"
-[[loads]]
-at = [0, {y}, {z}]
-force = [-10, {fy}, {fz}]
-"""
+def rail(**load: Any) -> jp.Mechanism:
+    b = spatial()
+    place = {"at": [0, 0, 0], "axis": [1, 0, 0], "side": [0, 1, 0]}
+    b.prismatic(
+        "rail",
+        ground=place,
+        slider=place,
+        clearance=jp.gap(1e-7, length=80, width=30, height=20),
+        friction={"coefficient": 0.15, "force": 2},
+    )
+    b.drive("q", joint="rail", values=[10])
+    b.output(body="slider")
+    b.load(**load)
+    return b.mechanism()
 
 
 @pytest.mark.parametrize(
@@ -251,7 +247,7 @@ force = [-10, {fy}, {fz}]
 )
 def test_slider_in_space(y, z, fy, fz):
     """Each pair of faces bears max(|F|, 2 |M| / L), where friction at the faces has no moment of its own."""
-    result = jp.loaded(jp.loads(RAIL.format(y=y, z=z, fy=fy, fz=fz)), approach="forward").isel(configuration=0)
+    result = jp.loaded(rail(at=(0, y, z), force=(-10, fy, fz)), approach="forward").isel(configuration=0)
     if fy:
         # Friction at the faces tilts the slider about its middle, not enough to lift an end.
         assert_allclose(result.drive_torque[0], 10.0 + 2.0 + 0.15 * (abs(fy) + abs(fz)), rtol=1e-6)
@@ -262,10 +258,9 @@ def test_slider_in_space(y, z, fy, fz):
 @pytest.mark.parametrize(("across", "half"), [(0, 15.0), (1, 10.0)])
 def test_friction_at_the_faces_of_a_slider_tilts_it(across, half):
     """Pressed beyond its end, F x +- mu F h is borne at both ends, h from the middle to the face."""
-    text = RAIL.format(y=0.0, z=0.0, fy=0.0, fz=0.0)
     pressed = [0.0, 0.0, 0.0]
     pressed[1 + across] = 40.0
-    m = jp.loads(text).with_({"loads.0.at": [60.0, 0.0, 0.0], "loads.0.force": pressed})
+    m = rail(at=(60.0, 0.0, 0.0), force=pressed)
     for side, sign in (("forward", 1.0), ("backward", -1.0)):
         borne = 2.0 * 40.0 * (60.0 + sign * 0.15 * half) / 80.0
         torque = float(jp.loaded(m, approach=side).drive_torque[0, 0])
@@ -275,11 +270,11 @@ def test_friction_at_the_faces_of_a_slider_tilts_it(across, half):
 @pytest.mark.parametrize(("moment", "gap"), [(500.0, 0.03), (-500.0, 0.03), (500.0, None), (8.0, 0.03)])
 def test_slider_that_a_moment_about_its_axis_rolls(moment, gap):
     """The faces that F presses bear F h of it along their edges; the rest rolls it onto those of the longer lever."""
-    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0).replace("force = [-10", f"moment = [{moment}, 0, 0]\nforce = [-10")
     sizes = {"length": 80, "width": 30, "height": 20}
     clearance = {"gap": gap, **sizes} if gap else None
     rubs = {"coefficient": 0.15, "force": 2, **sizes}
-    m = jp.loads(text).with_({"joints.rail.clearance": clearance, "joints.rail.friction": rubs})
+    m = rail(force=(-10, 1, 0), moment=(moment, 0, 0))
+    m = m.with_({"joints.rail.clearance": clearance, "joints.rail.friction": rubs})
     # Friction at the ends of edges tilts the slider, so that its other faces press as well.
     upright = 0.0
     for _ in range(60):
@@ -297,10 +292,9 @@ def test_slider_that_a_moment_about_its_axis_rolls(moment, gap):
 def test_offsets_of_a_slider_are_where_their_force_does_most_work(seed):
     """y less the nearest offsets v is a force whose work is the largest on v: c max(rolled, not rolled)."""
     rng = np.random.default_rng([11, seed])
-    text = RAIL.format(y=0.0, z=0.0, fy=1.0, fz=0.0)
     height, width = rng.uniform(5.0, 40.0, 2)
     sizes = {"gap": 0.5, "length": 80, "width": width, "height": height}
-    m = jp.loads(text).with_({"joints.rail.clearance": sizes})
+    m = rail(force=(-10, 1, 0)).with_({"joints.rail.clearance": sizes})
     (slider,) = of_joints(m, m.centre)
     y = rng.normal(size=(2000, 5)) * 10.0 ** rng.uniform(-1.0, 1.0, (2000, 1)) * 5e-4
     v = slider.nearest(y, 1.0)
@@ -335,7 +329,7 @@ def test_power_where_legs_roll_in_their_guides(side):
 @pytest.mark.parametrize("side", ["forward", "backward"])
 def test_balls_touch_at_points_whose_forces_balance_the_rod(side):
     """Friction is against the sliding there; both forces have one line, so that they cannot spin the rod."""
-    m = jp.loads(RSSP)
+    m = RSSP
     result = jp.loaded(m, approach=side)
     at = nominal(m)
     placed = at_offsets(m, at, result.offset.values)
@@ -405,32 +399,16 @@ def test_a_coefficient_for_the_file() -> None:
 
 def test_a_plate_is_refused():
     """It tilts in two directions between the same faces: which of its corners touch is not decided by its offsets."""
-    rods = "".join(
-        f'[joints.{end}{k}]\ntype = "spherical"\nbodies = {bodies}\nat = {at}\n'
-        for k, places in enumerate(
-            [([-120, 0, 20], [-30, 0, 20]), ([0, -90, 10], [0, -20, 10]), ([60, -90, 9], [60, -20, 9])]
-        )
-        for end, bodies, at in zip(
-            ("lower", "upper"), (f'["ground", "rod{k}"]', f'["rod{k}", "part"]'), places, strict=True
-        )
-    )
-    text = f"""
-format = 1
-space = "spatial"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-{rods}
-[joints.plate]
-type = "planar"
-bodies = ["ground", "part"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-clearance = {{ gap = 0.04, size = [60, 40] }}
-[output]
-body = "part"
-at = [80, 30, 10]
-[[loads]]
-force = [1, 2, -30]
-"""
-    m = jp.loads(text).with_({"joints.lower0.friction": {"coefficient": 0.1, "diameter": 10}})
+    b = spatial()
+    for k, (low, middle) in enumerate(
+        [([-120, 0, 20], [-30, 0, 20]), ([0, -90, 10], [0, -20, 10]), ([60, -90, 9], [60, -20, 9])]
+    ):
+        b.spherical(f"lower{k}", bodies=["ground", f"rod{k}"], at=low)
+        b.spherical(f"upper{k}", bodies=[f"rod{k}", "part"], at=middle)
+    plate = jp.gap(0.04, size=[60, 40])
+    b.planar("plate", bodies=["ground", "part"], at=(0, 0, 0), axis=(0, 0, 1), clearance=plate)
+    b.output(body="part", at=(80, 30, 10))
+    b.load(force=(1, 2, -30))
+    m = b.mechanism().with_({"joints.lower0.friction": {"coefficient": 0.1, "diameter": 10}})
     with pytest.raises(jp.InputError, match=r"joints\.plate\.clearance: friction is not computed .* of a planar joint"):
         jp.loaded(m, approach="rest")

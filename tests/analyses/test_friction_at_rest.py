@@ -1,12 +1,14 @@
 """Where friction can hold a mechanism at rest: against reference values, closed forms, and points of the set."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from helpers.graphs import graph
 from helpers.rubbing import RSSP, SLIDER_CRANK, with_friction
 from jointplay.analyses import friction
@@ -25,124 +27,75 @@ def asked(m: jp.Mechanism) -> friction.Setting:
 
 def test_slider_crank_as_an_independent_program_has_it():
     """The range of x, and that of the torque, which is that from both sides here."""
-    result = jp.loaded(jp.loads(SLIDER_CRANK).with_({"drives.q.values": [30, 120]}), approach="rest")
+    result = jp.loaded(SLIDER_CRANK.with_({"drives.q.values": [30, 120]}), approach="rest")
     assert_allclose(result.friction_low.sel(component="x"), [-0.08174597, -0.08446948], atol=6e-9)
     assert_allclose(result.friction_high.sel(component="x"), [-0.07941743, -0.07422536], atol=6e-9)
     assert_allclose(result.drive_torque_low[:, 0], [-5211.37594, -6841.65592], atol=6e-6)
     assert_allclose(result.drive_torque_high[:, 0], [-3628.24407, -5469.24482], atol=6e-6)
-    assert_allclose(result.error, jp.loaded(jp.loads(SLIDER_CRANK)).error[[0, 2]], atol=1e-15)
+    assert_allclose(result.error, jp.loaded(SLIDER_CRANK).error[[0, 2]], atol=1e-15)
 
 
-SLIDES = """
-format = 1
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.P]
-type = "prismatic"
-bodies = ["ground", "a"]
-at = [0, 0]
-axis = [1, 0]
-clearance = {{ gap = 0.001, length = 50 }}
-friction = {{ coefficient = 0.1 }}
-[joints.Q]
-type = "prismatic"
-bodies = ["a", "b"]
-at = [0, 0]
-axis = [1, 0]
-{rubs}
-[drives.p]
-joint = "P"
-values = [0]
-backlash = {{ plus = 1.0, minus = 0 }}
-[drives.q]
-joint = "Q"
-values = [0]
-backlash = 0.6
-[output]
-body = "b"
-at = [0, 0]
-[[loads]]
-body = "b"
-at = [0, 0]
-force = [0, -10]
-[limits]
-x = [-9, 2]
-"""
-
-
-@pytest.mark.parametrize("rubs", ["", "friction = { coefficient = 0.1, length = 50 }"])
+@pytest.mark.parametrize("rubs", [{}, {"friction": {"coefficient": 0.1, "length": 50}}])
 def test_play_that_nothing_pushes_lies_anywhere_once(rubs):
     """What friction holds was counted again as what the load leaves open, and what nothing rubs on was left out."""
-    m = jp.loads(SLIDES.format(rubs=rubs))
+    b = planar()
+    b.prismatic(
+        "P",
+        bodies=["ground", "a"],
+        at=(0, 0),
+        axis=(1, 0),
+        clearance=jp.gap(0.001, length=50),
+        friction={"coefficient": 0.1},
+    )
+    b.prismatic("Q", bodies=["a", "b"], at=(0, 0), axis=(1, 0), **rubs)
+    b.drive("p", joint="P", values=[0], backlash={"plus": 1.0, "minus": 0})
+    b.drive("q", joint="Q", values=[0], backlash=0.6)
+    b.output(body="b", at=(0, 0))
+    b.load(body="b", at=(0, 0), force=(0, -10))
+    b.limits(x=[-9, 2])
+    m = b.mechanism()
     result = jp.loaded(m, approach="rest")
     assert_allclose(result.friction_low.sel(component="x"), -0.3, atol=1e-12)
     assert_allclose(result.friction_high.sel(component="x"), 1.3, atol=1e-12)
     assert_allclose(result.margin.sel(quantity="x"), 0.7, atol=1e-12)
 
 
-#: a pin that is pressed across its axis, and may slide along it
-ALONG = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, arm = [0, 0, 0] }
-clearance = { radial = 0.1, axial = 0.3, length = 40 }
-friction = { coefficient = 0.2, diameter = 20 }
-[drives.q]
-joint = "A"
-values = [0]
-[output]
-body = "arm"
-at = [100, 0, 0]
-[[loads]]
-body = "arm"
-at = [50, 0, 0]
-force = [0, -10, 0]
-"""
-
-#: a pin of a link without a load, that friction elsewhere presses along the link
-ACROSS = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J1]
-type = "revolute"
-bodies = ["ground", "crank"]
-at = [0, 0]
-[joints.J2]
-type = "revolute"
-bodies = ["crank", "coupler"]
-at = [0, 100]
-clearance = { radial = 0.1 }
-[joints.J3]
-type = "revolute"
-bodies = ["coupler", "rocker"]
-at = [100, 100]
-[joints.J4]
-type = "revolute"
-bodies = ["ground", "rocker"]
-at = [100, 0]
-friction = { torque = 1.0 }
-[drives.q]
-joint = "J1"
-values = [0]
-[output]
-body = "coupler"
-at = [50, 100]
-[[loads]]
-body = "crank"
-at = [0, 50]
-force = [5, 0]
-"""
+def along() -> jp.Mechanism:
+    """A pin that is pressed across its axis, and may slide along it."""
+    b = spatial()
+    b.revolute(
+        "A",
+        ground={"at": [0, 0, 0], "axis": [0, 0, 1]},
+        arm=(0, 0, 0),
+        clearance=jp.radial(0.1, axial=0.3, length=40),
+        friction={"coefficient": 0.2, "diameter": 20},
+    )
+    b.drive("q", joint="A", values=[0])
+    b.output(body="arm", at=(100, 0, 0))
+    b.load(body="arm", at=(50, 0, 0), force=(0, -10, 0))
+    return b.mechanism()
 
 
-@pytest.mark.parametrize("text", [ALONG, ACROSS, ACROSS.replace("torque = 1.0", "torque = 0.0")])
-def test_what_is_open_without_friction_is_so_where_friction_holds_nothing(text):
+def across(torque: float) -> jp.Mechanism:
+    """A pin of a link without a load, that friction elsewhere presses along the link."""
+    b = planar()
+    b.revolute("J1", bodies=["ground", "crank"], at=(0, 0))
+    b.revolute("J2", bodies=["crank", "coupler"], at=(0, 100), clearance=jp.radial(0.1))
+    b.revolute("J3", bodies=["coupler", "rocker"], at=(100, 100))
+    b.revolute("J4", bodies=["ground", "rocker"], at=(100, 0), friction={"torque": torque})
+    b.drive("q", joint="J1", values=[0])
+    b.output(body="coupler", at=(50, 100))
+    b.load(body="crank", at=(0, 50), force=(5, 0))
+    return b.mechanism()
+
+
+@pytest.mark.parametrize("build", [along, partial(across, 1.0), partial(across, 0.0)])
+def test_what_is_open_without_friction_is_so_where_friction_holds_nothing(build):
     """Play was left out of which friction pushes any part; without any friction the search broke off.
 
     Widths are those of first order.
     """
-    result = jp.loaded(jp.loads(text), approach="rest")
+    result = jp.loaded(build(), approach="rest")
     open_ = result.undetermined
     assert float(open_.max()) > 0.04
     assert (result.friction_low <= result.error - 0.999 * open_).all()
@@ -183,10 +136,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
 
     The search is local, and says so: where contacts change sides it may miss two hundredths of the range.
     """
-    if seed is None:
-        m = jp.loads(RSSP).with_({"drives.q.values": [30.0]})
-    else:
-        m = with_friction(jp.loads(graph(seed)), seed)
+    m = RSSP.with_({"drives.q.values": [30.0]}) if seed is None else with_friction(jp.loads(graph(seed)), seed)
     if jp.loaded(m).status[0] != "ok":
         return
     setting = asked(m)
@@ -212,7 +162,7 @@ def test_no_state_with_any_part_of_friction_is_outside(seed):
 
 
 def test_command(tmp_path, capsys):
-    (tmp_path / "crank.toml").write_text(SLIDER_CRANK)
+    SLIDER_CRANK.write(tmp_path / "crank.toml")
     assert run(["error", str(tmp_path / "crank.toml"), "-q", "loaded", "--approach", "rest"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Largest position error that friction can hold: 0.09815 mm" in said

@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose
 
 import jointplay as jp
 from helpers import crossed
-from helpers.machines import GEAR, PAIRS, UNITS, planetary, screw, wheels
+from helpers.builders import planar
+from helpers.machines import GEAR, PAIRS, planetary, screw, wheels
 from jointplay.analyses import friction
 from jointplay.analyses.nominal import nominal
 
@@ -17,7 +18,7 @@ from jointplay.analyses.nominal import nominal
 def test_of_what_goes_into_a_pair_its_efficiency_comes_out(kind, torque):
     """By which wheel drives: against the load the first, back the second, with an efficiency of its own."""
     mesh, apart, ratio = PAIRS[kind]
-    m = jp.loads(wheels(mesh + "\nefficiency = [0.9, 0.7]", apart=apart, torque=torque))
+    m = wheels(mesh | {"efficiency": [0.9, 0.7]}, apart=apart, torque=torque)
     without = -ratio * torque
     for side, rate in (("forward", 1.0), ("backward", -1.0)):
         result = jp.loaded(m, approach=side).isel(configuration=0)
@@ -30,31 +31,16 @@ def test_of_what_goes_into_a_pair_its_efficiency_comes_out(kind, torque):
         assert_allclose(result.reaction.sel(joint="a")[:2] + result.reaction.sel(joint="b")[:2], 0.0, atol=1e-9 * 700)
 
 
-RACK = """
-[joints.pin]
-type = "revolute"
-on = { ground = [0, %(y)s], pinion = [0, 0] }
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0], axis = [1, 0] }, rack = [0, 0] }
-[joints.m]
-type = "rack"
-on = { rack = { at = [0, 0], axis = [1, 0] }, pinion = [0, 0] }
-radius = 15
-efficiency = 0.8
-[drives.q]
-joint = "pin"
-values = [10]
-[output]
-body = "rack"
-[[loads]]
-force = [-40, 0]
-"""
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_rack(side):
-    m = jp.loads(UNITS.format("planar") + RACK % {"y": 15 * side})
+    b = planar()
+    b.revolute("pin", ground=(0, 15 * side), pinion=(0, 0))
+    b.prismatic("guide", ground={"at": [0, 0], "axis": [1, 0]}, rack=(0, 0))
+    b.rack("m", rack={"at": [0, 0], "axis": [1, 0]}, pinion=(0, 0), radius=15, efficiency=0.8)
+    b.drive("q", joint="pin", values=[10])
+    b.output(body="rack")
+    b.load(force=(-40, 0))
+    m = b.mechanism()
     for approach, rate in (("forward", 1.0), ("backward", -1.0)):
         torque = float(jp.loaded(m, approach=approach).drive_torque[0, 0])
         # The pinion turns forward above the rack and pushes it on, below it back.
@@ -64,7 +50,7 @@ def test_rack(side):
 
 def test_power_that_rolls_in_a_planetary_gear():
     """Ring fixed, sun to arm: (1 + i e) / (1 + i), and back (1 + i) / (1 + i / e); i = 52 / 20, e of both meshes."""
-    m = jp.loads(planetary(0.95))
+    m = planetary(0.95)
     i, e = 52.0 / 20.0, 0.95**2
     assert_allclose(jp.loaded(m, approach="forward").efficiency, (1.0 + i * e) / (1.0 + i), rtol=1e-12)
     assert_allclose(jp.loaded(m, approach="backward").efficiency, (1.0 + i / e) ** -1 * (1.0 + i), rtol=1e-12)
@@ -75,11 +61,10 @@ def test_power_that_rolls_in_a_planetary_gear():
     [(0.12, 1770.274685, -477.284273, 0.359616), (0.05, 1106.545715, 170.122580, 0.575322)],
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("play", ["", "clearance = { radial = 0.02, axial = 0.05, length = 30 }"])
+@pytest.mark.parametrize("play", [{}, {"clearance": jp.radial(0.02, axial=0.05, length=30)}])
 def test_thread(mu, raises, lowers, efficiency, sign, play):
     """F d / 2 tan(lead angle +- atan(mu / cos b)); with the larger coefficient the load cannot drive it."""
-    thread = f"friction = {{ coefficient = {mu}, mean_diameter = 18, flank_angle = 15 }}\n{play}"
-    m = screw(sign * 4.0, -1000.0, thread)
+    m = screw(sign * 4.0, -1000.0, friction={"coefficient": mu, "mean_diameter": 18, "flank_angle": 15}, **play)
     # A right-hand screw that turns forward goes up.
     up, down = ("forward", "backward") if sign > 0.0 else ("backward", "forward")
     slope, angle = math.atan(4.0 / (math.pi * 18.0)), math.atan(mu / math.cos(math.radians(15.0)))
@@ -94,11 +79,11 @@ def test_thread(mu, raises, lowers, efficiency, sign, play):
 
 def test_efficiencies_and_drag_of_a_ball_screw():
     """Its turning drives with the first, the load with the second; a drag is there whatever the load."""
-    m = screw(5.0, -200.0, "efficiency = [0.9, 0.8]")
+    m = screw(5.0, -200.0, efficiency=[0.9, 0.8])
     without = 200.0 * 5.0 / math.tau
     assert_allclose(jp.loaded(m, approach="forward").drive_torque, without / 0.9, rtol=1e-12)
     assert_allclose(jp.loaded(m, approach="backward").drive_torque, without * 0.8, rtol=1e-12)
-    m = screw(5.0, -200.0, "friction = { torque = 7 }")
+    m = screw(5.0, -200.0, friction={"torque": 7})
     assert_allclose(jp.loaded(m, approach="forward").drive_torque, without + 7.0, rtol=1e-12)
     assert_allclose(jp.loaded(m, approach="backward").drive_torque, without - 7.0, rtol=1e-12)
 
@@ -156,55 +141,40 @@ def test_power_of_the_drives_is_that_of_the_loads_and_what_friction_takes(name, 
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ("efficiency = 0", "efficiency"),
-        ("efficiency = 1.2", "efficiency"),
-        ("friction = 0.1", "the efficiency is given"),
-        ("efficiency = [0.9]", "efficiency"),
+        ({"efficiency": 0}, "efficiency"),
+        ({"efficiency": 1.2}, "efficiency"),
+        ({"friction": 0.1}, "the efficiency is given"),
+        ({"efficiency": [0.9]}, "efficiency"),
     ],
 )
 def test_what_is_refused_of_gears(more, words):
     with pytest.raises(jp.InputError, match=words):
-        jp.loads(wheels(f"{GEAR}\n{more}", apart=70.0))
+        wheels(GEAR | more, apart=70.0)
 
 
 def test_what_is_refused_of_screws():
     with pytest.raises(jp.InputError, match="not both"):
-        screw(4.0, 1.0, "efficiency = 0.9\nfriction = { torque = 1 }")
+        screw(4.0, 1.0, efficiency=0.9, friction={"torque": 1})
     with pytest.raises(jp.InputError, match="'mean_diameter' is missing"):
-        screw(4.0, 1.0, "friction = 0.1")
-
-
-TAPPET = """
-[joints.shaft]
-type = "revolute"
-on = { ground = [0, 0], cam = [0, 0] }
-friction = { coefficient = 0.1, diameter = 20 }
-[joints.tappet]
-type = "prismatic"
-on = { ground = { at = [0, 50], axis = [0, 1] }, stem = { at = [0, 0], axis = [0, 1] } }
-friction = { coefficient = 0.2, length = 30 }
-[followers.cam]
-joint = "tappet"
-follows = "shaft"
-polynomial = [0, 0.2, 0.001]
-backlash = 0.1
-[drives.q]
-joint = "shaft"
-values = [10, 30]
-[output]
-body = "stem"
-[[loads]]
-force = [3, -50]
-at = [0, 20]
-[[loads]]
-body = "cam"
-force = [0, -80]
-"""
+        screw(4.0, 1.0, friction=0.1)
 
 
 def test_a_follower_brings_the_friction_of_its_guide_to_the_drive():
     """(F +- mu 2 M / L) times the slope of the cam, and the friction circle of the bearing that the cam loads."""
-    m = jp.loads(UNITS.format("planar") + TAPPET)
+    b = planar()
+    b.revolute("shaft", ground=(0, 0), cam=(0, 0), friction={"coefficient": 0.1, "diameter": 20})
+    b.prismatic(
+        "tappet",
+        ground={"at": [0, 50], "axis": [0, 1]},
+        stem={"at": [0, 0], "axis": [0, 1]},
+        friction={"coefficient": 0.2, "length": 30},
+    )
+    b.follower("cam", joint="tappet", follows="shaft", polynomial=[0, 0.2, 0.001], backlash=0.1)
+    b.drive("q", joint="shaft", values=[10, 30])
+    b.output(body="stem")
+    b.load(force=(3, -50), at=(0, 20))
+    b.load(body="cam", force=(0, -80))
+    m = b.mechanism()
     for side, sign in (("forward", 1.0), ("backward", -1.0)):
         for k, angle in enumerate((10.0, 30.0)):
             slope = math.degrees(0.2 + 0.002 * angle)

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import jointplay as jp
-from helpers.machines import DRAWER, LEVER
+from helpers.machines import drawer, lever
 
 HEAD = """<mujoco><compiler angle="radian"/>
 <option timestep="2e-4" cone="elliptic" impratio="100" gravity="0 0 0" integrator="implicitfast"/>
@@ -39,14 +39,14 @@ def pushed(mu, push, load, *, time=2.0, speed=0.01):
 @pytest.mark.parametrize(("mu", "push", "load"), [(0.05, 100, 0), (0.2, 100, 0), (0.2, 0, 100), (0.39, 0, 100)])
 def test_drawer(mu, push, load):
     force, went = pushed(mu, 1e-3 * push, 1e-3 * load)
-    result = jp.loaded(jp.loads(DRAWER.format(mu=mu, push=push, load=load)), approach="forward")
+    result = jp.loaded(drawer(mu, push=push, load=load), approach="forward")
     assert went > 0.9
     assert_allclose(force, result.drive_torque[0, 0], rtol=0.025)
 
 
 def test_drawer_that_jams():
     """Against ten times the load it goes nowhere."""
-    assert jp.loaded(jp.loads(DRAWER.format(mu=0.45, push=100, load=0)), approach="forward").status[0] == "jammed"
+    assert jp.loaded(drawer(0.45, push=100, load=0), approach="forward").status[0] == "jammed"
     force, went = pushed(0.45, 0.1, 0.0)
     assert force > 100.0
     assert went < 0.02
@@ -77,9 +77,7 @@ def turned(mu, side, *, walls=180, hole=0.02, play=0.0005, time=1.2, speed=0.15)
 @pytest.mark.parametrize("side", [1, -1])
 def test_lever_on_a_pin(side):
     """Its friction circle, and how far friction rolls the hole round its pin."""
-    result = jp.loaded(
-        jp.loads(LEVER.format(radial=0.5, mu=0.2, torque=0)), approach={1: "forward", -1: "backward"}[side]
-    )
+    result = jp.loaded(lever(0.5, 0.2, 0.0), approach={1: "forward", -1: "backward"}[side])
     friction, shift = turned(0.2, side)
     assert_allclose(friction, result.drive_torque[0, 0] - 5000.0, rtol=0.05)
     assert_allclose(shift, result.error.sel(component="x")[0], rtol=0.08)

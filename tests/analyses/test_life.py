@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from helpers.machines import BUSH, GROWTH, LIFE, SIZES, TURN, WEAR
 from helpers.slider_crank import slider_crank
 from helpers.strategies import mechanisms
@@ -23,11 +24,9 @@ from jointplay.cli import run
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 
-PLANE = 'format = 1\nspace = "planar"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
-SPACE = PLANE.replace("planar", "spatial")
 #: the slider-crank whose growth and life were found by a program that shares nothing with this one: without friction,
 #: reactions at the nominal poses, 720 midpoints of a turn, 1e-5 mm3/(N m) everywhere
-CRANK = slider_crank(more="[limits]\nposition = 0.2\n")
+CRANK = slider_crank().mechanism().with_({"limits.position": 0.2})
 
 
 def worn(wear: dict[str, dict[str, float]]) -> dict[str, object]:
@@ -46,7 +45,7 @@ def grows(m: jp.Mechanism, **options: Any) -> Any:
 @pytest.mark.parametrize("diameter", [None, 10.0, 60.0])
 def test_a_bush_grows_as_by_hand_whatever_its_diameter(diameter: float | None) -> None:
     wear = {"rate": 1e-4, "length": 20} | ({} if diameter is None else {"diameter": diameter})
-    result = grows(jp.loads(BUSH).with_({"joints.J.wear": wear}))
+    result = grows(BUSH.with_({"joints.J.wear": wear}))
     # 1.5708 nm a turn: k F 2 pi / (2 w).
     assert result.growth.item() == pytest.approx(1e-4 * 1e-3 * 100 * 2 * math.pi / (2 * 20), rel=1e-12)
     assert (result.attrs["cycle"], result.status.item()) == ("closed", "no_limit")
@@ -74,7 +73,7 @@ def test_the_rate_is_in_its_own_unit_whatever_those_of_the_file(
         "output.at": [50 * mm, 0.0],
         "loads.0.force": [0.0, -100 * newton],
     }
-    result = grows(jp.loads(BUSH).with_(changes))
+    result = grows(BUSH.with_(changes))
     assert result.growth.item() / mm == pytest.approx(math.pi * 1e-4 * 1e-3 * 100 / 20, rel=1e-9)
     assert result.pressure.item() == pytest.approx(100 / 600, rel=1e-9)
     assert (result.growth.units, result.pressure.units) == (length, "MPa")
@@ -86,7 +85,7 @@ def test_the_rate_is_in_its_own_unit_whatever_those_of_the_file(
 def test_what_the_load_goes_round_wears_all_round(hole: float, pin: float, share: float) -> None:
     """The force stands still in the ground, which carries the pin; the hole turns under it."""
     wear = {"rate_hole": hole, "rate_pin": pin, "length": 20}
-    result = grows(jp.loads(BUSH).with_({"joints.J.wear": wear, "drives.q.count": 721}))
+    result = grows(BUSH.with_({"joints.J.wear": wear, "drives.q.count": 721}))
     # 720 places round the hole, and angles a quarter of a degree apart.
     assert result.growth.item() == pytest.approx(share * math.pi * 1e-4 * 1e-3 * 100 / 20, rel=2e-5)
 
@@ -94,12 +93,12 @@ def test_what_the_load_goes_round_wears_all_round(hole: float, pin: float, share
 def test_a_load_that_turns_with_the_hole_wears_the_hole_at_one_place() -> None:
     wear = {"rate_hole": 1e-4, "rate_pin": 0.0, "length": 20}
     changes = {"joints.J.wear": wear, "loads.0.axes": "body"}
-    result = grows(jp.loads(BUSH).with_(changes))
+    result = grows(BUSH.with_(changes))
     assert result.growth.item() == pytest.approx(math.pi * 1e-4 * 1e-3 * 100 / 20, rel=2e-5)
 
 
 def test_growth_and_life_of_the_reference() -> None:
-    m = jp.loads(CRANK)
+    m = CRANK
     tiny = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
     result = grows(m.with_(TURN | worn(WEAR) | tiny | {"limits": None}))
     # What the trapezoid of 720 chords and 720 midpoints differ by where the sliding turns round.
@@ -121,7 +120,7 @@ def test_growth_of_the_reference_while_it_runs() -> None:
     }
     tiny = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
     speed = {"units.turning_speed": "rad/s", "drives.theta.speed": 50, "gravity": [0, -9.81]}
-    result = grows(jp.loads(CRANK).with_(TURN | worn(WEAR) | tiny | {"limits": None}).with_(bodies | speed))
+    result = grows(CRANK.with_(TURN | worn(WEAR) | tiny | {"limits": None}).with_(bodies | speed))
     known = [0.371024650, 0.405137963, 0.114522622, 0.102800238]
     assert 1e6 * result.growth.values == pytest.approx(known, rel=2e-5)
     assert result.attrs["speeds"] == "theta 50 rad/s"
@@ -133,38 +132,21 @@ def fourbar(rng: np.random.Generator) -> Iterator[Any]:
     force, at = rng.uniform(-100, 100, 2), rng.uniform(-30, 60, 2)
     width = rng.uniform(5, 30, 4)
     count = 180
-    text = f"""{PLANE}
-[joints.A]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[joints.B]
-type = "revolute"
-on = {{ crank = [{crank}, 0], coupler = [0, 0] }}
-[joints.C]
-type = "revolute"
-on = {{ coupler = [{coupler}, 0], rocker = [{rocker}, 0] }}
-[joints.D]
-type = "revolute"
-on = {{ ground = [{ground}, 0], rocker = [0, 0] }}
-[start]
-coupler = {{ angle = 20 }}
-rocker = {{ angle = 80 }}
-[drives.q]
-joint = "A"
-from = 0
-to = 360
-count = {count + 1}
-[output]
-body = "coupler"
-[[loads]]
-at = [{at[0]}, {at[1]}]
-force = [{force[0]}, {force[1]}]
-"""
+    b = planar()
+    b.revolute("A", ground=(0, 0), crank=(0, 0))
+    b.revolute("B", crank=(crank, 0), coupler=(0, 0))
+    b.revolute("C", coupler=(coupler, 0), rocker=(rocker, 0))
+    b.revolute("D", ground=(ground, 0), rocker=(0, 0))
+    b.start("coupler", angle=20)
+    b.start("rocker", angle=80)
+    b.drive("q", joint="A", from_=0, to=360, count=count + 1)
+    b.output(body="coupler")
+    b.load(at=at, force=force)
     changes: dict[str, Any] = {}
     for k, name in enumerate("ABCD"):
         changes[f"joints.{name}.clearance"] = {"radial": 1e-9}
         changes[f"joints.{name}.wear"] = {"rate": 1e-6 * (k + 1), "length": float(width[k])}
-    yield jp.loads(text).with_(changes)
+    yield b.mechanism().with_(changes)
 
     def links(theta: float) -> tuple[float, float]:
         b = crank * np.array([math.cos(theta), math.sin(theta)])
@@ -209,11 +191,11 @@ def test_a_random_four_bar_wears_as_by_a_program_of_its_own(seed: int) -> None:
 
 def test_a_path_that_ends_elsewhere_is_gone_back() -> None:
     half = {"drives.q": {"joint": "J", "from": 0, "to": 180, "count": 19}}
-    m = jp.loads(BUSH).with_(half)
+    m = BUSH.with_(half)
     both, once = grows(m), grows(m, cycle="one-way")
     assert (both.attrs["cycle"], once.attrs["cycle"]) == ("back-and-forth", "one-way")
     assert both.growth.item() == pytest.approx(2 * once.growth.item(), rel=1e-14)
-    assert both.growth.item() == pytest.approx(grows(jp.loads(BUSH)).growth.item(), rel=1e-12)
+    assert both.growth.item() == pytest.approx(grows(BUSH).growth.item(), rel=1e-12)
     with pytest.raises(jp.InputError, match="cycle: the path does not end where it began"):
         grows(m, cycle="closed")
     with pytest.raises(jp.InputError, match="'there' is not a cycle"):
@@ -222,43 +204,37 @@ def test_a_path_that_ends_elsewhere_is_gone_back() -> None:
 
 def test_a_turn_may_end_one_step_before_its_beginning() -> None:
     turn = {"drives.q": {"joint": "J", "from": 0, "to": 350, "count": 36}}
-    result = grows(jp.loads(BUSH).with_(turn))
+    result = grows(BUSH.with_(turn))
     assert result.attrs["cycle"] == "closed"
-    assert result.growth.item() == pytest.approx(grows(jp.loads(BUSH)).growth.item(), rel=1e-12)
+    assert result.growth.item() == pytest.approx(grows(BUSH).growth.item(), rel=1e-12)
 
 
 def test_both_ends_of_a_pin_in_space_by_hand() -> None:
     """A force 30 mm beyond the middle of a pin 40 mm long: F (1/2 + 30/40) at one end, which has half of the length."""
-    text = f"""{SPACE}
-[joints.J]
-type = "revolute"
-on = {{ ground = {{ at = [0, 0, 0], axis = [0, 0, 1] }}, crank = {{ at = [0, 0, 0], axis = [0, 0, 1] }} }}
-clearance = {{ radial = 1e-9, axial = 0.01, length = 40 }}
-wear = {{ rate = 1e-5, diameter = 20 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 37
-[output]
-body = "crank"
-at = [50, 0, 30]
-[[loads]]
-at = [0, 0, 30]
-force = [0, -100, 0]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.revolute(
+        "J",
+        ground={"at": [0, 0, 0], "axis": [0, 0, 1]},
+        crank={"at": [0, 0, 0], "axis": [0, 0, 1]},
+        clearance=jp.radial(1e-9, axial=0.01, length=40),
+        wear={"rate": 1e-5, "diameter": 20},
+    )
+    b.drive("q", joint="J", from_=0, to=360, count=37)
+    b.output(body="crank", at=(50, 0, 30))
+    b.load(at=(0, 0, 30), force=(0, -100, 0))
+    m = b.mechanism()
+    result = grows(m)
     most = 100 * (0.5 + 30 / 40)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * most * 2 * math.pi / 40, rel=1e-9)
     assert result.pressure.item() == pytest.approx(most / (20 * 20), rel=1e-9)
     own = {"rate_hole": 1e-5, "rate_pin": 0.0, "diameter": 20}
-    around = grows(jp.loads(text).with_({"joints.J.wear": own, "drives.q.count": 361}))
+    around = grows(m.with_({"joints.J.wear": own, "drives.q.count": 361}))
     assert around.growth.item() == pytest.approx(result.growth.item() / math.pi, rel=1e-4)
-    along = grows(jp.loads(text).with_({"joints.J.wear": own, "loads.0.axes": "body"}))
+    along = grows(m.with_({"joints.J.wear": own, "loads.0.axes": "body"}))
     assert along.growth.item() == pytest.approx(result.growth.item(), rel=1e-4)
     # Each load case wears another end most; the other one has F (30/40 - 1/2) then.
     above, below = ([{"at": [0, 0, z], "force": [0, -100, 0]}] for z in (30, -30))
-    each = grows(jp.loads(text).with_({"loads": None, "load_cases": {"above": above, "below": below}}))
+    each = grows(m.with_({"loads": None, "load_cases": {"above": above, "below": below}}))
     mean = 0.5 * (most + 100 * (30 / 40 - 0.5))
     assert each.growth.item() == pytest.approx(result.growth.item() * mean / most, rel=1e-9)
     assert each.pressure.item() == pytest.approx(result.pressure.item(), rel=1e-9)
@@ -277,36 +253,16 @@ def test_a_pin_that_slides_and_turns_goes_along_its_helix() -> None:
 
 def test_a_ball_rolls_across_its_force() -> None:
     """A rod between two balls pushes a slider: the ball turns by what the direction of the rod does."""
-    text = f"""{SPACE}
-[joints.J]
-type = "revolute"
-on = {{ ground = {{ at = [0, 0, 0], axis = [0, 0, 1] }}, crank = {{ at = [0, 0, 0], axis = [0, 0, 1] }} }}
-[joints.A]
-type = "spherical"
-on = {{ crank = [40, 0, 10], rod = [0, 0, 0] }}
-clearance = {{ radial = 1e-9 }}
-wear = {{ rate = 1e-5, diameter = 18 }}
-[joints.B]
-type = "spherical"
-on = {{ rod = [120, 0, 0], slider = [0, 0, 0] }}
-clearance = {{ radial = 1e-9, diameter = 18 }}
-wear = {{ rate = 1e-5 }}
-[joints.G]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 15, -30], axis = [1, 0, 0] }}, slider = {{ at = [0, 0, 0], axis = [1, 0, 0] }} }}
-[start]
-slider = {{ x = 150 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 361
-[output]
-body = "slider"
-[[loads]]
-force = [-200, 30, 40]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.revolute("J", ground={"at": [0, 0, 0], "axis": [0, 0, 1]}, crank={"at": [0, 0, 0], "axis": [0, 0, 1]})
+    b.spherical("A", crank=(40, 0, 10), rod=(0, 0, 0), clearance=jp.radial(1e-9), wear={"rate": 1e-5, "diameter": 18})
+    b.spherical("B", rod=(120, 0, 0), slider=(0, 0, 0), clearance=jp.radial(1e-9, diameter=18), wear={"rate": 1e-5})
+    b.prismatic("G", ground={"at": [0, 15, -30], "axis": [1, 0, 0]}, slider={"at": [0, 0, 0], "axis": [1, 0, 0]})
+    b.start("slider", x=150)
+    b.drive("q", joint="J", from_=0, to=360, count=361)
+    b.output(body="slider")
+    b.load(force=(-200, 30, 40))
+    result = grows(b.mechanism())
     theta = np.linspace(0, 2 * np.pi, 361)
     a = np.stack([40 * np.cos(theta), 40 * np.sin(theta), np.full(361, 10.0)], axis=1)
     across = np.array([0.0, 15.0, -30.0]) - a
@@ -365,27 +321,20 @@ def test_normal_forces_of_a_guide_are_the_smallest_that_balance(seed: int) -> No
 
 def test_a_slider_in_space_by_hand() -> None:
     """A tilting moment of 5000 N mm needs 5000 / 30 on the upright pair, one of 4000 N mm 4000 / 30 on the other."""
-    text = f"""{SPACE}
-[joints.G]
-type = "prismatic"
-bodies = ["ground", "slider"]
-at = [0, 0, 0]
-axis = [1, 0, 0]
-side = [0, 1, 0]
-clearance = {{ gap = 1e-9, length = 60, width = 30, height = 20 }}
-wear = {{ rate = 1e-5 }}
-[drives.q]
-joint = "G"
-from = 0
-to = 100
-count = 3
-[output]
-body = "slider"
-[[loads]]
-at = [50, 0, 0]
-force = [0, 80, -100]
-"""
-    result = grows(jp.loads(text))
+    b = spatial()
+    b.prismatic(
+        "G",
+        bodies=["ground", "slider"],
+        at=(0, 0, 0),
+        axis=(1, 0, 0),
+        side=(0, 1, 0),
+        clearance=jp.gap(1e-9, length=60, width=30, height=20),
+        wear={"rate": 1e-5},
+    )
+    b.drive("q", joint="G", from_=0, to=100, count=3)
+    b.output(body="slider")
+    b.load(at=(50, 0, 0), force=(0, 80, -100))
+    result = grows(b.mechanism())
     assert result.sliding.item() == pytest.approx(200)
     worst = max(5000 / 30 / (60 * 30), 4000 / 30 / (60 * 20))
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 200 * worst, rel=1e-6)
@@ -393,32 +342,20 @@ force = [0, 80, -100]
 
 def test_a_slider_on_an_arm_that_turns_slides_along_the_arm() -> None:
     """The arm turns by 90 degrees while the slider goes 50 mm along it, under a load that turns with it."""
-    text = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], arm = [0, 0] }}
-[joints.G]
-type = "prismatic"
-on = {{ arm = {{ at = [0, 0], axis = [1, 0] }}, slider = [0, 0] }}
-clearance = {{ gap = 1e-9, length = 20 }}
-wear = {{ rate = 1e-5, width = 10 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 90
-count = 11
-[drives.r]
-joint = "G"
-from = 30
-to = 80
-count = 11
-[output]
-body = "slider"
-[[loads]]
-force = [0, -100]
-axes = "body"
-"""
-    result = grows(jp.loads(text), cycle="one-way")
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0))
+    b.prismatic(
+        "G",
+        arm={"at": [0, 0], "axis": [1, 0]},
+        slider=(0, 0),
+        clearance=jp.gap(1e-9, length=20),
+        wear={"rate": 1e-5, "width": 10},
+    )
+    b.drive("q", joint="J", from_=0, to=90, count=11)
+    b.drive("r", joint="G", from_=30, to=80, count=11)
+    b.output(body="slider")
+    b.load(force=(0, -100), axes="body")
+    result = grows(b.mechanism(), cycle="one-way")
     assert result.sliding.item() == pytest.approx(50, rel=1e-9)
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 100 * 50 / (20 * 10), rel=1e-6)
 
@@ -463,30 +400,20 @@ def test_the_course_of_a_linear_law_is_that_of_its_exponentials() -> None:
     assert course.at(1e3).tolist() == course.at(1e3).tolist()
 
 
-SLOTS = (
-    PLANE
-    + "".join(
-        f"""[joints.{name}]
-type = "pin_in_slot"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, block = [{x}, 0] }}
-clearance = {{ gap = {gap} }}
-wear = {{ rate = 1e-5, length = 20, width = 10 }}
-"""
-        for name, x, gap in (("A", -50, 0.01), ("B", 0, 0.02), ("C", 50, 0.01))
-    )
-    + """[drives.q]
-joint = "B"
-from = 0
-to = 100
-count = 5
-[output]
-body = "block"
-[limits]
-position = 0.05
-[[loads]]
-force = [0, -100]
-"""
-)
+def slots() -> jp.Mechanism:
+    """A block on three pins in slots, of which the middle one has more play."""
+    b = planar()
+    for name, x, gap in (("A", -50, 0.01), ("B", 0, 0.02), ("C", 50, 0.01)):
+        slot, wear = {"at": [0, 0], "axis": [1, 0]}, {"rate": 1e-5, "length": 20, "width": 10}
+        b.pin_in_slot(name, ground=slot, block=(x, 0), clearance=jp.gap(gap), wear=wear)
+    b.drive("q", joint="B", from_=0, to=100, count=5)
+    b.output(body="block")
+    b.limits(position=0.05)
+    b.load(force=(0, -100))
+    return b.mechanism()
+
+
+SLOTS = slots()
 
 
 def test_in_an_over_constrained_mechanism_the_tightest_joints_carry_first() -> None:
@@ -494,7 +421,7 @@ def test_in_an_over_constrained_mechanism_the_tightest_joints_carry_first() -> N
     rate = 1e-5 * 1e-3 * 200 / (20 * 10)
     until = 0.01 / (rate * 50)
     ages = [0.0, until / 2, until, 2 * until, 4 * until]
-    result = jp.life(jp.loads(SLOTS), "loaded", cycles=ages)
+    result = jp.life(SLOTS, "loaded", cycles=ages)
     assert result.growth.values == pytest.approx([50 * rate, 0.0, 50 * rate], abs=1e-12 * rate)
     after = [0.02 + (age - until) * rate * 100 / 3 for age in ages[2:]]
     expected = np.array([[0.01, 0.02, 0.01], [0.015, 0.02, 0.015], *([one] * 3 for one in after)])
@@ -508,7 +435,7 @@ def test_in_an_over_constrained_mechanism_the_tightest_joints_carry_first() -> N
 def test_elastic_slots_share_the_load_as_they_wear() -> None:
     """The middle one carries k (w - its gap), the outer ones k (w - theirs): an exponential towards a third each."""
     k = 2e3
-    m = jp.loads(SLOTS).with_({f"joints.{n}.stiffness": {"normal": k} for n in "ABC"})
+    m = SLOTS.with_({f"joints.{n}.stiffness": {"normal": k} for n in "ABC"})
     rate = 1e-5 * 1e-3 * 200 / (20 * 10)
     # All carry from the start: the sum is 100 N, the difference of gaps 0.01 mm is 20 N.
     first = [100 / 3 + 20 / 3, 100 / 3 - 40 / 3, 100 / 3 + 20 / 3]
@@ -524,7 +451,7 @@ def test_elastic_slots_share_the_load_as_they_wear() -> None:
 
 @pytest.mark.parametrize("question", ["worst", "loaded", "random"])
 def test_the_limits_hold_up_to_the_life_and_no_longer(question: str) -> None:
-    m = jp.loads(CRANK).with_(worn({"pin": {"growth": 1e-7}, "guide": {"growth": 2e-8}}))
+    m = CRANK.with_(worn({"pin": {"growth": 1e-7}, "guide": {"growth": 2e-8}}))
     options: dict[str, Any] = {"samples": 2000} if question == "random" else {}
     result = jp.life(m, question, **options)
     assert result.status.item() == "ok"
@@ -564,9 +491,7 @@ def test_limits_hold_up_to_the_life_of_random_mechanisms(text: str, question: st
 
 
 def test_rates_of_twice_the_size_halve_the_life() -> None:
-    m = jp.loads(CRANK).with_(
-        TURN | worn(WEAR) | {"drives.theta.count": 36, "drives.theta.to": 350, "drives.theta.from": 0}
-    )
+    m = CRANK.with_(TURN | worn(WEAR) | {"drives.theta.count": 36, "drives.theta.to": 350, "drives.theta.from": 0})
     twice = {name: {**table, "rate": 2e-5} for name, table in WEAR.items()}
     once, fast = jp.life(m, "loaded"), jp.life(m.with_(worn(twice)), "loaded")
     assert fast.life.item() == pytest.approx(once.life_low.item(), rel=2e-4)
@@ -577,7 +502,7 @@ def test_rates_of_twice_the_size_halve_the_life() -> None:
 
 def test_measures_and_tolerances_of_the_file_are_kept() -> None:
     """A diametral clearance grows by its own measure; what scatters does so about the larger play."""
-    base = jp.loads(BUSH)
+    base = BUSH
     diametral = base.with_({"joints.J.clearance": {"diametral": 0.04}})
     one, two = jp.life(base), jp.life(diametral)
     assert two.growth.item() == pytest.approx(2 * one.growth.item(), rel=1e-12)
@@ -600,30 +525,14 @@ def test_measures_and_tolerances_of_the_file_are_kept() -> None:
 
 def test_copies_of_a_pattern_and_riders_of_a_pin_wear() -> None:
     """Two rods on one pin: the clearance has one size in the file, and the rod that wears it more decides."""
-    rods = ("left", "right")
-    text = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], left = [0, 0], right = [0, 0] }}
-clearance = {{ radial = 1e-9 }}
-wear = {{ rate = 1e-5, length = 10 }}
-[output]
-body = "left"
-at = [50, 0]
-""" + "".join(
-        f"""[drives.{rod}]
-joint = "J/{rod}"
-from = 0
-to = 360
-count = 37
-[[loads]]
-body = "{rod}"
-at = [0, 0]
-force = [0, {force}]
-"""
-        for rod, force in zip(rods, (-100, -300), strict=True)
-    )
-    result = jp.life(jp.loads(text))
+    b = planar()
+    wear = {"rate": 1e-5, "length": 10}
+    b.revolute("J", ground=(0, 0), left=(0, 0), right=(0, 0), clearance=jp.radial(1e-9), wear=wear)
+    b.output(body="left", at=(50, 0))
+    for rod, force in (("left", -100), ("right", -300)):
+        b.drive(rod, joint=f"J/{rod}", from_=0, to=360, count=37)
+        b.load(body=rod, at=(0, 0), force=(0, force))
+    result = jp.life(b.mechanism())
     assert result.source.values.tolist() == ["J"]
     assert result.growth.item() == pytest.approx(1e-5 * 1e-3 * 300 * math.pi / 10, rel=1e-9)
 
@@ -639,10 +548,10 @@ def said(m: jp.Mechanism, question: str = "worst", **options: Any) -> tuple[str,
 
 
 def test_without_limits_there_is_growth_and_no_life() -> None:
-    status, first, good = said(jp.loads(BUSH), "loaded", cycles=[0, 1e6])
+    status, first, good = said(BUSH, "loaded", cycles=[0, 1e6])
     assert (status, good) == ("no_limit", True)
     assert first == "No limit is set, so that there is no life: [limits] of the file says what is acceptable."
-    result = jp.life(jp.loads(BUSH), "loaded", cycles=[0, 1e6])
+    result = jp.life(BUSH, "loaded", cycles=[0, 1e6])
     assert result.clearance.values[:, 0] == pytest.approx([0.02, 0.02 + math.pi / 2])
     assert "used" not in result
     assert result.position.values[:, 0] == pytest.approx([0.02, 0.02 + math.pi / 2], rel=1e-6)
@@ -650,27 +559,27 @@ def test_without_limits_there_is_growth_and_no_life() -> None:
 
 
 def test_limits_that_are_missed_already() -> None:
-    status, first, good = said(jp.loads(BUSH).with_({"limits.position": 0.01}))
+    status, first, good = said(BUSH.with_({"limits.position": 0.01}))
     assert (status, good) == ("missed", False)
     missed = "The limits are missed in the worst case before anything wears"
     assert first == f"{missed}; the limit of position at configuration 0 comes first."
 
 
 def test_what_does_not_slide_or_is_not_pressed_does_not_wear() -> None:
-    still = jp.loads(BUSH).with_({"loads.0.force": [0, 0], "loads.0.moment": 5.0, "limits.position": 1})
+    still = BUSH.with_({"loads.0.force": [0, 0], "loads.0.moment": 5.0, "limits.position": 1})
     assert said(still)[0] == "no_wear"
     assert jp.life(still).life.item() == math.inf
     assert said(still)[1] == "Nothing wears: no joint with `wear` slides under a force."
 
 
 def test_a_limit_that_wear_does_not_reach() -> None:
-    status, first, good = said(jp.loads(BUSH).with_({"limits.angle": 360}))
+    status, first, good = said(BUSH.with_({"limits.angle": 360}))
     assert (status, good) == ("unlimited", True)
     assert first.startswith("The limits hold in the worst case for more than ")
 
 
 def test_a_cycle_needs_all_configurations() -> None:
-    m = jp.loads(CRANK).with_(worn(WEAR) | {"joints.wrist.on.rod": [30, 0], "limits": None})
+    m = CRANK.with_(worn(WEAR) | {"joints.wrist.on.rod": [30, 0], "limits": None})
     m = m.with_({"drives.theta.values": [0, 10, 90]})
     status, first, good = said(m)
     assert (status, good) == ("no_pose", False)
@@ -682,14 +591,14 @@ def test_a_cycle_needs_all_configurations() -> None:
 
 def test_shares_that_nothing_determines_are_named() -> None:
     stiff = {f"joints.{name}.clearance": None for name in "AC"} | {f"joints.{name}.wear": None for name in "AC"}
-    m = jp.loads(SLOTS).with_({**stiff, "joints.B.clearance.gap": 0.0})
+    m = SLOTS.with_({**stiff, "joints.B.clearance.gap": 0.0})
     status, first, good = said(m, "loaded")
     assert (status, good) == ("undetermined", False)
     assert first == "Not shown: for how long the limits hold; the loads do not say what is carried by B."
 
 
 def test_ages_beyond_the_life_are_told_and_end_with_one() -> None:
-    m = jp.loads(BUSH).with_({"limits.position": 0.1})
+    m = BUSH.with_({"limits.position": 0.1})
     result = compute(m, cycles=[0, 10_000, 200_000])
     assert not holds(result)
     assert next(s.text for s in conclude(result).sentences if s.is_alarm).startswith("After 200,000 cycles")
@@ -715,7 +624,7 @@ REFUSED = {
 def test_bad_input_is_refused_by_key_and_reason(case: str) -> None:
     changes, words = REFUSED[case]
     with pytest.raises(jp.InputError) as refused:
-        jp.life(jp.loads(BUSH).with_(changes))
+        jp.life(BUSH.with_(changes))
     assert words in str(refused.value)
 
 
@@ -729,16 +638,16 @@ def test_flanks_do_not_wear_by_this_law() -> None:
 @pytest.mark.parametrize("cycles", [[-1.0], [math.nan], [math.inf], []])
 def test_ages_are_numbers_of_cycles(cycles: list[float]) -> None:
     with pytest.raises(jp.InputError, match="cycles: "):
-        jp.life(jp.loads(BUSH), cycles=cycles)
+        jp.life(BUSH, cycles=cycles)
 
 
 def test_measured_growth_needs_no_load() -> None:
-    m = jp.loads(BUSH).with_({"joints.J.wear": {"growth": 1e-6}, "loads": None, "limits.position": 0.1})
+    m = BUSH.with_({"joints.J.wear": {"growth": 1e-6}, "loads": None, "limits.position": 0.1})
     assert jp.life(m).life.item() == pytest.approx(0.08 / 1e-6, rel=2e-4)
 
 
 def test_an_interrupt_between_ages_leaves_those_that_are_done() -> None:
-    m = jp.loads(BUSH).with_({"limits.position": 0.1})
+    m = BUSH.with_({"limits.position": 0.1})
     seen: list[int] = []
 
     def stop(done: int, _: int) -> None:
@@ -767,7 +676,7 @@ def test_an_interrupt_between_ages_leaves_those_that_are_done() -> None:
 @pytest.fixture
 def bush(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "bush.toml").write_text(BUSH + "[limits]\nposition = 0.1\n")
+    BUSH.with_({"limits.position": 0.1}).write(tmp_path / "bush.toml")
 
 
 @pytest.mark.usefixtures("bush")
@@ -791,12 +700,12 @@ def test_every_panel_can_be_drawn(panel: str) -> None:
 
 
 def test_figures_refuse_what_is_not_there() -> None:
-    result = jp.life(jp.loads(BUSH))
+    result = jp.life(BUSH)
     assert jp.plot.life(result).axes
     with pytest.raises(jp.InputError, match="'used' is not a quantity"):
         jp.plot.life(result, "used")
     with pytest.raises(jp.InputError, match="is not the result of life"):
-        jp.plot.life(jp.worst(jp.loads(BUSH)))
+        jp.plot.life(jp.worst(BUSH))
 
 
 def test_load_cases_act_in_as_many_cycles_each() -> None:
@@ -805,8 +714,8 @@ def test_load_cases_act_in_as_many_cycles_each() -> None:
         "loads": None,
         "load_cases": {"light": [{"at": [0, 0], "force": [0, -100]}], "heavy": [{"at": [0, 0], "force": [300, 0]}]},
     }
-    m = jp.loads(BUSH).with_(cases)
-    one = jp.life(jp.loads(BUSH)).growth.item()
+    m = BUSH.with_(cases)
+    one = jp.life(BUSH).growth.item()
     both = jp.life(m, "loaded")
     assert both.growth.item() == pytest.approx(2 * one, rel=1e-12)
     assert both.pressure.item() == pytest.approx(300 / 600, rel=1e-12)
@@ -821,37 +730,36 @@ def test_load_cases_wear_a_pin_where_each_of_them_presses(angle: float, share: f
     turned = [-100 * math.cos(math.radians(angle)), -100 * math.sin(math.radians(angle))]
     forces = {"one": [-100, 0], "other": turned}
     cases = {name: [{"at": [0, 0], "force": force}] for name, force in forces.items()}
-    both = grows(jp.loads(BUSH).with_({"joints.J.wear": wear, "loads": None, "load_cases": cases}))
+    both = grows(BUSH.with_({"joints.J.wear": wear, "loads": None, "load_cases": cases}))
     assert both.growth.item() == pytest.approx(share * math.pi * 1e-4 * 1e-3 * 100 / 20, rel=1e-9)
 
 
 def test_a_clearance_of_nothing_wears_as_well() -> None:
-    result = jp.life(jp.loads(BUSH).with_({"joints.J.clearance.radial": 0.0, "limits.position": 0.01}))
+    result = jp.life(BUSH.with_({"joints.J.clearance.radial": 0.0, "limits.position": 0.01}))
     assert result.life.item() == pytest.approx(0.01 / (math.pi * 1e-4 * 1e-3 * 100 / 20), rel=2e-4)
 
 
 def test_clearances_that_stay_as_they_are_are_named() -> None:
-    m = jp.loads(CRANK).with_(worn({"pin": {"growth": 1e-7}}))
+    m = CRANK.with_(worn({"pin": {"growth": 1e-7}}))
     assert jp.life(m).attrs["without_wear"] == "shaft, wrist, guide"
     assert any(note.startswith("Without wear, as they are: shaft, wrist") for note in tables(compute(m))[0].notes)
 
 
 def test_measured_growth_needs_no_path() -> None:
-    m = jp.loads(BUSH).with_({"drives.q": {"joint": "J", "values": [0]}, "joints.J.wear": {"growth": 1e-6}})
+    m = BUSH.with_({"drives.q": {"joint": "J", "values": [0]}, "joints.J.wear": {"growth": 1e-6}})
     assert jp.life(m.with_({"limits.position": 0.1})).life.item() == pytest.approx(0.08 / 1e-6, rel=2e-4)
 
 
 def test_a_mechanism_that_cannot_be_assembled_has_no_life() -> None:
     """Two pins too far apart for the play that they have: rigid, so that nothing is known of forces."""
-    text = SLOTS.replace("block = [0, 0]", "block = [0, 0.5]")
-    status, first, good = said(jp.loads(text), "loaded")
+    status, first, good = said(SLOTS.with_({"joints.B.on.block": [0, 0.5]}), "loaded")
     assert (status, good) == ("no_pose", False)
     assert first.endswith("configurations 0, 1, 2, 3, 4 are not assemblable.")
 
 
 def test_errors_are_at_their_configurations_where_the_machine_cannot_be_at_some() -> None:
     drives = {"drives.q": {"joint": "J", "values": [0, 30, 60, 90]}, "limits.joints.J": [20, 90]}
-    m = jp.loads(BUSH).with_({**drives, "joints.J.wear": {"growth": 1e-6}, "limits.position": 0.1})
+    m = BUSH.with_({**drives, "joints.J.wear": {"growth": 1e-6}, "limits.position": 0.1})
     result = jp.life(m)
     assert result.status.item() == "ok"
     assert np.isnan(result.position.values[:, 0]).all()

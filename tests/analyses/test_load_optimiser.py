@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.layouts import KINDS
 from helpers.oracles import brute
 from helpers.oracles.linkage import Linkage
@@ -135,26 +136,6 @@ def test_four_bar_by_hand(seed: int) -> None:
     np.testing.assert_allclose(result.error, 0.0, rtol=0, atol=1e-12)
 
 
-SLIDER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.P]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, slider = {{ at = [0, 0], axis = [1, 0] }} }}
-clearance = {{ gap = 0.1, length = 40 }}
-[drives.x]
-joint = "P"
-values = [50.0]
-[output]
-body = "slider"
-at = [0, 0]
-[[loads]]
-force = [0.0, {force}]
-moment = {moment}
-"""
-
-
 @pytest.mark.parametrize(
     ("force", "moment", "expected"),
     [
@@ -166,7 +147,13 @@ moment = {moment}
 )
 def test_a_slider_shifts_or_tilts_in_its_guide(force: float, moment: float, expected: tuple[float, float]) -> None:
     """The diamond |d_n| + (L/2)|angle| <= c by hand: the load takes the slider to its best corner."""
-    result = jp.loaded(jp.loads(SLIDER.format(force=force, moment=moment))).isel(configuration=0)
+    b = planar()
+    line = {"at": [0, 0], "axis": [1, 0]}
+    b.prismatic("P", ground=line, slider=line, clearance=jp.gap(0.1, length=40))
+    b.drive("x", joint="P", values=[50.0])
+    b.output(body="slider", at=(0, 0))
+    b.load(force=(0.0, force), moment=moment)
+    result = jp.loaded(b.mechanism()).isel(configuration=0)
     assert result.status.item() == "ok"
     np.testing.assert_allclose(result.error[:2], [0.0, expected[0]], rtol=0, atol=1e-12)
     assert result.error[2].item() == pytest.approx(math.degrees(expected[1]), abs=1e-10)

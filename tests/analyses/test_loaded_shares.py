@@ -6,66 +6,35 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 
-FILE = """
-format = 1
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.J1]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-clearance = {{ radial = {r[0]}, tolerance = {t[0]}, size_law = "{law[0]}" }}
-[joints.J2]
-type = "revolute"
-on = {{ crank = [75, 0], coupler = [0, 0] }}
-clearance = {{ radial = {r[1]}, tolerance = {t[1]}, size_law = "{law[1]}" }}
-[joints.J3]
-type = "revolute"
-on = {{ coupler = [{l2}, 0], rocker = [150, 0] }}
-clearance = {{ diametral = {r[2]}, tolerance = {t[2]}, size_law = "{law[2]}" }}
-[joints.J4]
-{last}
-[start]
-crank = {{ angle = 22.7 }}
-coupler = {{ angle = 129 }}
-rocker = {{ angle = 35.6 }}
-[drives.theta1]
-joint = "J1"
-values = [{angle}]
-error = {error}
-[output]
-body = "rocker"
-at = [150, 0]
-[[loads]]
-force = [{f[0]}, {f[1]}]
-moment = {f[2]}
-[dimensions.l2]
-body = "coupler"
-between = ["J2", "J3"]
-tolerance = {dimension}
-"""
-FIT = 'type = "revolute"\non = { ground = [-100, 0], rocker = [0, 0] }\nclearance = { fit = "H7/f7", diameter = 80 }'
-#: of some specimens the pin is larger than its hole
-TIGHT = FIT.replace("H7/f7", "H7/h6")
 SAMPLES = 4096
 
 
 def of_seed(seed: int) -> tuple[jp.Mechanism, dict[str, Any]]:
     """A four-bar under load whose sizes scatter, and for every source what freezes it."""
     rng = np.random.default_rng([40, seed])
-    text = FILE.format(
-        r=rng.uniform(0.06, 0.15, 3).round(4).tolist(),
-        t=rng.uniform(0.01, 0.05, 3).round(4).tolist(),
-        law=rng.choice(["uniform", "normal"], 3).tolist(),
-        l2=75,
-        last=TIGHT if seed % 4 == 3 else FIT,
-        angle=round(rng.uniform(35, 60), 3),
-        error=round(rng.uniform(0, 0.05), 4),
-        f=rng.uniform(-10, 10, 3).round(3).tolist(),
-        dimension=round(rng.uniform(0.01, 0.06), 4),
-    )
+    radial = rng.uniform(0.06, 0.15, 3).round(4)
+    tolerance = rng.uniform(0.01, 0.05, 3).round(4)
+    laws = rng.choice(["uniform", "normal"], 3).tolist()
+    size = [{"tolerance": t, "size_law": law} for t, law in zip(tolerance, laws, strict=True)]
+    b = planar()
+    b.revolute("J1", ground=(0, 0), crank=(0, 0), clearance=jp.radial(radial[0], **size[0]))
+    b.revolute("J2", crank=(75, 0), coupler=(0, 0), clearance=jp.radial(radial[1], **size[1]))
+    b.revolute("J3", coupler=(75, 0), rocker=(150, 0), clearance=jp.diametral(radial[2], **size[2]))
+    # Of some specimens the pin is larger than its hole.
+    fit = "H7/h6" if seed % 4 == 3 else "H7/f7"
+    b.revolute("J4", ground=(-100, 0), rocker=(0, 0), clearance=jp.fit(fit, diameter=80))
+    for body, angle in (("crank", 22.7), ("coupler", 129), ("rocker", 35.6)):
+        b.start(body, angle=angle)
+    b.drive("theta1", joint="J1", values=[round(rng.uniform(35, 60), 3)], error=round(rng.uniform(0, 0.05), 4))
+    b.output(body="rocker", at=(150, 0))
+    *force, moment = rng.uniform(-10, 10, 3).round(3)
+    b.load(force=force, moment=moment)
+    b.dimension("l2", body="coupler", between=["J2", "J3"], tolerance=round(rng.uniform(0.01, 0.06), 4))
     freezes = {f"J{k}.size": {f"joints.J{k}.clearance.tolerance": 0.0} for k in (1, 2, 3)}
     freezes |= {"theta1": {"drives.theta1.error": 0.0}, "l2": {"dimensions.l2.tolerance": 0.0}}
-    return jp.loads(text), freezes
+    return b.mechanism(), freezes
 
 
 @pytest.mark.parametrize("seed", range(12))

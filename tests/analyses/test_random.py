@@ -6,11 +6,13 @@ import math
 import os
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.dead_centre import at_dead_centre, moved_from_dead_centre
 from helpers.oracles import statistics
 from helpers.oracles.fourbar import FourBar
@@ -99,22 +101,11 @@ def test_samples_stay_in_their_sets(law: str) -> None:
 
 def test_one_pin_on_a_slider_arm_has_exactly_its_law() -> None:
     """A single pinned link: the output error is the pin's play, so the law itself is seen."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.J]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 2.0 }
-[drives.q]
-joint = "J"
-values = [30.0]
-[output]
-body = "arm"
-at = [0, 0]
-"""
-    m, n = jp.loads(text), 100_000
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(2.0))
+    b.drive("q", joint="J", values=[30.0])
+    b.output(body="arm", at=(0, 0))
+    m, n = b.mechanism(), 100_000
     for law, variance in (("uniform", 1.0), ("boundary", 2.0)):
         result = jp.random(m, samples=n, law=law, seed=3).isel(configuration=0)
         np.testing.assert_allclose(result.error_std[:2] ** 2, variance, rtol=5 * math.sqrt(2 / n))
@@ -128,24 +119,6 @@ at = [0, 0]
         assert quantile == pytest.approx(2.0 * math.sqrt(p), abs=error)
 
 
-ARM = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], arm = [0, 0] }}
-[drives.q]
-joint = "J"
-values = [0.0]
-[output]
-body = "arm"
-at = [100, 0]
-[dimensions.reach]
-body = "arm"
-between = ["J", "output"]
-{tolerance}
-"""
 #: of a normal law cut at three sigma: its standard deviation over sigma
 CUT = math.sqrt(statistics.variance(Source("", "interval", (".length",), (-3.0, 3.0), (0.0,)), "normal")[0])
 
@@ -153,18 +126,23 @@ CUT = math.sqrt(statistics.variance(Source("", "interval", (".length",), (-3.0, 
 @pytest.mark.parametrize(
     ("tolerance", "mean", "std", "low", "high"),
     [
-        ("tolerance = 0.3", 0.0, 0.1 * CUT, -0.3, 0.3),
-        ('tolerance = 0.3\nlaw = "uniform"', 0.0, 0.3 / math.sqrt(3), -0.3, 0.3),
-        ("tolerance = { plus = 0.3, minus = 0.1 }", 0.1, 0.4 / 6 * CUT, -0.1, 0.3),
-        ('tolerance = { plus = 0.3, minus = 0.1 }\nlaw = "uniform"', 0.1, 0.2 / math.sqrt(3), -0.1, 0.3),
-        ("tolerance = { sigma = 0.1 }", 0.0, 0.1, -0.3, 0.3),
-        ("tolerance = 0.3\ndeviation = 0.5", 0.5, 0.1 * CUT, 0.2, 0.8),
-        ("deviation = -0.5", -0.5, 0.0, -0.5, -0.5),
+        ({"tolerance": 0.3}, 0.0, 0.1 * CUT, -0.3, 0.3),
+        ({"tolerance": 0.3, "law": "uniform"}, 0.0, 0.3 / math.sqrt(3), -0.3, 0.3),
+        ({"tolerance": {"plus": 0.3, "minus": 0.1}}, 0.1, 0.4 / 6 * CUT, -0.1, 0.3),
+        ({"tolerance": {"plus": 0.3, "minus": 0.1}, "law": "uniform"}, 0.1, 0.2 / math.sqrt(3), -0.1, 0.3),
+        ({"tolerance": {"sigma": 0.1}}, 0.0, 0.1, -0.3, 0.3),
+        ({"tolerance": 0.3, "deviation": 0.5}, 0.5, 0.1 * CUT, 0.2, 0.8),
+        ({"deviation": -0.5}, -0.5, 0.0, -0.5, -0.5),
     ],
 )
-def test_forms_of_a_tolerance(tolerance: str, mean: float, std: float, low: float, high: float) -> None:
+def test_forms_of_a_tolerance(tolerance: dict[str, Any], mean: float, std: float, low: float, high: float) -> None:
     """The reach of one arm: its error is the error of the reach, whatever its law, and its extremes are the limits."""
-    m, n = jp.loads(ARM.format(tolerance=tolerance)), 200_000
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0))
+    b.drive("q", joint="J", values=[0.0])
+    b.output(body="arm", at=(100, 0))
+    b.dimension("reach", body="arm", between=["J", "output"], **tolerance)
+    m, n = b.mechanism(), 200_000
     result = jp.random(m, samples=n).isel(configuration=0)
     assert result.error_mean[0].item() == pytest.approx(mean, abs=1e-12 + 5 * std / math.sqrt(n))
     assert result.error_std[0].item() == pytest.approx(std, rel=5 * math.sqrt(2 / n), abs=1e-12)

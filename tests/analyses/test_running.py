@@ -11,8 +11,10 @@ import pytest
 from scipy.interpolate import BPoly
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from helpers.graphs import graph
 from helpers.oracles.moving import CutOpen, Part, differenced
+from helpers.rods import rod_and_slider
 from helpers.slider_crank import slider_crank
 from jointplay import examples
 from jointplay.analyses import loaded
@@ -25,100 +27,38 @@ from jointplay.result.verdict import HELD, NOT_SHOWN, verdict
 #: examples that have drives
 DRIVEN = [name for name in examples.names() if "[drives" in examples.text(name)]
 
-SLIDER_CRANK = slider_crank(
+RUNNING = slider_crank(
     drive="crank",
-    driven="speed = 50\nacceleration = 17188.733853924696",
-    units=', turning_speed = "rad/s"',
-    head="gravity = [0, -9.81]",
+    driven={"speed": 50, "acceleration": 17188.733853924696},
     on_rod=False,
-    more="""
-[bodies.crank]
-mass = 0.8
-centre = [15, 0]
-rotational_inertia = 900
-[bodies.rod]
-mass = 0.5
-centre = [50, 4]
-rotational_inertia = 800
-[bodies.ram]
-mass = 1.2
-centre = [5, -3]
-rotational_inertia = 600
-""",
+    turning_speed="rad/s",
+    gravity=(0, -9.81),
 )
+RUNNING.body("crank", mass=0.8, centre=(15, 0), rotational_inertia=900)
+RUNNING.body("rod", mass=0.5, centre=(50, 4), rotational_inertia=800)
+RUNNING.body("ram", mass=1.2, centre=(5, -3), rotational_inertia=600)
+SLIDER_CRANK = RUNNING.mechanism()
 
-#: a crank about z, a rod between two balls, a slider along x beside and below
-RSSP = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N", turning_speed = "rad/s" }
-gravity = [0, 0, -9.81]
-[joints.shaft]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, crank = { at = [0, 0, 0], axis = [0, 0, 1] } }
-clearance = { radial = 0.02, axial = 0.03, length = 30 }
-[joints.A]
-type = "spherical"
-on = { crank = [40, 0, 10], rod = [0, 0, 0] }
-clearance = { radial = 0.015 }
-[joints.B]
-type = "spherical"
-on = { rod = [120, 0, 0], slider = [0, 0, 0] }
-clearance = { radial = 0.015 }
-[joints.guide]
-type = "prismatic"
-on.ground = { at = [0, 15, -30], axis = [1, 0, 0], side = [0, 1, 0] }
-on.slider = { at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }
-clearance = { gap = 0.03, length = 60, width = 30, height = 20 }
-[start]
-rod = { x = 34, y = 20, z = 10, rotation = [0, 20, 0] }
-slider = { x = 150, y = 15, z = -30 }
-[drives.crank]
-joint = "shaft"
-values = [30, 75]
-speed = 50
-acceleration = 17188.733853924696
-[output]
-body = "slider"
-at = [50, -20, 10]
-[[loads]]
-force = [-200, 30, 40]
-[bodies.crank]
-mass = 0.8
-centre = [15, 0, 4]
-rotational_inertia = [700, 800, 900]
-[bodies.rod]
-mass = 0.5
-centre = [50, 0, 0]
-rotational_inertia = [0, 800, 800]
-[bodies.slider]
-mass = 1.2
-centre = [5, -3, 2]
-rotational_inertia = [500, 650, 600]
-"""
+IN_SPACE = spatial(turning_speed="rad/s", gravity=(0, 0, -9.81))
+rod_and_slider("crank", IN_SPACE, speed=50, acceleration=17188.733853924696)
+IN_SPACE.start("rod", x=34, y=20, z=10, rotation=[0, 20, 0])
+IN_SPACE.body("crank", mass=0.8, centre=(15, 0, 4), rotational_inertia=[700, 800, 900])
+IN_SPACE.body("rod", mass=0.5, centre=(50, 0, 0), rotational_inertia=[0, 800, 800])
+IN_SPACE.body("slider", mass=1.2, centre=(5, -3, 2), rotational_inertia=[500, 650, 600])
+RSSP = IN_SPACE.mechanism()
 
-#: a body on a pin, turned by a drive
-WHEEL = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "rad", force = "N" }
-[joints.pin]
-type = "revolute"
-on = { ground = [0, 0], wheel = [0, 0] }
-clearance = { radial = 0.02 }
-[drives.q]
-joint = "pin"
-from = 0
-to = 6
-count = 25
-speed = 80
-[output]
-body = "wheel"
-at = [30, 0]
-[bodies.wheel]
-mass = 0.7
-centre = [12, 0]
-"""
+
+def wheel(angle: str, **drive: object) -> jp.Builder:
+    """A body on a pin, turned by a drive."""
+    b = planar(angle=angle)
+    b.revolute("pin", ground=(0, 0), wheel=(0, 0), clearance=jp.radial(0.02))
+    b.drive("q", joint="pin", **drive)
+    b.output(body="wheel", at=(30, 0))
+    b.body("wheel", mass=0.7, centre=(12, 0))
+    return b
+
+
+WHEEL = wheel("rad", from_=0, to=6, count=25, speed=80).mechanism()
 
 
 def in_motion(m: jp.Mechanism, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -146,7 +86,7 @@ class TestMotion:
         check_differences(m, at.drives, at.poses, seed)
 
     def test_held_drives_move_nothing(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         at = nominal(m)
         still = kinematics(m, at.drives, at.poses, np.zeros((2, 1, 1)))
         assert not still.velocity.any()
@@ -154,7 +94,7 @@ class TestMotion:
 
     def test_at_a_singular_pose_there_is_no_motion(self) -> None:
         """At its dead centre a slider-crank that is driven by its slider moves either way."""
-        m = jp.loads(SLIDER_CRANK).with_(
+        m = SLIDER_CRANK.with_(
             {"joints.guide.on.ground.at": [0, 0], "drives.crank.joint": "guide", "drives.crank.values": [140, 160]}
             | {"drives.crank.acceleration": None, "units.turning_speed": None}
         )
@@ -205,7 +145,7 @@ class TestInertia:
     """Forces of inertia as loads."""
 
     def test_figures_in_the_plane(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         result, linear = jp.loaded(m), jp.loaded(m, exact=False)
         velocity, acceleration = result.body_velocity, result.body_acceleration
         found = np.column_stack(
@@ -226,7 +166,7 @@ class TestInertia:
     def test_figures_in_space(self) -> None:
         """A rod that has a moment of inertia about its line as well does not spin, and pushes in the same way."""
         for about in (0, 50):
-            m = jp.loads(RSSP).with_({"bodies.rod.rotational_inertia": [about, 800, 800]})
+            m = RSSP.with_({"bodies.rod.rotational_inertia": [about, 800, 800]})
             result = jp.loaded(m, exact=False)
             found = np.column_stack(
                 [
@@ -240,7 +180,7 @@ class TestInertia:
 
     @pytest.mark.parametrize("ball", [False, True])
     def test_it_takes_the_torque_and_the_force_that_pinocchio_finds(self, ball: bool) -> None:
-        m = jp.loads(RSSP if ball else SLIDER_CRANK)
+        m = RSSP if ball else SLIDER_CRANK
         at = nominal(m)
         parts = [
             Part(body.mass, (*np.array([*body.centre, 0.0][:3]) * 1e-3,), (*np.diag(one.matrix),))
@@ -260,7 +200,7 @@ class TestInertia:
 
     def test_loads_that_are_written_by_hand_give_the_same(self) -> None:
         """The forces of inertia of each configuration as lists of loads, weights apart."""
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         at = nominal(m)
         motion = moving(m, at, m.motion)
         loads = [dict(m.raw["loads"][0])]
@@ -291,7 +231,7 @@ class TestInertia:
     def test_energy_over_a_turn(self) -> None:
         """At constant speed the drive does no work over a turn against inertia and weight alone."""
         turn = {"drives.crank.values": None, "drives.crank.from": 0, "drives.crank.to": 360, "drives.crank.count": 721}
-        m = jp.loads(SLIDER_CRANK).with_({**turn, "drives.crank.acceleration": None, "loads": None})
+        m = SLIDER_CRANK.with_({**turn, "drives.crank.acceleration": None, "loads": None})
         result = jp.loaded(m, exact=False)
         power, time = result.drive_power.values[:, 0], result.time.values
         assert time[-1] == pytest.approx(2 * math.pi / 50)
@@ -299,7 +239,7 @@ class TestInertia:
         assert abs(np.trapezoid(power, time)) < 1e-9 * np.trapezoid(np.abs(power), time)
 
     def test_a_rotor_takes_moment_of_the_motor_only(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         before, after = jp.loaded(m), jp.loaded(m.with_({"drives.crank.rotor_inertia": 2000}))
         assert (after.error == before.error).all()
         assert (after.drive_torque == before.drive_torque).all()
@@ -310,7 +250,7 @@ class TestInertia:
 
     def test_elastic_bodies_are_pieces_that_move_together(self) -> None:
         """A body that gives way moves as a rigid one does nominally; its inertia bends it."""
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         elastic = m.with_(
             {"bodies.rod.E": 2e5, "bodies.rod.area": 100, "bodies.rod.inertia": 800, "bodies.rod.centre": [50, 0]}
         )
@@ -372,9 +312,8 @@ def check_power(m: jp.Mechanism, seed: int) -> None:
 class TestAtRest:
     """Without speed everything is as it was."""
 
-    @pytest.mark.parametrize("text", [SLIDER_CRANK, RSSP])
-    def test_speed_zero_is_no_speed(self, text: str) -> None:
-        m = jp.loads(text)
+    @pytest.mark.parametrize("m", [SLIDER_CRANK, RSSP])
+    def test_speed_zero_is_no_speed(self, m: jp.Mechanism) -> None:
         still = m.with_({"drives.crank.speed": 0, "drives.crank.acceleration": None})
         plain = still.with_({"drives.crank.speed": None} | {f"bodies.{b}.rotational_inertia": None for b in m.bodies})
         one, other = jp.loaded(still), jp.loaded(plain)
@@ -384,7 +323,7 @@ class TestAtRest:
         assert "speeds" not in one.attrs
 
     def test_the_worst_case_does_not_depend_on_it(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         still = m.with_({"drives.crank.speed": None, "drives.crank.acceleration": None})
         for ask in (jp.worst, jp.solve):
             one, other = ask(m), ask(still)
@@ -395,7 +334,7 @@ class TestAtRest:
         assert m.at_rest_under(0) is m
 
     def test_speed_alone_loads_nothing(self) -> None:
-        m = jp.loads(WHEEL).with_({"bodies": None})
+        m = WHEEL.with_({"bodies": None})
         with pytest.raises(jp.InputError, match="nothing loads the mechanism"):
             jp.loaded(m)
         result = jp.loaded(m.with_({"loads": [{"force": [0, -5]}]}))
@@ -407,14 +346,14 @@ class TestAsked:
     """What follows from the loads."""
 
     def test_specimens_that_do_not_scatter_are_where_the_load_has_them(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         exact = jp.loaded(m)
         scattered = jp.random(m, samples=16, contact="loaded")
         assert scattered.error_mean.values == pytest.approx(exact.error.values, abs=1e-12)
         assert scattered.attrs["speeds"] == exact.attrs["speeds"] == "crank 50 rad/s"
 
     def test_corrected_drives_bring_it_back_while_it_runs(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         result = jp.compensate(m)
         moved = m.with_({"drives.crank.values": result.drive_corrected.values[:, 0].tolist()})
         there = jp.loaded(moved).nominal.values[:, 0] + jp.loaded(moved).error.values[:, 0]
@@ -442,15 +381,14 @@ class TestAsked:
 
     def test_nodes_of_a_map_are_no_path(self) -> None:
         """As many nodes as the file has configurations, at other places: nothing is passed from one to the next."""
-        m = jp.loads(WHEEL)
+        m = WHEEL
         found = jp.map(m, "loaded", grid={"q": {"from": 0, "to": 5, "count": 25}})
         assert "time" not in found
         assert found.contact_rate.values == pytest.approx(math.sqrt(0.02 / 12.0), rel=1e-4)
 
     def test_the_core_takes_all_loads_at_once(self) -> None:
         """It gives what it gives for the mechanism under the loads of each configuration."""
-        for text in (SLIDER_CRANK, RSSP):
-            m = jp.loads(text)
+        for m in (SLIDER_CRANK, RSSP):
             at, result = nominal(m), jp.loaded(m)
             for k in range(len(at)):
                 here = at.drives[k : k + 1], at.poses[k : k + 1]
@@ -459,14 +397,14 @@ class TestAsked:
                 assert alone == pytest.approx(result.error.values[k] * m.component_factors, rel=1e-14, abs=1e-18)
 
     def test_a_map_needs_constant_speeds(self) -> None:
-        m = jp.loads(SLIDER_CRANK).with_({"drives.crank.speed": [50, 60, 70]})
+        m = SLIDER_CRANK.with_({"drives.crank.speed": [50, 60, 70]})
         with pytest.raises(jp.InputError, match="hold for its configurations only"):
             jp.map(m, "loaded", grid={"crank": {"from": 0, "to": 90, "count": 3}})
         with pytest.raises(jp.InputError, match="hold for its configurations only"):
             jp.map(m, "random", grid={"crank": {"from": 0, "to": 90, "count": 3}}, samples=16, contact="loaded")
 
     def test_inertia_acts_in_every_load_case(self) -> None:
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         cases = m.with_(
             {
                 "loads": None,
@@ -484,7 +422,7 @@ class TestAsked:
     def test_displaced_poses_are_those_of_the_machine_that_runs(self) -> None:
         from jointplay.analyses.displaced import under_load
 
-        m = jp.loads(SLIDER_CRANK)
+        m = SLIDER_CRANK
         at = nominal(m)
         moved = under_load(m, at)
         shift = m.core.output(moved.poses) - at.output
@@ -533,9 +471,7 @@ class TestLaws:
         table = np.column_stack([1e3 * law.motion.times, np.degrees(law.drive_values[:, 0])])
         lines = ["t [ms];q [deg]", *(f"{t:.15g};{q:.15g}" for t, q in table.tolist())]
         (tmp_path / "motion.csv").write_text("\n".join(lines))
-        text = WHEEL.replace('angle = "rad"', 'angle = "deg"').replace(
-            "from = 0\nto = 6\ncount = 25\nspeed = 80", 'csv = "motion.csv"\ncolumn = "q"\ntime = "t"'
-        )
+        text = wheel("deg", csv="motion.csv", column="q", time="t").text()
         (tmp_path / "wheel.toml").write_text(text)
         m = jp.load(tmp_path / "wheel.toml")
         assert m.motion.times == pytest.approx(law.motion.times)
@@ -574,10 +510,10 @@ class TestLaws:
         table = {"from": None, "to": None, "count": None, "speed": None, "acceleration": None}
         own = table | {"values": [0, 1, 4, 9, 16, 25, 36], "times": [0, 1, 2, 3, 4, 5, last]}
         with pytest.raises(jp.InputError, match=r"drives.q.times: the spline through the values swings .* even steps"):
-            jp.loads(WHEEL).with_({f"drives.q.{key}": value for key, value in own.items()})
+            WHEEL.with_({f"drives.q.{key}": value for key, value in own.items()})
 
     def test_when_configurations_are_passed(self) -> None:
-        m = jp.loads(WHEEL)
+        m = WHEEL
         assert jp.loaded(m).time.values == pytest.approx(np.linspace(0, 6, 25) / 80)
         back = m.with_({"drives.q.from": 6, "drives.q.to": 0})
         assert back.motion.times is None, "it does not run along its values at this speed"
@@ -599,7 +535,7 @@ class TestLaws:
             m.with_({f"drives.{other}.speed": None, f"drives.{other}.motion": "poly5", f"drives.{other}.duration": 0.4})
 
     def test_revolutions_per_minute(self) -> None:
-        m = jp.loads(WHEEL).with_({"units.turning_speed": "1/min", "drives.q.speed": 764.0})
+        m = WHEEL.with_({"units.turning_speed": "1/min", "drives.q.speed": 764.0})
         assert m.motion.rates[0, 0, 0] == pytest.approx(764 * 2 * math.pi / 60)
         result = jp.loaded(m)
         assert (result.drive_speed.values[0, 0], result.drive_speed.attrs["units"]) == (pytest.approx(764), "1/min")
@@ -608,8 +544,7 @@ class TestLaws:
 
 
 def law_of_motion(law: str, count: int, **more: object) -> jp.Mechanism:
-    own = {"from": 10, "to": 100, "count": count, "motion": law, "duration": 0.2, "speed": None, **more}
-    return jp.loads(WHEEL.replace('angle = "rad"', 'angle = "deg"')).with_({f"drives.q.{k}": v for k, v in own.items()})
+    return wheel("deg", from_=10, to=100, count=count, motion=law, duration=0.2, **more).mechanism()
 
 
 class TestContact:
@@ -618,12 +553,12 @@ class TestContact:
     def test_an_unbalanced_wheel(self) -> None:
         """R = m r w^2 turns with w, and the whole mass is behind the gap: kappa = sqrt(c / r), whatever the speed."""
         for speed in (1, 80, 5000):
-            rate = jp.loaded(jp.loads(WHEEL).with_({"drives.q.speed": speed})).contact_rate.values
+            rate = jp.loaded(WHEEL.with_({"drives.q.speed": speed})).contact_rate.values
             # Between instants the reaction goes straight on: by chords of 6 rad / 720.
             assert rate == pytest.approx(math.sqrt(0.02 / 12.0), rel=1e-4)
 
     def test_a_balanced_wheel_under_a_steady_load(self) -> None:
-        m = jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": [3, -5], "at": [0, 0]}]})
+        m = WHEEL.with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": [3, -5], "at": [0, 0]}]})
         result = jp.loaded(m)
         assert (result.contact_rate == 0.0).all()
         assert (result.contact == "follows").all()
@@ -631,14 +566,14 @@ class TestContact:
 
     def test_a_pin_without_a_force_is_not_judged(self) -> None:
         """Nothing presses the pin of a balanced wheel; it was said to follow its reaction."""
-        result = jp.loaded(jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0]}))
+        result = jp.loaded(WHEEL.with_({"bodies.wheel.centre": [0, 0]}))
         assert result.contact_rate.isnull().all()
         assert (result.contact == "").all()
 
     def test_a_load_that_goes_through_zero(self) -> None:
         """From 6 N to -6 N within 0.25 rad: the pin falls across its hole under a force that grows with time."""
         forces = [[6, 0]] * 12 + [[-6, 0]] * 13
-        m = jp.loads(WHEEL).with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": forces, "at": [0, 0]}]})
+        m = WHEEL.with_({"bodies.wheel.centre": [0, 0], "loads": [{"force": forces, "at": [0, 0]}]})
         result = jp.loaded(m)
         assert np.isinf(result.contact_rate.values[[11, 12], 0]).any()
         # One of the two is nearest to the crossing, which is half-way.
@@ -655,7 +590,7 @@ class TestContact:
         rest = {f"joints.{j}.clearance": None for j in ("shaft", "pin", "guide")}
         turn = {"drives.crank.values": None, "drives.crank.from": 0, "drives.crank.to": 360, "drives.crank.count": 24}
         turn |= {"drives.crank.speed": 65, "drives.crank.acceleration": None, "loads": [{"force": [-200, 0]}]}
-        result = jp.loaded(jp.loads(SLIDER_CRANK).with_(rest | turn), exact=False)
+        result = jp.loaded(SLIDER_CRANK.with_(rest | turn), exact=False)
         k = int(result.contact_rate.values[:, 0].argmax())
         assert result.contact_rate.values[k, 0] == pytest.approx(2.49, abs=0.05)
         assert float(result.crank[k]) == pytest.approx(32.0, abs=360 / 23)
@@ -663,7 +598,7 @@ class TestContact:
 
     def test_it_does_not_depend_on_how_the_path_is_known(self) -> None:
         """At single configurations reactions are differenced around them; along a path they are followed."""
-        m = jp.loads(WHEEL)
+        m = WHEEL
         path, at = contact_rates(m, nominal(m), m.motion)[0], nominal(m)
         single = m.with_({"drives.q.from": None, "drives.q.to": None, "drives.q.count": None, "drives.q.values": [2.0]})
         assert contact_rates(single, nominal(single), single.motion)[0] == pytest.approx(path[:1], rel=1e-4)
@@ -689,7 +624,7 @@ class TestContact:
         assert rates.max() < 1e-3
 
     def test_springs_press_as_well(self) -> None:
-        m = jp.loads(WHEEL)
+        m = WHEEL
         spring = {"on": {"ground": [-40, 0], "wheel": [0, 0]}, "stiffness": 2.0, "free_length": 10}
         pulled = m.with_({"springs.s": spring})
         at = nominal(pulled)
@@ -704,7 +639,7 @@ class TestContact:
 
     def test_a_ball_in_space(self) -> None:
         """The rod's balls of the crank in space carry what pinocchio finds; the rate is that of their reactions."""
-        m = jp.loads(RSSP).with_(
+        m = RSSP.with_(
             {
                 "drives.crank.values": None,
                 "drives.crank.from": 20,
@@ -726,7 +661,7 @@ class TestContact:
         assert result.contact_rate.sel(source="guide").isnull().all(), "a guide is not judged"
 
     def test_what_has_no_mass_follows(self) -> None:
-        m = jp.loads(SLIDER_CRANK).with_({"bodies.rod": None, "bodies.crank": None})
+        m = SLIDER_CRANK.with_({"bodies.rod": None, "bodies.crank": None})
         assert (jp.loaded(m).contact_rate.sel(source="pin") >= 0.0).all()
 
 
@@ -834,7 +769,7 @@ def turning(speed: float) -> jp.Mechanism:
     rest = {f"joints.{j}.clearance": None for j in ("shaft", "pin", "guide")}
     turn = {"drives.crank.values": None, "drives.crank.from": 20, "drives.crank.to": 350, "drives.crank.count": 34}
     turn |= {"drives.crank.speed": speed, "drives.crank.acceleration": None, "loads": [{"force": [-200, 0]}]}
-    return jp.loads(SLIDER_CRANK).with_(rest | turn)
+    return SLIDER_CRANK.with_(rest | turn)
 
 
 def swung(speed: float, start: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -981,7 +916,7 @@ class TestSaid:
 )
 def test_messages(changes: dict[str, object], message: str) -> None:
     with pytest.raises(jp.InputError) as caught:
-        jp.loads(WHEEL, "wheel.toml").with_(changes)
+        jp.Mechanism(WHEEL.raw, "wheel.toml").with_(changes)
     assert message in str(caught.value)
     assert str(caught.value).startswith("wheel.toml: ")
 
@@ -998,7 +933,7 @@ def test_messages(changes: dict[str, object], message: str) -> None:
 )
 def test_moments_of_inertia_that_no_body_has(moments: object, message: str) -> None:
     with pytest.raises(jp.InputError) as caught:
-        jp.loads(RSSP, "rssp.toml").with_({"bodies.rod.rotational_inertia": moments})
+        jp.Mechanism(RSSP.raw, "rssp.toml").with_({"bodies.rod.rotational_inertia": moments})
     assert message in str(caught.value)
     assert "bodies.rod.rotational_inertia" in str(caught.value)
 
@@ -1007,8 +942,8 @@ def test_a_rod_that_inertia_turns_about_its_line_is_named() -> None:
     """Its products of inertia, or a centre of mass beside the line, turn a rod between two balls."""
     for key, value in (("rotational_inertia", [50, 800, 790]), ("centre", [50, 1, 0])):
         with pytest.raises(jp.InputError, match=f"bodies.rod.{key} turns it"):
-            jp.loaded(jp.loads(RSSP).with_({f"bodies.rod.{key}": value, "gravity": None}))
-    still = jp.loads(RSSP).with_({"drives.crank.speed": None, "drives.crank.acceleration": None, "gravity": None})
+            jp.loaded(RSSP.with_({f"bodies.rod.{key}": value, "gravity": None}))
+    still = RSSP.with_({"drives.crank.speed": None, "drives.crank.acceleration": None, "gravity": None})
     assert (jp.loaded(still.with_({"bodies.rod.centre": [50, 1, 0]})).status == "ok").all()
 
 

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers import platforms
+from helpers.builders import planar, spatial
 from helpers.crossed import loose
 from helpers.graphs import graph
 from helpers.places import deviating
@@ -176,78 +177,40 @@ def test_of_crossed_gears(seed: int, elastic: bool) -> None:
     assert_slopes(m, 1, np.random.default_rng(seed).permutation(len(Held(m, 1).parameters))[:5], tolerance=2e-5)
 
 
-SPRING = "[springs.s]\non = { ground = [50, 20, 400], arm = [180, 20, 100] }\nstiffness = 0.4\nfree_length = 100\n"
-
-
-@pytest.mark.parametrize("spring", ["", SPRING])
-def test_of_a_soft_arm_in_space(spring: str) -> None:
+@pytest.mark.parametrize("sprung", [False, True])
+def test_of_a_soft_arm_in_space(sprung: bool) -> None:
     """Two joints that wind up by degrees, so that what the loads do as the arm turns counts."""
-    text = f"""
-format = 1
-space = "spatial"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.waist]
-type = "revolute"
-bodies = ["ground", "post"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-clearance = {{ radial = 0.1, axial = 0.1, length = 60 }}
-[joints.elbow]
-type = "revolute"
-bodies = ["post", "arm"]
-at = [30, 0, 100]
-axis = [0, 1, 0.2]
-clearance = {{ radial = 0.1, axial = 0.1, length = 60 }}
-stiffness = {{ radial = 800, axial = 900, tilt = 50000 }}
-[drives.q1]
-joint = "waist"
-values = [10]
-error = 0.1
-stiffness = 900
-[drives.q2]
-joint = "elbow"
-values = [25]
-backlash = 0.2
-stiffness = 700
-[dimensions.d]
-body = "post"
-between = ["waist", "elbow"]
-tolerance = 0.1
-[output]
-body = "arm"
-at = [230, 10, 120]
-[[loads]]
-force = [5, 9, -30]
-moment = [100, -300, 50]
-[[loads]]
-body = "arm"
-at = [150, 0, 100]
-force = [3, 2, -10]
-axes = "body"
-{spring}"""
-    assert_slopes(jp.loads(text), 0, tolerance=2e-5)
+    b = spatial()
+    b.revolute(
+        "waist", bodies=["ground", "post"], at=(0, 0, 0), axis=(0, 0, 1), clearance=jp.radial(0.1, axial=0.1, length=60)
+    )
+    b.revolute(
+        "elbow",
+        bodies=["post", "arm"],
+        at=(30, 0, 100),
+        axis=(0, 1, 0.2),
+        clearance=jp.radial(0.1, axial=0.1, length=60),
+        stiffness={"radial": 800, "axial": 900, "tilt": 50000},
+    )
+    b.drive("q1", joint="waist", values=[10], error=0.1, stiffness=900)
+    b.drive("q2", joint="elbow", values=[25], backlash=0.2, stiffness=700)
+    b.dimension("d", body="post", between=["waist", "elbow"], tolerance=0.1)
+    b.output(body="arm", at=(230, 10, 120))
+    b.load(force=(5, 9, -30), moment=(100, -300, 50))
+    b.load(body="arm", at=(150, 0, 100), force=(3, 2, -10), axes="body")
+    if sprung:
+        b.spring("s", ground=(50, 20, 400), arm=(180, 20, 100), stiffness=0.4, free_length=100)
+    assert_slopes(b.mechanism(), 0, tolerance=2e-5)
 
 
 def test_a_load_that_pulls_stiffens() -> None:
     """An arm of length L along x, pulled by F: k/(1 rad) + F L against turning."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.pivot]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-[drives.q]
-joint = "pivot"
-values = [0]
-stiffness = 2000
-[output]
-body = "arm"
-at = [300, 0]
-[[loads]]
-force = [200, 0]
-"""
-    found = jp.sensitivity(jp.loads(text))
+    b = planar()
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    b.drive("q", joint="pivot", values=[0], stiffness=2000)
+    b.output(body="arm", at=(300, 0))
+    b.load(force=(200, 0))
+    found = jp.sensitivity(b.mechanism())
     stiffness = 2000 * 180 / math.pi + 200 * 300
     assert found.compliance.sel(component="y", wrench="fy").item() == pytest.approx(300**2 / stiffness, rel=1e-9)
     turned = found.compliance.sel(component="angle", wrench="moment").item()

@@ -12,7 +12,7 @@ from scipy import special, stats
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.arms import ARM
+from helpers.arms import ARM, PLAYED
 from helpers.oracles.rare import case, loop_case
 from jointplay.analyses import subset, tails
 from jointplay.analyses.nominal import nominal
@@ -23,13 +23,13 @@ from jointplay.result import ROUNDING, from_dataset
 from jointplay.result.verdict import verdict
 from verify_rare import find
 
-PIN = ARM.replace("radial = 0.0", "radial = 0.1").replace("sigma = 0.01", "plus = 0, minus = 0")
+PIN = PLAYED.with_({"dimensions.size.tolerance": 0})
 #: an error that is beyond its limit by less is not outside, mm
 SLACK = 50.0 * ROUNDING
 
 
-def ask(text: str, limits: dict[str, Any], **options: Any) -> Any:
-    m = jp.loads(text).with_({"limits": limits})
+def ask(m: jp.Mechanism, limits: dict[str, Any], **options: Any) -> Any:
+    m = m.with_({"limits": limits})
     return jp.random(m, samples=2**14, rare=True, **options).isel(configuration=0)
 
 
@@ -55,8 +55,8 @@ def test_one_normal_length_has_the_tail_of_its_law(share: float, sides: int) -> 
 
 
 def test_several_normal_numbers_have_the_tail_of_their_sum() -> None:
-    text = ARM.replace("values = [100]", "values = [100]\nerror = { sigma = 0.02 }")
-    agrees(ask(text, {"x": {"high": math.hypot(0.01, 0.02) * stats.norm.isf(1e-6)}}), 1e-6)
+    m = ARM.with_({"drives.reach.error": {"sigma": 0.02}})
+    agrees(ask(m, {"x": {"high": math.hypot(0.01, 0.02) * stats.norm.isf(1e-6)}}), 1e-6)
 
 
 @pytest.mark.parametrize("share", [0.999, 0.99988])
@@ -145,7 +145,7 @@ def test_the_exact_closure_has_the_tail_of_long_plain_sampling() -> None:
 
 def test_means_are_unbiased_and_intervals_cover() -> None:
     """Over seeds: z-scores of a share of 1 ppm, and how often the interval holds it."""
-    m = jp.loads(ARM)
+    m = ARM
     at = nominal(m)
     limits = np.array([[-np.inf, np.inf]] * 5)
     limits[0, 1] = 1e-5 * stats.norm.isf(1e-6)
@@ -160,7 +160,7 @@ def test_what_the_worst_case_excludes_is_exactly_nothing() -> None:
     found = ask(PIN, {"x": {"high": 0.102}})
     assert found.outside_method == tails.EXCLUDED
     assert float(found.outside) == float(found.outside_high) == float(found.outside_standard_error) == 0.0
-    result = from_dataset(jp.random(jp.loads(PIN).with_({"limits": {"x": 0.102}}), samples=2**10, rare=True))
+    result = from_dataset(jp.random(PIN.with_({"limits": {"x": 0.102}}), samples=2**10, rare=True))
     assert verdict(result).sentences[0] == (
         "Outside the limits: none of the specimens; the worst case keeps to the limits."
     )
@@ -178,7 +178,7 @@ def test_a_share_that_is_too_small_to_be_found_has_a_bound() -> None:
 
 
 def test_shares_that_are_counted_stay_as_they_are() -> None:
-    m = jp.loads(PIN).with_({"limits": {"x": 0.05}})
+    m = PIN.with_({"limits": {"x": 0.05}})
     plain, rare = (jp.random(m, samples=2**14, rare=rare) for rare in (False, True))
     assert rare.outside_method == "counted"
     assert float(plain.outside[0]) == float(rare.outside[0]) > 0.1
@@ -189,7 +189,7 @@ def test_shares_that_are_counted_stay_as_they_are() -> None:
 
 
 def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads() -> None:
-    m = jp.loads(PIN).with_({"limits": {"x": 0.0999}})
+    m = PIN.with_({"limits": {"x": 0.0999}})
     first, second, other = (
         float(jp.random(m, samples=1024, seed=seed, threads=threads, rare=True).outside[0])
         for seed, threads in ((0, 1), (0, 2), (1, 1))
@@ -302,7 +302,7 @@ def test_every_output_is_searched_by_itself() -> None:
 
 def test_what_cannot_be_searched_is_refused() -> None:
     with pytest.raises(InputError, match="the file has none"):
-        jp.random(jp.loads(PIN), rare=True)
+        jp.random(PIN, rare=True)
     with pytest.raises(InputError, match="determinate"):
         jp.random(example("planetary-gear").with_({"limits": {"rotation": 1}}), rare=True)
 
@@ -311,7 +311,7 @@ def test_the_verdict_says_how_small_the_share_is_and_how_it_was_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "arm.toml"
-    file.write_text(ARM + f"[limits]\nx = {{ high = {0.01 * special.ndtri(1.0 - 1e-6):.6f} }}\n")
+    ARM.with_({"limits.x": {"high": round(0.01 * special.ndtri(1.0 - 1e-6), 6)}}).write(file)
     assert run(["error", str(file), "-q", "random", "--samples", "1000", "--rare", "-o", str(tmp_path / "r.nc")]) == 0
     assert run(["error", str(file), "-q", "random", "--samples", "1000", "--rare"]) == 0
     said = " ".join(capsys.readouterr().out.split())

@@ -1,8 +1,8 @@
 """Rare specimens where the load decides the offsets, on maps, and of several outputs and load cases."""
 
+import copy
 import math
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from scipy import integrate, stats
 
 import jointplay as jp
 from helpers.answers import example
-from helpers.arms import ARM
+from helpers.arms import PLAYED
 from helpers.oracles.rare import PRESSED, case
 from jointplay.analyses import subset, tails
 from jointplay.analyses.nominal import nominal
@@ -25,11 +25,13 @@ from verify_rare import find
 
 FEW = 2**10
 #: the pin of the arm is pressed along x, by 0.1 mm
-PUSH = ARM.replace("radial = 0.0", "radial = 0.1") + '[[loads]]\nbody = "rod"\nat = [50, 0]\nforce = [10, 0]\n'
+PUSH = PLAYED.with_({"loads": [{"body": "rod", "at": [50, 0], "force": [10, 0]}]})
 #: the same, both ways
-CASES = ARM.replace("radial = 0.0", "radial = 0.1") + "".join(
-    f'[[load_cases.{name}]]\nbody = "rod"\nat = [50, 0]\nforce = [{force}, 0]\n'
-    for name, force in (("pull", -10), ("push", 10))
+CASES = PLAYED.with_(
+    {
+        f"load_cases.{name}": [{"body": "rod", "at": [50, 0], "force": [force, 0]}]
+        for name, force in (("pull", -10), ("push", 10))
+    }
 )
 
 
@@ -38,8 +40,8 @@ def at_share(share: float) -> float:
     return float(0.1 + 0.01 * stats.norm.isf(share))
 
 
-def ask(text: str, limits: dict[str, Any], **options: Any) -> Any:
-    return jp.random(jp.loads(text).with_({"limits": limits}), samples=FEW, rare=True, **options).isel(configuration=0)
+def ask(m: jp.Mechanism, limits: dict[str, Any], **options: Any) -> Any:
+    return jp.random(m.with_({"limits": limits}), samples=FEW, rare=True, **options).isel(configuration=0)
 
 
 @pytest.mark.parametrize("share", [1e-4, 1e-7])
@@ -52,14 +54,14 @@ def test_a_pressed_pin_has_the_tail_of_the_length_that_scatters(share: float) ->
 
 def test_the_load_presses_every_specimen_within_its_own_play() -> None:
     """The bore scatters: the error along x is half of the play, which is uniform, and the length, which is normal."""
-    bore = "radial = 0.1", 'hole = { diameter = 10.2, tolerance = 0.06, law = "uniform" }, pin = { diameter = 10 }'
+    bore = {"hole": {"diameter": 10.2, "tolerance": 0.06, "law": "uniform"}, "pin": {"diameter": 10}}
     high = at_share(1e-7)
 
     def outside(half: float) -> float:
         return float(stats.norm.sf((high - half) / 0.01)) / 0.06
 
     share, _ = integrate.quad(outside, 0.07, 0.13)
-    found = ask(PUSH.replace(*bore), {"x": {"high": high}}, contact="loaded")
+    found = ask(PUSH.with_({"joints.pivot.clearance": bore}), {"x": {"high": high}}, contact="loaded")
     assert found.outside_low < share < found.outside_high
 
 
@@ -73,7 +75,7 @@ def test_intervals_hold_the_share_of_a_random_pressed_chain() -> None:
 
 def test_both_contacts_are_searched_where_both_count() -> None:
     """Under the load the shares were counted, and a file with some ppm outside had less than 225 ppm."""
-    m = jp.loads(PUSH).with_({"limits": {"x": {"high": at_share(1e-5)}}})
+    m = PUSH.with_({"limits": {"x": {"high": at_share(1e-5)}}})
     result = jp.random(m, FEW, rare=True)
     found, alone = (one.isel(configuration=0) for one in (result, jp.random(m, FEW, contact="loaded", rare=True)))
     for end in ("", "_low", "_high", "_method"):
@@ -87,7 +89,7 @@ def test_both_contacts_are_searched_where_both_count() -> None:
 
 def test_the_load_case_with_the_largest_share_is_told_with_how_it_was_found() -> None:
     """Pushed 10 ppm are above, pulled 1 ppm below."""
-    m = jp.loads(CASES).with_({"limits": {"x": {"low": -at_share(1e-6), "high": at_share(1e-5)}}})
+    m = CASES.with_({"limits": {"x": {"low": -at_share(1e-6), "high": at_share(1e-5)}}})
     found = jp.random(m, FEW, rare=True).isel(configuration=0)
     assert found.outside_loaded_case == "push"
     assert found.outside_loaded_method == tails.SEARCHED
@@ -96,7 +98,7 @@ def test_the_load_case_with_the_largest_share_is_told_with_how_it_was_found() ->
 
 def test_every_load_case_is_searched_by_the_command(tmp_path: Path) -> None:
     file, out = tmp_path / "cases.toml", tmp_path / "found.nc"
-    file.write_text(f"{CASES}[limits]\nx = {{ low = -{at_share(1e-6)}, high = {at_share(1e-5)} }}\n")
+    CASES.with_({"limits.x": {"low": -at_share(1e-6), "high": at_share(1e-5)}}).write(file)
     command = ["error", str(file), "-q", "random", "--samples", str(FEW), "--rare", "--contact", "loaded"]
     assert run([*command, "-o", str(out)]) == 0
     each = xr.open_dataset(out, engine="h5netcdf").isel(configuration=0)
@@ -108,9 +110,8 @@ def test_every_load_case_is_searched_by_the_command(tmp_path: Path) -> None:
 
 def test_nothing_scatters_where_a_load_decides_all_that_is_off() -> None:
     """The pin may be anywhere within 0.1 mm, and is at 0.1 mm, in all specimens."""
-    text = PUSH[: PUSH.index("[dimensions")] + PUSH[PUSH.index("[[loads]]") :]
     for high, share in ((0.11, 0.0), (0.09, 1.0)):
-        m = jp.loads(text).with_({"limits": {"x": high, "y": 0.05}})
+        m = PUSH.with_({"dimensions": None, "limits": {"x": high, "y": 0.05}})
         result = jp.random(m, samples=16, contact="loaded", rare=True)
         found = result.isel(configuration=0)
         assert float(found.outside_low) == float(found.outside) == float(found.outside_high) == share
@@ -118,8 +119,8 @@ def test_nothing_scatters_where_a_load_decides_all_that_is_off() -> None:
 
 
 def test_the_worst_case_excludes_what_no_load_can_do() -> None:
-    text = PUSH.replace("sigma = 0.01", "plus = 0.01, minus = 0.01")
-    found = ask(text, {"x": 0.12}, contact="loaded")
+    m = PUSH.with_({"dimensions.size.tolerance": 0.01})
+    found = ask(m, {"x": 0.12}, contact="loaded")
     assert found.outside_method == tails.EXCLUDED
     assert float(found.outside_high) == 0.0
 
@@ -170,7 +171,7 @@ def test_maps_say_how_each_share_was_found(tmp_path: Path, capsys: pytest.Captur
 
 def test_outputs_without_limits_are_left_out() -> None:
     """A file with limits at one of its outputs was told that it has none."""
-    raw = tomllib.loads(PUSH)
+    raw = copy.deepcopy(dict(PUSH.raw))
     limits = {"x": {"high": at_share(1e-5)}}
     raw["outputs"] = {"arm": {"body": "arm", "at": [0, 0]}, "rod": {**raw.pop("output"), "limits": limits}}
     raw["dimensions"]["size"]["between"] = ["guide", "rod"]
@@ -189,4 +190,4 @@ def test_what_cannot_be_searched_is_refused_before_the_work(contact: str | None)
     with pytest.raises(InputError, match="over-constrained"):
         jp.map(over, "random", {"sun": [0, 10]}, rare=True, contact=contact)
     with pytest.raises(InputError, match="the file has none"):
-        jp.random(jp.loads(PUSH), rare=True, contact=contact)
+        jp.random(PUSH, rare=True, contact=contact)

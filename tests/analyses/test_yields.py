@@ -81,7 +81,7 @@ def test_specimens_that_cannot_be_assembled_are_outside() -> None:
 def test_capability_of_a_normal_length() -> None:
     """A length with one normal source: Cp = (U - L) / 6 sigma and Cpk = (U - mean) / 3 sigma, as in closed form."""
     sigma = 0.01
-    m = jp.loads(ARM).with_({"limits": {"x": [-0.03, 0.05]}})
+    m = ARM.with_({"limits": {"x": [-0.03, 0.05]}})
     result = jp.random(m, samples=400_000).isel(configuration=0)
     cp, cpk = (float(result[name].sel(quantity="x")) for name in ("cp", "cpk"))
     errors = [float(result[f"{name}_standard_error"].sel(quantity="x")) for name in ("cp", "cpk")]

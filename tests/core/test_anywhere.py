@@ -10,6 +10,7 @@ import pytest
 import jointplay as jp
 from helpers.answers import EXAMPLES, example
 from helpers.anywhere import Elsewhere
+from helpers.builders import spatial
 from helpers.couplings import OK, Machine, planetary
 from helpers.trains import TURN, drawn
 from jointplay import _core
@@ -172,30 +173,15 @@ def test_examples_answer_alike_wherever_they_are_drawn(name: str) -> None:
     same_poses(there, found["poses"][ok], spec, here["poses"][ok])
 
 
-SCREW = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.N]
-type = "screw"
-bodies = ["ground", "s"]
-at = [20, 0, 0]
-axis = [0, 0, 1]
-lead = 5
-[drives.d]
-joint = "N"
-values = [0, 500, 360000]
-[output]
-body = "s"
-at = [AT]
-"""
-
-
 @pytest.mark.parametrize("at", [(20.0, 0.0, 0.0), (2e5, -3e5, 1e5)])
 def test_a_screw_goes_its_lead_wherever_it_stands(at: tuple[float, float, float]) -> None:
-    text = SCREW.replace("at = [20, 0, 0]", f"at = {list(at)}").replace("[AT]", str(list(at)))
-    found = jp.solve(jp.loads(text))
+    b = spatial()
+    b.screw("N", bodies=["ground", "s"], at=at, axis=(0, 0, 1), lead=5)
+    b.drive("d", joint="N", values=[0, 500, 360000])
+    b.output(body="s", at=at)
+    m = b.mechanism()
+    found = jp.solve(m)
     assert (found.status == "ok").all()
     expected = np.multiply.outer(5.0 * found.d.values / 360, [0, 0, 1]) + at
     np.testing.assert_allclose(found.nominal[:, :3], expected, rtol=0, atol=1e-8)
-    assert jp.check(jp.loads(text)).attrs["degrees_of_freedom"] == 1
+    assert jp.check(m).attrs["degrees_of_freedom"] == 1

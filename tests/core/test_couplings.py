@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from helpers.couplings import GROUND, OK, SINGULAR, Machine, pair, planetary
 from helpers.oracles.trains import Train
 
@@ -630,77 +631,46 @@ def screw(lead):
     return m
 
 
-def arm(stages: str) -> str:
+def arm(stages: str) -> jp.Mechanism:
     """Three links in space about axes across each other, driven in their joints or by two pairs of wheels each."""
-    text = 'format = 1\nspace = "spatial"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
-    axes, inner = ([0, 0, 1], [0, 1, 0], [1, 0, 0]), "ground"
-    ratio = 24 if stages == "geared" else 1
-    for k, axis in enumerate(axes, start=1):
+    b, inner = spatial(), "ground"
+    axes, turns = ([0, 0, 1], [0, 1, 0], [1, 0, 0]), ([0, 50, -40, 3], [10, 70, -25, 12], [0, -60, 80, -5])
+    for k, (axis, values) in enumerate(zip(axes, turns, strict=True), start=1):
         at, aside = np.array([100.0 * k, 0, 50 * k]), np.roll(axis, 1)
-        text += (
-            f'[joints.J{k}]\ntype = "revolute"\nbodies = ["{inner}", "link{k}"]\nat = {at.tolist()}\naxis = {axis}\n'
-        )
+        b.revolute(f"J{k}", bodies=[inner, f"link{k}"], at=at, axis=axis)
         if stages == "geared":
-            far, near = (at + 120 * aside).tolist(), (at + 70 * aside).tolist()
-            for name, body, place in (("R", "rotor", far), ("S", "shaft", near)):
-                text += f'[joints.{name}{k}]\ntype = "revolute"\nbodies = ["{inner}", "{body}{k}"]\n'
-                text += f"at = {place}\naxis = {axis}\n"
-            for name, one, two, places, teeth in (
-                ("G", f"rotor{k}", f"shaft{k}", [far, near], [20, 80]),
-                ("H", f"shaft{k}", f"link{k}", [near, at.tolist()], [20, 120]),
+            far, near = at + 120 * aside, at + 70 * aside
+            b.revolute(f"R{k}", bodies=[inner, f"rotor{k}"], at=far, axis=axis)
+            b.revolute(f"S{k}", bodies=[inner, f"shaft{k}"], at=near, axis=axis)
+            for name, bodies, places, teeth in (
+                ("G", [f"rotor{k}", f"shaft{k}"], [far, near], [20, 80]),
+                ("H", [f"shaft{k}", f"link{k}"], [near, at], [20, 120]),
             ):
-                text += (
-                    f'[joints.{name}{k}]\ntype = "gear"\nbodies = ["{one}", "{two}"]\nat = {places}\naxis = {axis}\n'
-                )
-                text += f"teeth = {teeth}\nmodule = 1\n"
-        text += f'[drives.q{k}]\njoint = "{"R" if stages == "geared" else "J"}{k}"\n'
-        text += (
-            f"values = {[ratio * value for value in ([0, 50, -40, 3], [10, 70, -25, 12], [0, -60, 80, -5])[k - 1]]}\n"
-        )
+                b.gear(f"{name}{k}", bodies=bodies, at=places, axis=axis, teeth=teeth, module=1)
+            b.drive(f"q{k}", joint=f"R{k}", values=24 * np.array(values))
+        else:
+            b.drive(f"q{k}", joint=f"J{k}", values=values)
         inner = f"link{k}"
-    return text + '[output]\nbody = "link3"\nat = [450, 20, 150]\n'
+    b.output(body="link3", at=(450, 20, 150))
+    return b.mechanism()
 
 
 def test_an_arm_driven_by_trains_of_wheels_is_where_one_driven_in_its_joints_is():
     """A motor makes nine turns from one configuration to the next, in steps that no tooth would survive on its own."""
-    geared, direct = (jp.solve(jp.loads(arm(stages))) for stages in ("geared", "direct"))
+    geared, direct = (jp.solve(arm(stages)) for stages in ("geared", "direct"))
     np.testing.assert_allclose(geared.nominal, direct.nominal, atol=1e-8)
 
 
 def test_a_motor_behind_two_drives_that_share_a_plate_keeps_count_of_its_turns():
     """The second of those drives has no row of its own, and took the place of the motor's."""
-    text = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.plate]
-type = "revolute"
-on = { ground = [0, 0], plate = [0, 0] }
-[joints.R]
-type = "revolute"
-on = { plate = [20, 0], rotor = [0, 0] }
-[joints.W]
-type = "revolute"
-on = { plate = [80, 0], wheel = [0, 0] }
-[joints.G]
-type = "gear"
-on = { rotor = [0, 0], wheel = [0, 0] }
-teeth = [20, 40]
-module = 2
-[drives.a]
-joint = "plate"
-values = [0, 20, 5]
-stiffness = 1e5
-[drives.b]
-joint = "plate"
-values = [0, 20, 5]
-stiffness = 1e5
-[drives.motor]
-joint = "R"
-values = [0, 2000, -1500]
-[output]
-body = "wheel"
-at = [0, 0]
-"""
-    pose = jp.loaded(jp.loads(text))
+    b = planar()
+    b.revolute("plate", ground=(0, 0), plate=(0, 0))
+    b.revolute("R", plate=(20, 0), rotor=(0, 0))
+    b.revolute("W", plate=(80, 0), wheel=(0, 0))
+    b.gear("G", rotor=(0, 0), wheel=(0, 0), teeth=[20, 40], module=2)
+    b.drive("a", joint="plate", values=[0, 20, 5], stiffness=1e5)
+    b.drive("b", joint="plate", values=[0, 20, 5], stiffness=1e5)
+    b.drive("motor", joint="R", values=[0, 2000, -1500])
+    b.output(body="wheel", at=(0, 0))
+    pose = jp.loaded(b.mechanism())
     np.testing.assert_allclose(pose.nominal[:, 2], [0, 20 - 1000, 5 + 750], atol=1e-8)

@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 import jointplay as jp
-from helpers.crossed import UNITS, bevel, crossed, hypoid, loose, table, worm
+from helpers.builders import spatial
+from helpers.crossed import bevel, crossed, hypoid, loose, worm
 from jointplay.errors import InputError
 
 ALPHA = math.radians(20.0)
@@ -181,61 +182,30 @@ def _pitch_point_is_at_x(m: jp.Mechanism) -> bool:
     return float(np.array(m.data.joints["m"].at)[1][0]) > 0.0
 
 
-DIFFERENTIAL = (
-    UNITS
-    + """
-[joints.arm]
-type = "revolute"
-bodies = ["ground", "arm"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-[joints.sun]
-type = "revolute"
-bodies = ["ground", "sun"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-[joints.other]
-type = "revolute"
-bodies = ["ground", "other"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-[joints.pin]
-type = "revolute"
-bodies = ["arm", "planet"]
-at = [0, 0, 0]
-axis = [1, 0, 0]
-[joints.below]
-type = "crossed_gear"
-bodies = ["sun", "planet"]
-at = [[0, 0, -20], [30, 0, 0]]
-axes = [[0, 0, 1], [1, 0, 0]]
-teeth = [30, 20]
-radii = [30, 20]
-clearance = { backlash = 0.02 }
-[joints.above]
-type = "crossed_gear"
-bodies = ["planet", "other"]
-at = [[30, 0, 0], [0, 0, 20]]
-axes = [[1, 0, 0], [0, 0, 1]]
-teeth = [20, 30]
-radii = [20, 30]
-clearance = { backlash = 0.02 }
-[drives.sun]
-joint = "sun"
-values = [0, 50, 500, 1000]
-[drives.other]
-joint = "other"
-values = [0, 10, -200, 3000]
-[output]
-body = "arm"
-at = [0, 0, 0]
-"""
-)
+def differential(*planets: np.ndarray) -> jp.Mechanism:
+    """A bevel differential with planets on both sides of its arm or on one, each on an axis across that of the suns."""
+    b = spatial()
+    for body in ("arm", "sun", "other"):
+        b.revolute(body, bodies=["ground", body], at=(0, 0, 0), axis=(0, 0, 1))
+    up, wheels = [0, 0, 1], {"teeth": [30, 20], "radii": [30, 20], "clearance": jp.backlash(0.02)}
+    for k, axis in enumerate(planets):
+        planet, place = f"planet{k or ''}", 30 * axis
+        b.revolute(f"pin{k}", bodies=["arm", planet], at=(0, 0, 0), axis=axis)
+        b.crossed_gear(f"below{k}", bodies=["sun", planet], at=[[0, 0, -20], place], axes=[up, axis], **wheels)
+        back = wheels | {"teeth": [20, 30], "radii": [20, 30]}
+        b.crossed_gear(f"above{k}", bodies=[planet, "other"], at=[place, [0, 0, 20]], axes=[axis, up], **back)
+    b.drive("sun", joint="sun", values=[0, 50, 500, 1000])
+    b.drive("other", joint="other", values=[0, 10, -200, 3000])
+    b.output(body="arm", at=(0, 0, 0))
+    return b.mechanism()
+
+
+X = np.array([1.0, 0.0, 0.0])
 
 
 def test_a_bevel_differential_obeys_willis() -> None:
     """The arm turns by the mean of both suns; its planet by what they differ, on an axis that turns with it."""
-    m = jp.loads(DIFFERENTIAL)
+    m = differential(X)
     sun, other = np.deg2rad([[0, 50, 500, 1000], [0, 10, -200, 3000]])
     arm = np.deg2rad(jp.solve(m).nominal.sel(component="rz").values)
     np.testing.assert_allclose(np.exp(1j * arm), np.exp(0.5j * (sun + other)), atol=1e-9)
@@ -249,19 +219,12 @@ def test_a_bevel_differential_obeys_willis() -> None:
 
 def test_a_second_planet_meets_the_teeth_or_is_refused() -> None:
     """Opposite planets of a differential mesh where the teeth of both suns are even between them; else they are refused."""
-    second = "".join(
-        part.replace("pin]", "pin2]").replace("below]", "below2]").replace("above]", "above2]")
-        .replace('"planet"', '"planet2"').replace("[30, 0, 0]", "[-30, 0, 0]").replace("[1, 0, 0]", "[-1, 0, 0]")
-        for part in DIFFERENTIAL.split("[joints.pin]")[1].split("[drives.sun]")[:1]
-    )  # fmt: skip
-    both = DIFFERENTIAL.replace("[drives.sun]", f"[joints.pin2]{second}[drives.sun]", 1)
-    m = jp.loads(both)
+    m = differential(X, -X)
     assert set(jp.worst(m).status.values) == {"ok"}
     # Planets are apart by multiples of 360 / (30 + 30) degrees.
     aside = np.array([math.cos(math.radians(87)), math.sin(math.radians(87)), 0.0])
-    between = both.replace("[-30, 0, 0]", table(30 * aside)).replace("[-1, 0, 0]", table(aside))
     with pytest.raises(InputError, match=r"miss each other by 0\.5 of a tooth"):
-        jp.loads(between)
+        differential(X, aside)
 
 
 # every question

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.beam import INERTIA, MEMBER, TORSION, E, G, beam
 from jointplay import _core
 from jointplay.analyses.check import compute
@@ -236,48 +237,24 @@ def test_rigid_joints_say_nothing() -> None:
 
 # -- the pieces change nothing else -----------------------------------------------------------------------------------
 
-FOUR_BAR = """
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-clearance = { radial = 0.1 }
-[joints.B]
-type = "revolute"
-on = { crank = [40, 0], coupler = [5, 3] }
-clearance = { radial = 0.2 }
-[joints.C]
-type = "revolute"
-on = { coupler = [95, 33], rocker = [60, 0] }
-clearance = { radial = 0.15 }
-[joints.D]
-type = "revolute"
-on = { ground = [90, -10], rocker = [0, 0] }
-clearance = { radial = 0.1 }
-[start]
-crank = { angle = 70 }
-coupler = { angle = -15 }
-rocker = { angle = 80 }
-[drives.q]
-joint = "A"
-values = [70, 80]
-[output]
-body = "coupler"
-at = [50, 60]
-[[loads]]
-force = [3, -10]
-[[loads]]
-body = "coupler"
-at = [20, -5]
-moment = 40
-[dimensions.coupler]
-body = "coupler"
-between = ["B", "C"]
-deviation = 0.3
-[dimensions.tip]
-body = "coupler"
-between = ["C", "output"]
-deviation = -0.2
-"""
+
+def four_bar(**coupler: float) -> jp.Builder:
+    b = planar()
+    b.revolute("A", ground=(0, 0), crank=(0, 0), clearance=jp.radial(0.1))
+    b.revolute("B", crank=(40, 0), coupler=(5, 3), clearance=jp.radial(0.2))
+    b.revolute("C", coupler=(95, 33), rocker=(60, 0), clearance=jp.radial(0.15))
+    b.revolute("D", ground=(90, -10), rocker=(0, 0), clearance=jp.radial(0.1))
+    for body, angle in (("crank", 70), ("coupler", -15), ("rocker", 80)):
+        b.start(body, angle=angle)
+    b.drive("q", joint="A", values=[70, 80])
+    b.output(body="coupler", at=(50, 60))
+    b.load(force=(3, -10))
+    b.load(body="coupler", at=(20, -5), moment=40)
+    b.dimension("coupler", body="coupler", between=["B", "C"], deviation=0.3)
+    b.dimension("tip", body="coupler", between=["C", "output"], deviation=-0.2)
+    if coupler:
+        b.body("coupler", **coupler)
+    return b
 
 
 def stripped(m: jp.Mechanism) -> _core.Mechanism:
@@ -290,8 +267,8 @@ def stripped(m: jp.Mechanism) -> _core.Mechanism:
 
 def test_pieces_that_do_not_give_are_the_body() -> None:
     """Poses, errors and reactions of a four-bar, its coupler whole and in pieces, with loads and output beside it."""
-    rigid = jp.loads(HEAD + FOUR_BAR)
-    m = jp.loads(HEAD + FOUR_BAR + "[bodies.coupler]\nstiffness = 1e3\n")
+    rigid = four_bar().mechanism()
+    m = four_bar(stiffness=1e3).mechanism()
     assert m.bodies == ("crank", "coupler", "rocker", "coupler.load1", "coupler.output", "coupler.C")
     core = stripped(m)
     drives: Any = m.drive_values
@@ -312,10 +289,10 @@ def test_pieces_that_do_not_give_are_the_body() -> None:
 
 
 def test_people_see_their_own_names() -> None:
-    elastic = HEAD + FOUR_BAR + "[bodies.coupler]\nstiffness = 1e3\n"
-    m = jp.loads(elastic).with_({"drives": None})
+    elastic = four_bar(stiffness=1e3).mechanism()
+    m = elastic.with_({"drives": None})
     assert "1 motion is free: 'crank', 'coupler' and 'rocker' move together" in jp.check(m).attrs["mobility"]
-    joints, members, *_, start = tables(compute(jp.loads(elastic)))
+    joints, members, *_, start = tables(compute(elastic))
     assert joints.title == "3 bodies, 4 joints"
     assert [column.cells for column in joints.columns[2:4]] == [
         ("ground", "crank", "coupler", "ground"),
@@ -323,18 +300,18 @@ def test_people_see_their_own_names() -> None:
     ]
     assert members.title == "3 elastic members"
     assert start.columns[0].cells == ("crank", "coupler", "rocker")
-    assert "3 bodies, 4 joints" in repr(jp.loads(elastic))
-    told = jp.solve(jp.loads(elastic))
+    assert "3 bodies, 4 joints" in repr(elastic)
+    told = jp.solve(elastic)
     assert told.owner.values.tolist() == ["crank", "coupler", "rocker", "coupler", "coupler", "coupler"]
     # The crank and the coupler in line with each other; of the coupler all pieces move.
-    stretched = jp.loads(elastic.replace("values = [70, 80]", "values = [100]"))
+    stretched = elastic.with_({"drives.q.values": [100]})
     said = str([table.notes for table in tables(compute_singularities(stretched))])
     assert "move together" in said
     assert "coupler." not in said
 
 
 def test_a_member_stays_what_it_is_in_a_copy() -> None:
-    m = jp.loads(HEAD + FOUR_BAR).with_({"bodies.coupler.stiffness": 1e3})
+    m = four_bar(stiffness=1e3).mechanism()
     assert len(m.members) == 3
     assert m.with_({"bodies.coupler.stiffness": None}).members == ()
 
@@ -352,9 +329,9 @@ def test_a_member_stays_what_it_is_in_a_copy() -> None:
     ],
 )
 def test_a_sweep_says_what_unit_a_value_has(key: str, unit: str) -> None:
-    text = HEAD + FOUR_BAR + "[bodies.coupler]\nE = 1e5\narea = 10\ninertia = 100\n"
-    text += pin("clamp", "rocker = [10, 10], tool = [0, 0]", "stiffness = { tilt = 500 }", "fixed")
-    m = jp.loads(text)
+    b = four_bar(E=1e5, area=10, inertia=100)
+    b.fixed("clamp", rocker=(10, 10), tool=(0, 0), stiffness={"tilt": 500})
+    m = b.mechanism()
     if key.endswith(".stiffness"):
         m = m.with_({"bodies.coupler.area": None})
     assert jp.sweep(m, key, [1000, 2000], question="solve")[key.rpartition(".")[2]].attrs["units"] == unit

@@ -144,12 +144,10 @@ def test_what_is_said_of_a_load_that_does_not_do(load: str, told: str) -> None:
 MAPPED = """
 format = 1
 units = { length = "mm", angle = "deg", force = "N" }
-[joints.J]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-[drives.q]
-joint = "J"
-values = [10, 20]
+[joints]
+J = { type = "revolute", on = { ground = [0, 0], crank = [0, 0] } }
+[drives]
+q = { joint = "J", values = [10, 20] }
 [grid]
 q = { from = 0, to = 90, count = 4 }
 [output]

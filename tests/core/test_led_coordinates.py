@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from jointplay.errors import InputError
 
 UNITS = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
@@ -58,10 +59,9 @@ def test_powers_count_from_an_origin() -> None:
     m = jp.loads(text)
     x = np.array([0.0, 100, 200, 300]) - 150
     np.testing.assert_allclose(lifts(m), 3 + 0.1 * x - 0.002 * x**2, atol=1e-10)
-    plain = "polynomial = [-57, 0.7, -0.002]"
     one, other = (
-        jp.loads(LOOP.replace("polynomial = [4, 0.05, 0.0004]", law)).with_({"drives.q.values": [80]})
-        for law in (plain, "origin = -150\npolynomial = [-207, 1.3, -0.002]")
+        loop(**law).with_({"drives.q.values": [80]})
+        for law in ({"polynomial": [-57, 0.7, -0.002]}, {"origin": -150, "polynomial": [-207, 1.3, -0.002]})
     )
     for answer, name in ((jp.loaded, "error"), (lambda m: jp.worst(m, certify=True), "worst_position_certified")):
         np.testing.assert_allclose(answer(one)[name], answer(other)[name], rtol=1e-9)
@@ -147,55 +147,30 @@ def test_error_and_stiffness_of_a_follower_by_hand() -> None:
     np.testing.assert_allclose(jp.loaded(m).error.sel(component="y"), -5 / 200, rtol=1e-6)
 
 
-LOOP = (
-    UNITS
-    + """
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
-clearance = { radial = 0.01 }
-[joints.B]
-type = "revolute"
-on = { crank = [30, 0], coupler = [0, 0] }
-clearance = { radial = 0.02 }
-[joints.C]
-type = "revolute"
-on = { coupler = [80, 0], rocker = [60, 0] }
-clearance = { radial = 0.01 }
-[joints.D]
-type = "revolute"
-on = { base = [0, 0], rocker = [0, 0] }
-[joints.E]
-type = "prismatic"
-on = { ground = { at = [90, 0], axis = [1, 0.2] }, base = [0, 0] }
-clearance = { gap = 0.01, length = 40 }
-[followers.law]
-joint = "E"
-follows = "B"
-polynomial = [4, 0.05, 0.0004]
-backlash = 0.02
-error = 0.01
-[start]
-crank = { x = 0, y = 0, angle = 60 }
-coupler = { x = 15, y = 26, angle = 20 }
-base = { x = 90, y = 0 }
-rocker = { x = 90, y = 0, angle = 95 }
-[drives.q]
-joint = "A"
-values = [60, 80, 110]
-error = 0.02
-[output]
-body = "coupler"
-at = [40, 25]
-[[loads]]
-force = [3, -9]
-"""
-)
+def loop(**law: object) -> jp.Mechanism:
+    """A four-bar whose base moves with the angle between crank and coupler."""
+    b = planar()
+    b.revolute("A", ground=(0, 0), crank=(0, 0), clearance=jp.radial(0.01))
+    b.revolute("B", crank=(30, 0), coupler=(0, 0), clearance=jp.radial(0.02))
+    b.revolute("C", coupler=(80, 0), rocker=(60, 0), clearance=jp.radial(0.01))
+    b.revolute("D", base=(0, 0), rocker=(0, 0))
+    guide = {"at": [90, 0], "axis": [1, 0.2]}
+    b.prismatic("E", ground=guide, base=(0, 0), clearance=jp.gap(0.01, length=40))
+    law = law or {"polynomial": [4, 0.05, 0.0004]}
+    b.follower("law", joint="E", follows="B", backlash=0.02, error=0.01, **law)
+    b.start("crank", x=0, y=0, angle=60)
+    b.start("coupler", x=15, y=26, angle=20)
+    b.start("base", x=90, y=0)
+    b.start("rocker", x=90, y=0, angle=95)
+    b.drive("q", joint="A", values=[60, 80, 110], error=0.02)
+    b.output(body="coupler", at=(40, 25))
+    b.load(force=(3, -9))
+    return b.mechanism()
 
 
 def test_a_loop_with_a_follower_closes_as_another_solver_does() -> None:
     """The guide of a rocker is moved by the angle between crank and coupler: the follower couples four bodies of a loop."""
-    m = jp.loads(LOOP)
+    m = loop()
     found = jp.solve(m)
     assert set(found.status.values) == {"ok"}
 
@@ -218,22 +193,11 @@ def test_a_loop_with_a_follower_closes_as_another_solver_does() -> None:
 
 @pytest.mark.parametrize("table", [False, True])
 def test_every_question_answers_as_the_plain_solver(table: bool) -> None:
-    m = jp.loads(LOOP)
+    law = {}
     if table:
         at = np.linspace(-100.0, 20.0, 13)
-        values = 4 + 0.05 * at + 0.0004 * at**2 + 0.2 * np.sin(at / 9.0)
-        m = m.with_(
-            {
-                "followers.law": {
-                    "joint": "E",
-                    "follows": "B",
-                    "at": at.tolist(),
-                    "values": values.tolist(),
-                    "backlash": 0.02,
-                    "error": 0.01,
-                }
-            }
-        )
+        law = {"at": at, "values": 4 + 0.05 * at + 0.0004 * at**2 + 0.2 * np.sin(at / 9.0)}
+    m = loop(**law)
     core, drives = m.core, np.deg2rad(np.linspace(60.0, 110.0, 70))[:, None]
     poses = core.trace(drives)["poses"]
     together = core.loaded(drives, poses)
@@ -265,91 +229,29 @@ def test_every_question_answers_as_the_plain_solver(table: bool) -> None:
 
 def test_a_follower_beside_gears_is_over_constrained() -> None:
     """Two shafts that gears and a follower of the same ratio couple: the one that is tighter decides."""
-    text = (
-        UNITS
-        + """
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], first = [0, 0] }
-[joints.B]
-type = "revolute"
-on = { ground = [30, 0], second = [0, 0] }
-[joints.G]
-type = "gear"
-on = { first = [0, 0], second = [0, 0] }
-teeth = [20, 40]
-module = 1
-clearance = { backlash = 0.1 }
-[followers.law]
-joint = "B"
-follows = "A"
-polynomial = [0, -0.5]
-backlash = 0.1
-[drives.M]
-joint = "A"
-values = [0, 40]
-[output]
-body = "second"
-at = [20, 0]
-"""
-    )
-    m = jp.loads(text)
+    b = planar()
+    b.revolute("A", ground=(0, 0), first=(0, 0))
+    b.revolute("B", ground=(30, 0), second=(0, 0))
+    b.gear("G", first=(0, 0), second=(0, 0), teeth=[20, 40], module=1, clearance=jp.backlash(0.1))
+    b.follower("law", joint="B", follows="A", polynomial=[0, -0.5], backlash=0.1)
+    b.drive("M", joint="A", values=[0, 40])
+    b.output(body="second", at=(20, 0))
+    m = b.mechanism()
     gear = math.degrees(0.05 / 20)
     np.testing.assert_allclose(jp.worst(m).worst_rotation, min(0.05, gear), rtol=1e-6)
     loose = m.with_({"followers.law.backlash": 1.0})
     np.testing.assert_allclose(jp.worst(loose).worst_rotation, gear, rtol=1e-6)
 
 
-SPACE = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.a]
-type = "revolute"
-bodies = ["ground", "first"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-clearance = { radial = 0.01, axial = 0.01, length = 20 }
-[joints.b]
-type = "revolute"
-bodies = ["first", "second"]
-at = [100, 0, 0]
-axis = [0, 1, 1]
-[joints.c]
-type = "cylindrical"
-bodies = ["second", "third"]
-at = [150, 20, 0]
-axis = [1, 0, 0]
-[followers.turn]
-joint = "b"
-follows = "a"
-polynomial = [5, -0.9, 0.005]
-[followers.slide]
-joint = "c"
-follows = "b"
-polynomial = [0, 0.4]
-error = 0.01
-[joints.d]
-type = "planar"
-bodies = ["ground", "third"]
-at = [200, 20, 0]
-axis = [0, 0, 1]
-[drives.q]
-joint = "a"
-values = [0, 10]
-[output]
-body = "second"
-at = [200, 0, 0]
-"""
-
-
 def test_followers_in_space_follow_one_another() -> None:
-    text = (
-        SPACE.split("[joints.c]")[0]
-        + SPACE[SPACE.index("[followers.turn]") : SPACE.index("[followers.slide]")]
-        + SPACE[SPACE.index("[drives.q]") :]
-    )
-    m = jp.loads(text)
+    b = spatial()
+    clearance = jp.radial(0.01, axial=0.01, length=20)
+    b.revolute("a", bodies=["ground", "first"], at=(0, 0, 0), axis=(0, 0, 1), clearance=clearance)
+    b.revolute("b", bodies=["first", "second"], at=(100, 0, 0), axis=(0, 1, 1))
+    b.follower("turn", joint="b", follows="a", polynomial=[5, -0.9, 0.005])
+    b.drive("q", joint="a", values=[0, 10])
+    b.output(body="second", at=(200, 0, 0))
+    m = b.mechanism()
     found = jp.solve(m).nominal.values
     for angle, row in zip(np.deg2rad([0.0, 10.0]), found, strict=True):
         x = math.degrees(angle)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import jointplay as jp
 from helpers.answers import EXAMPLES as ALL
 from helpers.answers import example
+from helpers.builders import planar
 from helpers.layouts import KINDS
 from helpers.places import deviating, turned
 from helpers.strategies import mechanism
@@ -385,71 +386,30 @@ def with_links(m: jp.Mechanism) -> jp.Mechanism:
     return m.with_(changes)
 
 
-PARALLEL = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.A]
-type = "revolute"
-on = { ground = [0, 0], left = [0, 0] }
-clearance = { radial = 0.05 }
-[joints.B]
-type = "revolute"
-on = { ground = [100, 0], middle = [0, 0] }
-clearance = { radial = 0.04 }
-[joints.C]
-type = "revolute"
-on = { ground = [180, 0], right = [0, 0] }
-clearance = { radial = 0.06 }
-[joints.D]
-type = "revolute"
-on = { left = [0, 60], beam = [0, 0] }
-clearance = { radial = 0.05 }
-[joints.E]
-type = "revolute"
-on = { middle = [60, 0], beam = [0, 100] }
-clearance = { radial = 0.05 }
-[joints.F]
-type = "revolute"
-on = { right = [60, 0], beam = [0, 180] }
-clearance = { radial = 0.05 }
-[start]
-left = { angle = -20 }
-middle = { angle = 70 }
-right = { angle = 70 }
-beam = { x = 20, y = 56, angle = -90 }
-[drives.crank]
-joint = "A"
-values = [-20, -10]
-[output]
-body = "beam"
-at = "F"
-[[loads]]
-force = [4, -10]
-[dimensions.a]
-body = "left"
-between = ["A", "D"]
-tolerance = { plus = 0.04, minus = 0.02 }
-deviation = 0.01
-[dimensions.b]
-body = "middle"
-between = ["B", "E"]
-tolerance = 0.05
-[dimensions.c]
-body = "beam"
-between = ["D", "F"]
-tolerance = 0.03
-law = "uniform"
-[assembly]
-base = "BASE"
-steps = [STEPS]
-"""
-ON_GROUND = ("ground", '["left", "beam"], ["middle"], ["right"]')
-ON_BEAM = ("beam", '["left"], ["ground"], ["middle"], ["right"]')
+ON_GROUND = ("ground", [["left", "beam"], ["middle"], ["right"]])
+ON_BEAM = ("beam", [["left"], ["ground"], ["middle"], ["right"]])
 
 
-def parallel(base: str = "ground", steps: str = ON_GROUND[1]) -> jp.Mechanism:
+def parallel(base: str = ON_GROUND[0], steps: list[list[str]] = ON_GROUND[1]) -> jp.Mechanism:
     """A beam on three parallel bars, one of which is redundant."""
-    return jp.loads(PARALLEL.replace("BASE", base).replace("STEPS", steps))
+    b = planar()
+    b.revolute("A", ground=(0, 0), left=(0, 0), clearance=jp.radial(0.05))
+    b.revolute("B", ground=(100, 0), middle=(0, 0), clearance=jp.radial(0.04))
+    b.revolute("C", ground=(180, 0), right=(0, 0), clearance=jp.radial(0.06))
+    b.revolute("D", left=(0, 60), beam=(0, 0), clearance=jp.radial(0.05))
+    b.revolute("E", middle=(60, 0), beam=(0, 100), clearance=jp.radial(0.05))
+    b.revolute("F", right=(60, 0), beam=(0, 180), clearance=jp.radial(0.05))
+    for body, angle in (("left", -20), ("middle", 70), ("right", 70)):
+        b.start(body, angle=angle)
+    b.start("beam", x=20, y=56, angle=-90)
+    b.drive("crank", joint="A", values=[-20, -10])
+    b.output(body="beam", at="F")
+    b.load(force=(4, -10))
+    b.dimension("a", body="left", between=["A", "D"], tolerance={"plus": 0.04, "minus": 0.02}, deviation=0.01)
+    b.dimension("b", body="middle", between=["B", "E"], tolerance=0.05)
+    b.dimension("c", body="beam", between=["D", "F"], tolerance=0.03, law="uniform")
+    b.assembly(base=base, steps=steps)
+    return b.mechanism()
 
 
 @pytest.mark.parametrize("elastic", [False, True])
@@ -706,37 +666,22 @@ def test_a_sweep_has_the_unit_of_its_deviation() -> None:
         assert swept[key.rpartition(".")[2]].attrs["units"] == unit
 
 
-LEGS = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[patterns.leg]
-count = 3
-about = { point = [0, 0] }
-shared = ["platform"]
-[patterns.leg.joints.hip]
-type = "revolute"
-on = { ground = [0, 300], upper = [0, 0] }
-position = { upper = { x = 0.01 } }
-[patterns.leg.joints.knee]
-type = "revolute"
-on = { upper = [150, 0], lower = [0, 0] }
-[patterns.leg.joints.ankle]
-type = "revolute"
-on = { lower = [150, 0], platform = [0, 80] }
-position = { platform = { diameter = 0.1, deviation = [0.03, 0] } }
-[patterns.leg.start]
-upper = { angle = -47 }
-lower = { angle = -133 }
-[patterns.leg.drives.motor]
-joint = "hip"
-values = [-47]
-[output]
-body = "platform"
-"""
+def legs(ankle: dict[str, object]) -> jp.Mechanism:
+    """Three legs round a platform, with a deviation of the place of each ankle."""
+    b = planar()
+    leg = b.pattern("leg", count=3, about={"point": [0, 0]}, shared=["platform"])
+    leg.revolute("hip", ground=(0, 300), upper=(0, 0), position={"upper": {"x": 0.01}})
+    leg.revolute("knee", upper=(150, 0), lower=(0, 0))
+    leg.revolute("ankle", lower=(150, 0), platform=(0, 80), position={"platform": ankle})
+    leg.start("upper", angle=-47)
+    leg.start("lower", angle=-133)
+    leg.drive("motor", joint="hip", values=[-47])
+    b.output(body="platform")
+    return b.mechanism()
 
 
 def test_zones_turn_with_the_copies_of_a_pattern() -> None:
-    m = jp.loads(LEGS)
+    m = legs({"diameter": 0.1, "deviation": [0.03, 0]})
     assert m.sources[:2] == ("hip_1.position.upper_1.x", "ankle_1.position.platform")
     known = [m.centre[m.parameter_source == m.sources.index(f"ankle_{k}.position.platform")] for k in (1, 2, 3)]
     turns = np.array([0.03 * np.exp(2j * np.pi * k / 3) for k in range(3)])
@@ -745,9 +690,8 @@ def test_zones_turn_with_the_copies_of_a_pattern() -> None:
     found = jp.given(m).error[0].values
     np.testing.assert_allclose(found[:2], 0.0, atol=1e-9)
     assert abs(found[2]) > 0.01
-    components = LEGS.replace("diameter = 0.1, deviation = [0.03, 0]", "x = 0.1")
     with pytest.raises(InputError, match=r"patterns\.leg\.joints\.ankle\.position: x: axes of this body do not turn"):
-        jp.loads(components)
+        legs({"x": 0.1})
 
 
 def test_a_link_in_the_plane_has_no_z() -> None:

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
+from helpers import builders
 
 PLANAR, SPATIAL = ["x", "y", "angle"], ["x", "y", "rz"]
 OUT_OF_PLANE = ["z", "rx", "ry"]
@@ -26,76 +27,38 @@ def planar() -> jp.Mechanism:
     return m.with_({**radii, "drives.theta1.values": DRIVES, "loads.0": LOAD, "dimensions": None})
 
 
-def pin(name: str, first: str, second: str, at: dict[str, list[int]], play: float) -> str:
-    ends = "\n".join(f"{body} = {{ at = {at[body]}, axis = [0, 0, 1], side = [1, 0, 0] }}" for body in (first, second))
-    clearance = f"clearance = {{ radial = {play!r}, axial = 0, length = 1e9 }}"
-    return f'[joints.{name}]\ntype = "revolute"\n{clearance}\n[joints.{name}.on]\n{ends}\n'
-
-
-HEAD = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-"""
-#: inside the coupler: free to give way across the plane
-SPLIT = """
-[joints.slide]
-type = "prismatic"
-[joints.slide.on]
-coupler = { at = [37.5, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
-middle = { at = [37.5, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }
-[joints.hook]
-type = "universal"
-on = { middle = { at = [37.5, 0, 0], axis = [1, 0, 0] }, end = { at = [37.5, 0, 0], axis = [0, 1, 0] } }
-[start]
-coupler = { rotation = [0, 0, 129] }
-middle = { rotation = [0, 0, 129] }
-end = { rotation = [0, 0, 129] }
-"""
-#: or a ball at one end of the coupler and a second pin, across it, at the other
-BALL = """
-[joints.across]
-type = "revolute"
-[joints.across.on]
-cross = { at = [0, 0, 0], axis = [0, 1, 0], side = [1, 0, 0] }
-coupler = { at = [0, 0, 0], axis = [0, 1, 0], side = [1, 0, 0] }
-[joints.J3]
-type = "spherical"
-on = { coupler = [75, 0, 0], rocker = [150, 0, 0] }
-clearance = { radial = 0.4 }
-[start]
-cross = { rotation = [0, 0, 129] }
-coupler = { rotation = [0, 0, 129] }
-"""
-TAIL = f"""
-crank = {{ rotation = [0, 0, 22.7] }}
-rocker = {{ rotation = [0, 0, 35.6] }}
-[drives.theta1]
-joint = "J1"
-values = {DRIVES}
-[output]
-body = "rocker"
-at = [150, 0, 0]
-[[loads]]
-force = [{LOAD["force"][0]}, {LOAD["force"][1]}, 0]
-moment = [0, 0, {LOAD["moment"]}]
-"""
-
-
 def spatial(kind: str = "split", factor: float = 1.0) -> jp.Mechanism:
     """The same linkage with its coupler split or on a ball; the play of its pins is multiplied by a factor."""
-    r = {name: factor * radius for name, radius in PLAY.items()}
-    zero = [0, 0, 0]
-    pins = [
-        pin("J1", "ground", "crank", {"ground": zero, "crank": zero}, r["J1"]),
-        pin("J4", "ground", "rocker", {"ground": [-100, 0, 0], "rocker": zero}, r["J4"]),
-    ]
+    b, zero = builders.spatial(), (0, 0, 0)
+
+    def pin(name: str, **on: tuple[float, float, float]) -> None:
+        ends = {body: {"at": at, "axis": [0, 0, 1], "side": [1, 0, 0]} for body, at in on.items()}
+        b.revolute(name, on=ends, clearance=jp.radial(factor * PLAY[name], axial=0, length=1e9))
+
+    pin("J1", ground=zero, crank=zero)
+    pin("J4", ground=(-100, 0, 0), rocker=zero)
     if kind == "split":
-        pins.append(pin("J2", "crank", "coupler", {"crank": [75, 0, 0], "coupler": zero}, r["J2"]))
-        pins.append(pin("J3", "end", "rocker", {"end": [75, 0, 0], "rocker": [150, 0, 0]}, r["J3"]))
+        # Inside the coupler: free to give way across the plane.
+        pin("J2", crank=(75, 0, 0), coupler=zero)
+        pin("J3", end=(75, 0, 0), rocker=(150, 0, 0))
+        middle = (37.5, 0, 0)
+        slide = {"at": middle, "axis": [0, 0, 1], "side": [1, 0, 0]}
+        b.prismatic("slide", coupler=slide, middle=slide)
+        b.universal("hook", middle={"at": middle, "axis": [1, 0, 0]}, end={"at": middle, "axis": [0, 1, 0]})
     else:
-        pins.append(pin("J2", "crank", "cross", {"crank": [75, 0, 0], "cross": zero}, r["J2"]))
-    return jp.loads(HEAD + "".join(pins) + (SPLIT if kind == "split" else BALL) + TAIL)
+        # Or a ball at one end of the coupler and a second pin, across it, at the other.
+        pin("J2", crank=(75, 0, 0), cross=zero)
+        across = {"at": zero, "axis": [0, 1, 0], "side": [1, 0, 0]}
+        b.revolute("across", cross=across, coupler=across)
+        b.spherical("J3", coupler=(75, 0, 0), rocker=(150, 0, 0), clearance=jp.radial(0.4))
+    for body in ("coupler", "middle", "end") if kind == "split" else ("cross", "coupler"):
+        b.start(body, rotation=[0, 0, 129])
+    b.start("crank", rotation=[0, 0, 22.7])
+    b.start("rocker", rotation=[0, 0, 35.6])
+    b.drive("theta1", joint="J1", values=DRIVES)
+    b.output(body="rocker", at=(150, 0, 0))
+    b.load(force=[*LOAD["force"], 0], moment=[0, 0, LOAD["moment"]])
+    return b.mechanism()
 
 
 def same(space: xr.DataArray, plane: xr.DataArray, size: float = 100.0) -> None:

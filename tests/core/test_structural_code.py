@@ -5,6 +5,7 @@ import pytest
 from Pynite import FEModel3D
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.beam import AREA, INERTIA, E
 from helpers.oracles.truss import Truss, square
 
@@ -59,23 +60,17 @@ def test_a_strained_truss(seed: int) -> None:
         assert found.member_force.sel(member=name).item() == pytest.approx(tension, rel=1e-9)
 
 
-PORTAL = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-output = { body = "beam", at = [120, 200] }
-joints.A = { type = "fixed", bodies = ["ground", "left"], at = [0, 0] }
-joints.B = { type = "fixed", bodies = ["left", "beam"], at = [0, 200] }
-joints.C = { type = "fixed", bodies = ["beam", "right"], at = [300, 200] }
-joints.D = { type = "fixed", bodies = ["right", "ground"], at = [300, -50] }
-"""
-
-
 def test_a_portal_frame_clamped_at_both_feet() -> None:
-    members = "".join(
-        f"[bodies.{name}]\nE = {E!r}\narea = {AREA!r}\ninertia = {INERTIA!r}\n" for name in ("left", "beam", "right")
-    )
-    m = jp.loads(PORTAL + members + "[[loads]]\nforce = [40, -25]\nmoment = 300\n", "portal.toml")
+    b = planar()
+    b.fixed("A", bodies=["ground", "left"], at=(0, 0))
+    b.fixed("B", bodies=["left", "beam"], at=(0, 200))
+    b.fixed("C", bodies=["beam", "right"], at=(300, 200))
+    b.fixed("D", bodies=["right", "ground"], at=(300, -50))
+    for name in ("left", "beam", "right"):
+        b.body(name, E=E, area=AREA, inertia=INERTIA)
+    b.output(body="beam", at=(120, 200))
+    b.load(force=(40, -25), moment=300)
+    m = b.mechanism()
     assert jp.check(m).attrs["redundancy"] == 3
     model = FEModel3D()
     model.add_material("steel", E, E / 2.6, 0.3, 0.0)

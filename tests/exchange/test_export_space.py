@@ -1,6 +1,7 @@
 """Models for MuJoCo in space: joints have their clearances, and at rest the model is where `loaded` says."""
 
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,88 +11,65 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import spatial
 from helpers.oracles.contact import Settling
 from helpers.oracles.loops import matrices
 from jointplay.cli import run
 from jointplay.exchange.contacts import to_mjcf
 
 Floats = NDArray[np.float64]
-HEAD = 'format = 1\nspace = "spatial"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
 #: boxes of a ring
 FEW, MANY = 60, 360
 
 
-PIN = """
-[joints.pin]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, arm = [0, 0, 0] }
-clearance = { radial = 0.05, axial = 0.02, length = 20 }
-[drives.q]
-joint = "pin"
-values = [10]
-[output]
-body = "arm"
-at = [100, 0, 0]
-"""
-GUIDE = """
-[joints.guide]
-type = "prismatic"
-on = { ground = { at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }, block = [0, 0, 0] }
-clearance = { gap = 0.05, length = 40, width = 20, height = 30 }
-[drives.q]
-joint = "guide"
-values = [25]
-[output]
-body = "block"
-at = [50, 0, 0]
-"""
-ROD = """
-[joints.lower{k}]
-type = "spherical"
-bodies = ["ground", "rod{k}"]
-at = {foot}
-clearance = {{ radial = 0.02 }}
-[joints.upper{k}]
-type = "spherical"
-bodies = ["rod{k}", "part"]
-at = {head}
-clearance = {{ radial = 0.03 }}
-"""
-PLATE = """
-[joints.plate]
-type = "planar"
-bodies = ["ground", "part"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-side = [1, 0, 0]
-clearance = { gap = 0.04, size = [60, 40] }
-[output]
-body = "part"
-at = [80, 30, 10]
-""" + "".join(
-    ROD.format(k=k, foot=foot, head=head)
-    for k, (foot, head) in enumerate(
-        [([-120, 0, 20], [-30, 0, 20]), ([0, -100, 10], [0, -20, 10]), ([60, -100, 10], [60, -20, 10])]
-    )
-)
-SLEEVE = """
-[joints.sleeve]
-type = "cylindrical"
-bodies = ["ground", "part"]
-at = [0, 0, 0]
-axis = [1, 0, 0]
-clearance = { radial = 0.05, length = 50 }
-[drives.q]
-joint = "sleeve"
-values = [4]
-[output]
-body = "part"
-at = [90, 20, 0]
-""" + ROD.format(k=0, foot=[40, 100, -20], head=[40, 30, 0])
+def pin() -> jp.Builder:
+    b = spatial()
+    clearance = jp.radial(0.05, axial=0.02, length=20)
+    b.revolute("pin", ground={"at": [0, 0, 0], "axis": [0, 0, 1]}, arm=(0, 0, 0), clearance=clearance)
+    b.drive("q", joint="pin", values=[10])
+    b.output(body="arm", at=(100, 0, 0))
+    return b
 
 
-def mechanism(text: str, **changes: Any) -> jp.Mechanism:
-    return jp.loads(HEAD + text).with_({key.replace("__", "."): value for key, value in changes.items()})
+def guide() -> jp.Builder:
+    b = spatial()
+    line = {"at": [0, 0, 0], "axis": [1, 0, 0], "side": [0, 1, 0]}
+    b.prismatic("guide", ground=line, block=(0, 0, 0), clearance=jp.gap(0.05, length=40, width=20, height=30))
+    b.drive("q", joint="guide", values=[25])
+    b.output(body="block", at=(50, 0, 0))
+    return b
+
+
+def hold(b: jp.Builder, k: int, foot: Sequence[float], head: Sequence[float]) -> None:
+    """Hold the part by a rod between two balls."""
+    b.spherical(f"lower{k}", bodies=["ground", f"rod{k}"], at=foot, clearance=jp.radial(0.02))
+    b.spherical(f"upper{k}", bodies=[f"rod{k}", "part"], at=head, clearance=jp.radial(0.03))
+
+
+def plate() -> jp.Builder:
+    b = spatial()
+    place = {"at": (0, 0, 0), "axis": (0, 0, 1), "side": (1, 0, 0)}
+    b.planar("plate", bodies=["ground", "part"], **place, clearance=jp.gap(0.04, size=[60, 40]))
+    b.output(body="part", at=(80, 30, 10))
+    hold(b, 0, (-120, 0, 20), (-30, 0, 20))
+    hold(b, 1, (0, -100, 10), (0, -20, 10))
+    hold(b, 2, (60, -100, 10), (60, -20, 10))
+    return b
+
+
+def sleeve() -> jp.Builder:
+    b = spatial()
+    clearance = jp.radial(0.05, length=50)
+    b.cylindrical("sleeve", bodies=["ground", "part"], at=(0, 0, 0), axis=(1, 0, 0), clearance=clearance)
+    b.drive("q", joint="sleeve", values=[4])
+    b.output(body="part", at=(90, 20, 0))
+    hold(b, 0, (40, 100, -20), (40, 30, 0))
+    return b
+
+
+def loaded(b: jp.Builder, load: dict[str, Any]) -> jp.Mechanism:
+    b.load(**load)
+    return b.mechanism()
 
 
 def rest(m: jp.Mechanism, configuration: int = 0, pieces: int = MANY) -> Floats:
@@ -119,7 +97,7 @@ def test_the_model_starts_in_its_nominal_pose(name: str) -> None:
 def test_a_pin_has_its_clearance_in_every_direction() -> None:
     for k, way in enumerate(directions()):
         push = {"force": [*(10 * way), 10 * (-1) ** k], "at": [0, 0, 0]}
-        moved = rest(mechanism(PIN, loads=[push]), pieces=FEW)
+        moved = rest(loaded(pin(), push), pieces=FEW)
         assert np.hypot(*moved[:2]) == pytest.approx(0.05, rel=np.pi**2 / 2 / FEW**2 + 1e-4)
         assert moved[:2] @ way > 0.05 * np.cos(np.pi / FEW) - 1e-5
         assert moved[2] == pytest.approx(0.02 * (-1) ** k, rel=1e-4)
@@ -127,28 +105,28 @@ def test_a_pin_has_its_clearance_in_every_direction() -> None:
 
 def test_a_slider_has_its_gap_on_every_side() -> None:
     for way in directions():
-        moved = rest(mechanism(GUIDE, loads=[{"force": [3, *(10 * way)], "at": [0, 0, 0]}]))
+        moved = rest(loaded(guide(), {"force": [3, *(10 * way)], "at": [0, 0, 0]}))
         assert moved == pytest.approx([0, *(0.05 * np.sign(way))], abs=1e-5)
 
 
-LOADED: list[tuple[str, dict[str, Any]]] = [
+LOADED: list[tuple[Callable[[], jp.Builder], dict[str, Any]]] = [
     # From one end of the pin to the other, and against a shoulder.
-    (PIN, {"force": [3, -2, 5]}),
-    (PIN, {"force": [1, 2, -5], "moment": [300, 900, 0], "at": [0, 0, 0]}),
+    (pin, {"force": [3, -2, 5]}),
+    (pin, {"force": [1, 2, -5], "moment": [300, 900, 0], "at": [0, 0, 0]}),
     # Tilted on two faces, rolled, and both.
-    (GUIDE, {"force": [0, 2, 3]}),
-    (GUIDE, {"force": [0, 1, 0.7], "moment": [70, 0, 0], "at": [0, 0, 0]}),
-    (GUIDE, {"force": [0, 0, 2], "moment": [10, -20, 80]}),
-    (PLATE, {"force": [4, 3, -10], "at": [10, 5, 10]}),
-    (PLATE, {"force": [4, -3, -10]}),
-    (SLEEVE, {"force": [0, -4, -6]}),
-    (SLEEVE, {"force": [2, 3, -9], "at": [-30, 0, 10]}),
+    (guide, {"force": [0, 2, 3]}),
+    (guide, {"force": [0, 1, 0.7], "moment": [70, 0, 0], "at": [0, 0, 0]}),
+    (guide, {"force": [0, 0, 2], "moment": [10, -20, 80]}),
+    (plate, {"force": [4, 3, -10], "at": [10, 5, 10]}),
+    (plate, {"force": [4, -3, -10]}),
+    (sleeve, {"force": [0, -4, -6]}),
+    (sleeve, {"force": [2, 3, -9], "at": [-30, 0, 10]}),
 ]
 
 
-@pytest.mark.parametrize(("text", "load"), LOADED)
-def test_it_comes_to_rest_where_the_load_pushes_it(text: str, load: dict[str, Any]) -> None:
-    m = mechanism(text, loads=[load])
+@pytest.mark.parametrize(("build", "load"), LOADED)
+def test_it_comes_to_rest_where_the_load_pushes_it(build: Callable[[], jp.Builder], load: dict[str, Any]) -> None:
+    m = loaded(build(), load)
     found = jp.loaded(m)
     assert found.status.values[0] == "ok"
     want = found.error.values[0, :3]
@@ -158,7 +136,7 @@ def test_it_comes_to_rest_where_the_load_pushes_it(text: str, load: dict[str, An
 
 def test_a_joint_may_name_its_bodies_in_either_order() -> None:
     """Then the first body hangs on the second. Clearance is large, so that the order of turns is seen in the angle."""
-    m = mechanism(PIN, loads=[{"force": [3, -2, 5], "moment": [400, 0, 0]}]).with_(
+    m = loaded(pin(), {"force": [3, -2, 5], "moment": [400, 0, 0]}).with_(
         {
             "drives.q.values": [-10],
             "joints.pin.on": {"arm": {"at": [0, 0, 0], "axis": [0, 0, 1]}, "ground": [0, 0, 0]},

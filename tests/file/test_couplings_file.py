@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers import couplings
+from helpers.builders import planar, spatial
 from jointplay import examples
 from jointplay.analyses.map.contact import Contacts
 from jointplay.cli import run
@@ -439,33 +440,27 @@ def test_what_bends_under_a_force_along_a_rack_or_screw_moves_it_further() -> No
     assert np.allclose(jp.loaded(screw).error.sel(component="z").values, -0.02 - 0.1, atol=1e-9)
 
 
-def planetary(planets: int, *, sun: int = 20, planet: int = 16, ring_turns: bool = False) -> str:
+def planetary(planets: int, *, sun: int = 20, planet: int = 16, ring_turns: bool = False) -> jp.Builder:
     ring, a = sun + 2 * planet, (sun + planet) / 2
-    text = PLANE + joint("C", "revolute", on="{ ground = [0, 0], carrier = [0, 0] }")
-    text += joint("A", "revolute", on="{ ground = [0, 0], sun = [0, 0] }")
+    b = planar()
+    b.revolute("C", ground=(0, 0), carrier=(0, 0))
+    b.revolute("A", ground=(0, 0), sun=(0, 0))
     outer = "ring" if ring_turns else "ground"
     if ring_turns:
-        text += joint("O", "revolute", on="{ ground = [0, 0], ring = [0, 0] }")
+        b.revolute("O", ground=(0, 0), ring=(0, 0))
+    mesh = {"module": 1, "clearance": jp.backlash(0.1)}
     for k in range(planets):
         x, y = a * math.cos(2 * math.pi * k / planets), a * math.sin(2 * math.pi * k / planets)
         body = f"planet{k}"
-        text += joint(f"P{k}", "revolute", on=f"{{ carrier = [{x}, {y}], {body} = [0, 0] }}")
-        play = "{ backlash = 0.1 }"
-        text += joint(
-            f"S{k}", "gear", on=f"{{ sun = [0, 0], {body} = [0, 0] }}", teeth=[sun, planet], module=1, clearance=play
-        )
-        text += joint(
-            f"R{k}",
-            "gear",
-            on=f"{{ {body} = [0, 0], {outer} = [0, 0] }}",
-            teeth=[planet, ring],
-            module=1,
-            internal="true",
-            clearance=play,
-        )
-    text += '[drives.sun]\njoint = "A"\nvalues = [0, 90, 360]\n'
-    text += '[drives.ring]\njoint = "O"\nvalues = [0, -30, 100]\n' if ring_turns else ""
-    return text + '[output]\nbody = "carrier"\nat = [18, 0]\n[[loads]]\nmoment = -100\n'
+        b.revolute(f"P{k}", on={"carrier": [x, y], body: [0, 0]})
+        b.gear(f"S{k}", on={"sun": [0, 0], body: [0, 0]}, teeth=[sun, planet], **mesh)
+        b.gear(f"R{k}", on={body: [0, 0], outer: [0, 0]}, teeth=[planet, ring], internal=True, **mesh)
+    b.drive("sun", joint="A", values=[0, 90, 360])
+    if ring_turns:
+        b.drive("ring", joint="O", values=[0, -30, 100])
+    b.output(body="carrier", at=(18, 0))
+    b.load(moment=-100)
+    return b
 
 
 def joint(name: str, kind: str, **keys: object) -> str:
@@ -474,7 +469,7 @@ def joint(name: str, kind: str, **keys: object) -> str:
 
 @pytest.mark.parametrize("planets", [1, 3])
 def test_a_planetary_gear_follows_willis(planets: int) -> None:
-    m = jp.loads(planetary(planets))
+    m = planetary(planets).mechanism()
     sun, ring = 20, 52
     assert np.allclose(turn(jp.solve(m), "nominal"), np.array([0.0, 90.0, 360.0]) * sun / (sun + ring), atol=1e-8)
     assert jp.check(m).attrs["redundancy"] == planets - 1
@@ -486,7 +481,7 @@ def test_a_planetary_gear_follows_willis(planets: int) -> None:
 
 
 def test_a_planetary_gear_adds_sun_and_ring() -> None:
-    m = jp.loads(planetary(1, ring_turns=True))
+    m = planetary(1, ring_turns=True).mechanism()
     turned = (20 * np.array([0.0, 90.0, 360.0]) + 52 * np.array([0.0, -30.0, 100.0])) / 72
     assert np.allclose(turn(jp.solve(m), "nominal"), turned, atol=1e-8)
     assert jp.check(m).attrs["degrees_of_freedom"] == 2
@@ -497,49 +492,51 @@ def test_a_planetary_gear_adds_sun_and_ring() -> None:
 def test_planets_are_where_their_teeth_meet_sun_and_ring(sun: int, planets: int, ring_turns: bool) -> None:
     """Equally spaced planets need a sum of sun and ring that their number divides. Every mesh alone was taken to fit as
     it started, so that a gear was computed that nobody can assemble."""
-    text = planetary(planets, sun=sun, ring_turns=ring_turns)
+    b = planetary(planets, sun=sun, ring_turns=ring_turns)
     if (sun + sun + 32) % planets == 0:
-        assert (jp.solve(jp.loads(text)).status == "ok").all()
+        assert (jp.solve(b.mechanism()).status == "ok").all()
         return
     with pytest.raises(
         InputError, match=r"joints\.R1: the teeth of 'planet1' and '(ring|ground)' miss each other by 0\.[34]"
     ):
-        jp.loads(text)
+        b.mechanism()
 
 
 def test_marks_tell_where_the_teeth_of_a_loop_are() -> None:
     """A mark that is half a tooth off at the last mesh of a loop is refused."""
-    text = planetary(2)
-    turned = text.replace("[joints.R1]", "[joints.R1]\nmarks = { planet1 = 0, ground = DEG }")
-    assert jp.loads(turned.replace("DEG", "0"))
+    m = planetary(2).mechanism()
+    assert m.with_({"joints.R1.marks": {"planet1": 0, "ground": 0}})
     with pytest.raises(InputError, match=r"miss each other by 0\.5 of a tooth"):
-        jp.loads(turned.replace("DEG", str(180.0 / 52)))
+        m.with_({"joints.R1.marks": {"planet1": 0, "ground": 180.0 / 52}})
 
 
 def test_redundant_meshes_are_named_by_their_flanks() -> None:
-    mobility = jp.model.mobility.examine(jp.loads(planetary(3)))
+    mobility = jp.model.mobility.examine(planetary(3).mechanism())
     assert {name.rpartition(".")[2] for name in mobility.redundant_constraints if name[0] in "SR"} == {"flank"}
 
 
-def train(teeth: list[int], angles: list[float], backlash: list[float], play: float = 0.0, turns: float = 90.0) -> str:
+def train(
+    teeth: list[int], angles: list[float], backlash: list[float], play: float = 0.0, turns: float = 90.0
+) -> jp.Mechanism:
     """Wheels in a row on bearings of the ground, each meshing with the next."""
-    text, at = PLANE, 0j
+    b, at = planar(), 0j
     for k, z in enumerate(teeth):
         if k:
             at += (teeth[k - 1] + z) / 2 * complex(math.cos(angles[k - 1]), math.sin(angles[k - 1]))
-        on = f"{{ ground = [{at.real}, {at.imag}], w{k} = [0, 0] }}"
-        text += joint(f"J{k}", "revolute", on=on, **({"clearance": f"{{ radial = {play} }}"} if play else {}))
-    for k, (a, b) in enumerate(itertools.pairwise(teeth)):
-        on = f"{{ w{k} = [0, 0], w{k + 1} = [0, 0] }}"
-        text += joint(f"G{k}", "gear", on=on, teeth=[a, b], module=1, clearance=f"{{ backlash = {backlash[k]} }}")
-    last = len(teeth) - 1
-    text += f'[drives.M]\njoint = "J0"\nvalues = [0, {turns}]\n[output]\nbody = "w{last}"\nat = [{teeth[-1] / 2}, 0]\n'
-    return text + "[[loads]]\nmoment = 50\n"
+        clearance = jp.radial(play) if play else None
+        b.revolute(f"J{k}", on={"ground": [at.real, at.imag], f"w{k}": [0, 0]}, clearance=clearance)
+    for k, pair in enumerate(itertools.pairwise(teeth)):
+        on = {f"w{k}": [0, 0], f"w{k + 1}": [0, 0]}
+        b.gear(f"G{k}", on=on, teeth=pair, module=1, clearance=jp.backlash(backlash[k]))
+    b.drive("M", joint="J0", values=[0, turns])
+    b.output(body=f"w{len(teeth) - 1}", at=(teeth[-1] / 2, 0))
+    b.load(moment=50)
+    return b.mechanism()
 
 
 def test_the_lost_motion_of_a_train_is_the_sum_of_its_backlashes_over_the_ratios() -> None:
     teeth, backlash = [20, 40, 16, 48], [0.05, 0.08, 0.1]
-    m = jp.loads(train(teeth, [0.3, -0.4, 1.0], backlash))
+    m = train(teeth, [0.3, -0.4, 1.0], backlash)
     # In a row, a length at one pitch circle is the same length at the next.
     lost = degrees(sum(backlash) / 2, 24)
     assert np.allclose(turn(jp.loaded(m), "error"), lost, atol=1e-9)
@@ -561,7 +558,7 @@ def test_a_load_that_presses_wheels_together_jams_their_teeth_if_the_backlash_is
     nearer = -2 * play * float(bearing @ along) / float(np.linalg.norm(bearing))
     least = 2 * nearer * math.tan(alpha)
     assert least == pytest.approx(0.0043, abs=1e-4)
-    found = jp.loaded(jp.loads(train([12] * 4, [0, 1, 0], [0, share * least, 0], play, 0)))
+    found = jp.loaded(train([12] * 4, [0, 1, 0], [0, share * least, 0], play, 0))
     assert (found.status == status).all()
     if status == "ok":
         places = [found.offset.sel(parameter=[f"J{k}.x", f"J{k}.y"]).values[0] for k in (1, 2)]
@@ -582,7 +579,7 @@ trains = st.integers(2, 4).flatmap(
 @settings(max_examples=25, deadline=None)
 @given(trains)
 def test_given_reproduces_the_offsets_of_other_questions_on_any_train(drawn: tuple[Any, ...]) -> None:
-    m = jp.loads(train(*drawn))
+    m = train(*drawn)
     loaded, worst = jp.loaded(m), jp.worst(m)
     _, _, backlash, play, _ = drawn
     if any(0 < b < 4 * play * math.tan(math.radians(20)) for b in backlash):
@@ -600,51 +597,25 @@ def test_given_reproduces_the_offsets_of_other_questions_on_any_train(drawn: tup
     assert np.allclose(np.abs(turn(again, "error")), worst.worst_rotation.values, atol=1e-8)
 
 
-FLOATING = (
-    SPACE
-    + """
-[joints.bearing]
-type = "revolute"
-bodies = ["ground", "spindle"]
-at = [0, 0, 0]
-axis = [0, 0, 1]
-clearance = { radial = 0.01, axial = 0.005, length = 20 }
-[joints.guide]
-type = "prismatic"
-bodies = ["ground", "stage"]
-at = [50, 0, 100]
-axis = [0, 0, 1]
-clearance = { gap = 0.01, length = 40, width = 30, height = 30 }
-[joints.nut_bearing]
-type = "revolute"
-bodies = ["stage", "nut"]
-at = [0, 0, 100]
-axis = [0, 0, 1]
-[joints.thread]
-type = "screw"
-bodies = ["spindle", "nut"]
-at = [0, 0, 100]
-axis = [0, 0, 1]
-lead = 5
-clearance = { axial = 0.01, radial = 0.02, length = 30 }
-[drives.motor]
-joints = { bearing = 1, nut_bearing = -1 }
-values = [0, 180, 720]
-[output]
-body = "stage"
-at = [0, 0, 100]
-[[loads]]
-body = "stage"
-at = [0, 0, 100]
-force = [0, 0, -100]
-"""
-)
+def floating(**guide: Any) -> jp.Mechanism:
+    """A spindle in a bearing with play, whose nut moves a stage along a guide."""
+    b, up = spatial(), (0, 0, 1)
+    bearing = jp.radial(0.01, axial=0.005, length=20)
+    b.revolute("bearing", bodies=["ground", "spindle"], at=(0, 0, 0), axis=up, clearance=bearing)
+    b.prismatic("guide", bodies=["ground", "stage"], at=(50, 0, 100), axis=up, **guide)
+    b.revolute("nut_bearing", bodies=["stage", "nut"], at=(0, 0, 100), axis=up)
+    thread = jp.radial(0.02, axial=0.01, length=30)
+    b.screw("thread", bodies=["spindle", "nut"], at=(0, 0, 100), axis=up, lead=5, clearance=thread)
+    b.drive("motor", joints={"bearing": 1, "nut_bearing": -1}, values=[0, 180, 720])
+    b.output(body="stage", at=(0, 0, 100))
+    b.load(body="stage", at=(0, 0, 100), force=(0, 0, -100))
+    return b.mechanism()
 
 
 def test_a_spindle_that_floats_leaves_its_stage_determined() -> None:
     """Nothing centres the spindle in its bearing and nut, and the stage does not feel where it is. It never came to
     rest, so that the status was `undetermined` with a half-width of zero."""
-    result = jp.loaded(jp.loads(FLOATING))
+    result = jp.loaded(floating(clearance=jp.gap(0.01, length=40, width=30, height=30)))
     assert (result.status == "ok").all()
     assert not result.undetermined.values.any()
     assert not result.decided.sel(source="bearing").any()
@@ -657,7 +628,7 @@ def test_a_spindle_that_floats_leaves_its_stage_determined() -> None:
 def test_a_rotation_of_nothing_is_nobodys_fault(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """The stage of a rigid guide cannot turn; the thread was to blame for 258 per cent of the rounding."""
     path = tmp_path / "stage.toml"
-    path.write_text(FLOATING.replace("clearance = { gap = 0.01, length = 40, width = 30, height = 30 }\n", ""))
+    floating().write(path)
     assert run(["error", str(path), "-q", "worst"]) == 0
     said = capsys.readouterr().out
     rows = [line for line in said.splitlines() if re.match(r" +\d .*67 %", line)]
@@ -750,7 +721,7 @@ def test_marks_say_where_the_teeth_mesh() -> None:
 
 
 def test_a_wheel_counts_for_the_size_of_a_mechanism() -> None:
-    m = jp.loads(planetary(1))
+    m = planetary(1).mechanism()
     assert m.length == pytest.approx(0.02, rel=0.9)
     assert m.length > 0.01
 

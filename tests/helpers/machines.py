@@ -1,10 +1,11 @@
 """Machines that rub and wear, whose forces and lives have closed forms or are known from an independent program."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import jointplay as jp
-
-PLANE = 'format = 1\nspace = "planar"\nunits = { length = "mm", angle = "deg", force = "N" }\n'
+from helpers.builders import planar, spatial
 
 #: of a four-bar from a paper: crank angle, rotation of the rocker forward and backward, holes on the second bodies and
 #: on the first
@@ -27,161 +28,113 @@ def four_bar(*, holes: str) -> jp.Mechanism:
     return m.with_(changes)
 
 
-LEVER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.pin]
-type = "revolute"
-on = {{ ground = [0, 0], lever = [0, 0] }}
-clearance = {{ radial = {radial} }}
-friction = {{ coefficient = {mu}, diameter = 40, torque = {torque} }}
-[drives.q]
-joint = "pin"
-values = [0]
-[output]
-body = "lever"
-at = [100, 0]
-[[loads]]
-force = [0, -50]
-"""
+def lever(radial: float, mu: float, torque: float) -> jp.Mechanism:
+    b = planar()
+    b.revolute(
+        "pin",
+        ground=(0, 0),
+        lever=(0, 0),
+        clearance=jp.radial(radial),
+        friction={"coefficient": mu, "diameter": 40, "torque": torque},
+    )
+    b.drive("q", joint="pin", values=[0])
+    b.output(body="lever", at=(100, 0))
+    b.load(force=(0, -50))
+    return b.mechanism()
 
 
-DRAWER = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.guide]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, drawer = [0, 0] }}
-clearance = {{ gap = 1e-7, length = 80 }}
-friction = {{ coefficient = {mu}, height = 30 }}
-[joints.rail]
-type = "prismatic"
-on = {{ ground = {{ at = [0, {push}], axis = [1, 0] }}, hand = [0, 0] }}
-[joints.grip]
-type = "pin_in_slot"
-on = {{ hand = {{ at = [0, 0], axis = [0, 1] }}, drawer = [0, {push}] }}
-[drives.q]
-joint = "rail"
-values = [10, 20]
-[output]
-body = "drawer"
-[[loads]]
-at = [0, {load}]
-force = [-10, 0]
-"""
+def drawer(mu: float, *, push: float, load: float) -> jp.Mechanism:
+    """A drawer that is pushed and loaded beside its guide."""
+    b = planar()
+    b.prismatic(
+        "guide",
+        ground={"at": [0, 0], "axis": [1, 0]},
+        drawer=(0, 0),
+        clearance=jp.gap(1e-7, length=80),
+        friction={"coefficient": mu, "height": 30},
+    )
+    b.prismatic("rail", ground={"at": [0, push], "axis": [1, 0]}, hand=(0, 0))
+    b.pin_in_slot("grip", hand={"at": [0, 0], "axis": [0, 1]}, drawer=(0, push))
+    b.drive("q", joint="rail", values=[10, 20])
+    b.output(body="drawer")
+    b.load(at=(0, load), force=(-10, 0))
+    return b.mechanism()
 
 
-WEDGE = """
-format = 1
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.bed]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 0], axis = [1, 0] }}, wedge = [0, 0] }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[joints.face]
-type = "pin_in_slot"
-on = {{ wedge = {{ at = [0, 10], axis = [{cosine}, {sine}] }}, block = [0, 0] }}
-friction = {mu}
-[joints.post]
-type = "prismatic"
-on = {{ ground = {{ at = [0, 10], axis = [0, 1] }}, block = {{ at = [0, 0], axis = [0, 1] }} }}
-friction = {{ coefficient = {mu}, length = 400 }}
-[drives.q]
-joint = "bed"
-values = [1]
-[output]
-body = "block"
-[[loads]]
-force = [0, -100]
-"""
-
-
-def wedge(slope: float, mu: float) -> str:
+def wedge(slope: float, mu: float) -> jp.Mechanism:
     """A wedge that lifts a block by a slope in degrees, the same friction on its three faces."""
     angle = math.radians(slope)
-    return WEDGE.format(mu=mu, cosine=math.cos(angle), sine=math.sin(angle))
+    rubs = {"coefficient": mu, "length": 400}
+    b = planar()
+    b.prismatic("bed", ground={"at": [0, 0], "axis": [1, 0]}, wedge=(0, 0), friction=rubs)
+    face = {"at": [0, 10], "axis": [math.cos(angle), math.sin(angle)]}
+    b.pin_in_slot("face", wedge=face, block=(0, 0), friction=mu)
+    b.prismatic("post", ground={"at": [0, 10], "axis": [0, 1]}, block={"at": [0, 0], "axis": [0, 1]}, friction=rubs)
+    b.drive("q", joint="bed", values=[1])
+    b.output(body="block")
+    b.load(force=(0, -100))
+    return b.mechanism()
 
 
-UNITS = 'format = 1\nspace = "{}"\nunits = {{ length = "mm", angle = "deg", force = "N" }}\n'
-
-
-def wheels(mesh: str, *, apart: float, torque: float = 700.0) -> str:
+def wheels(mesh: Mapping[str, Any], *, apart: float, torque: float = 700.0) -> jp.Mechanism:
     """Two wheels on fixed pins, the first driven, the second loaded."""
-    text = UNITS.format("planar")
-    for name, x in (("a", 0.0), ("b", apart)):
-        text += f'[joints.{name}]\ntype = "revolute"\non = {{ ground = [{x}, 0], wheel_{name} = [0, 0] }}\n'
-    text += f"[joints.m]\non = {{ wheel_a = [0, 0], wheel_b = [0, 0] }}\n{mesh}\n"
-    text += f'[drives.q]\njoint = "a"\nvalues = [20]\n[output]\nbody = "wheel_b"\n[[loads]]\nmoment = {torque}\n'
-    return text
+    b = planar()
+    b.revolute("a", ground=(0, 0), wheel_a=(0, 0))
+    b.revolute("b", ground=(apart, 0), wheel_b=(0, 0))
+    kind = b.belt if "radii" in mesh else b.gear
+    kind("m", wheel_a=(0, 0), wheel_b=(0, 0), **mesh)
+    b.drive("q", joint="a", values=[20])
+    b.output(body="wheel_b")
+    b.load(moment=torque)
+    return b.mechanism()
 
 
-GEAR = 'type = "gear"\nteeth = [20, 50]\nmodule = 2'
-PAIRS = {
+GEAR: dict[str, Any] = {"teeth": [20, 50], "module": 2}
+PAIRS: dict[str, tuple[dict[str, Any], float, float]] = {
     "gear": (GEAR, 70.0, -0.4),
-    "ring": (GEAR + "\ninternal = true", 30.0, 0.4),
-    "nearly as large": ('type = "gear"\nteeth = [49, 50]\nmodule = 2\ninternal = true', 1.0, 0.98),
-    "belt": ('type = "belt"\nradii = [20, 20]', 100.0, 1.0),
-    "crossed belt": ('type = "belt"\nradii = [10, 25]\ncrossed = true', 100.0, -0.4),
+    "ring": (GEAR | {"internal": True}, 30.0, 0.4),
+    "nearly as large": ({"teeth": [49, 50], "module": 2, "internal": True}, 1.0, 0.98),
+    "belt": ({"radii": [20, 20]}, 100.0, 1.0),
+    "crossed belt": ({"radii": [10, 25], "crossed": True}, 100.0, -0.4),
 }
 
 
-def planetary(efficiency: float) -> str:
-    text = UNITS.format("planar")
-    text += '[joints.a]\ntype = "revolute"\non = { ground = [0, 0], sun = [0, 0] }\n'
-    text += '[joints.b]\ntype = "revolute"\non = { ground = [0, 0], arm = [0, 0] }\n'
-    text += '[joints.c]\ntype = "revolute"\non = { arm = [18, 0], planet = [0, 0] }\n'
-    text += '[joints.inner]\ntype = "gear"\non = { sun = [0, 0], planet = [0, 0] }\nteeth = [20, 16]\nmodule = 1\n'
-    text += f"efficiency = {efficiency}\n"
-    text += '[joints.outer]\ntype = "gear"\non = { planet = [0, 0], ground = [0, 0] }\nteeth = [16, 52]\nmodule = 1\n'
-    text += f"internal = true\nefficiency = {efficiency}\n"
-    text += '[start]\nplanet = { x = 18 }\n[drives.q]\njoint = "a"\nvalues = [0]\n[output]\nbody = "arm"\n'
-    return text + "[[loads]]\nmoment = -1000\n"
+def planetary(efficiency: float) -> jp.Mechanism:
+    b = planar()
+    b.revolute("a", ground=(0, 0), sun=(0, 0))
+    b.revolute("b", ground=(0, 0), arm=(0, 0))
+    b.revolute("c", arm=(18, 0), planet=(0, 0))
+    b.gear("inner", sun=(0, 0), planet=(0, 0), teeth=[20, 16], module=1, efficiency=efficiency)
+    b.gear("outer", planet=(0, 0), ground=(0, 0), teeth=[16, 52], module=1, internal=True, efficiency=efficiency)
+    b.start("planet", x=18)
+    b.drive("q", joint="a", values=[0])
+    b.output(body="arm")
+    b.load(moment=-1000)
+    return b.mechanism()
 
 
-SCREW = """
-[joints.turns]
-type = "screw"
-lead = {lead}
-{more}
-[joints.turns.on]
-ground = {{ at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }}
-screw = {{ at = [0, 0, 0], axis = [0, 0, 1], side = [1, 0, 0] }}
-[drives.q]
-joint = "turns"
-values = [0]
-[output]
-body = "screw"
-[[loads]]
-force = [0, 0, {force}]
-"""
+def screw(lead: float, force: float, **more: Any) -> jp.Mechanism:
+    b = spatial()
+    place = {"at": [0, 0, 0], "axis": [0, 0, 1], "side": [1, 0, 0]}
+    b.screw("turns", ground=place, screw=place, lead=lead, **more)
+    b.drive("q", joint="turns", values=[0])
+    b.output(body="screw")
+    b.load(force=(0, 0, force))
+    return b.mechanism()
 
 
-def screw(lead: float, force: float, more: str) -> jp.Mechanism:
-    return jp.loads(UNITS.format("spatial") + SCREW.format(lead=lead, force=force, more=more))
+def _bush() -> jp.Mechanism:
+    b = planar()
+    wear = {"rate": 1e-4, "length": 20, "diameter": 30}
+    b.revolute("J", ground=(0, 0), shaft=(0, 0), clearance=jp.radial(0.02), wear=wear)
+    b.drive("q", joint="J", from_=0, to=360, count=73)
+    b.output(body="shaft", at=(50, 0))
+    b.load(at=(0, 0), force=(0, -100))
+    return b.mechanism()
 
 
 #: a shaft that a force which stands still presses down in its bush, and that turns once
-BUSH = f"""{PLANE}
-[joints.J]
-type = "revolute"
-on = {{ ground = [0, 0], shaft = [0, 0] }}
-clearance = {{ radial = 0.02 }}
-wear = {{ rate = 1e-4, length = 20, diameter = 30 }}
-[drives.q]
-joint = "J"
-from = 0
-to = 360
-count = 73
-[output]
-body = "shaft"
-at = [50, 0]
-[[loads]]
-at = [0, 0]
-force = [0, -100]
-"""
+BUSH = _bush()
 TURN = {"drives.theta": {"joint": "shaft", "from": 0.25, "to": 359.75, "count": 720}}
 WEAR = {
     "shaft": {"rate": 1e-5, "length": 20},

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 import jointplay as jp
+from helpers.builders import spatial
+from helpers.rods import rod_and_slider
 from helpers.slider_crank import slider_crank
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
@@ -23,53 +25,29 @@ NONE = 1e-9
 #: the mechanism with reference values of friction
 SLIDER_CRANK = slider_crank(
     {
-        "shaft": "friction = { coefficient = 0.1, diameter = 24 }",
-        "pin": "friction = { coefficient = 0.1, diameter = 20 }",
-        "wrist": "friction = { coefficient = 0.1, diameter = 16 }",
-        "guide": "friction = { coefficient = 0.1, height = 30 }",
+        "shaft": {"friction": {"coefficient": 0.1, "diameter": 24}},
+        "pin": {"friction": {"coefficient": 0.1, "diameter": 20}},
+        "wrist": {"friction": {"coefficient": 0.1, "diameter": 16}},
+        "guide": {"friction": {"coefficient": 0.1, "height": 30}},
     },
     drive="q",
-)
+).mechanism()
 
-#: a crank about z, a rod between two balls, a slider along x beside and below
-RSSP = """
-format = 1
-space = "spatial"
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.shaft]
-type = "revolute"
-on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, crank = { at = [0, 0, 0], axis = [0, 0, 1] } }
-clearance = { radial = 0.02, axial = 0.03, length = 30 }
-friction = { coefficient = 0.1, diameter = 24, collar = 28 }
-[joints.A]
-type = "spherical"
-on = { crank = [40, 0, 10], rod = [0, 0, 0] }
-clearance = { radial = 0.015 }
-friction = { coefficient = 0.1, diameter = 18 }
-[joints.B]
-type = "spherical"
-on = { rod = [120, 0, 0], slider = [0, 0, 0] }
-clearance = { radial = 0.015 }
-friction = { coefficient = 0.1, diameter = 18 }
-[joints.guide]
-type = "prismatic"
-clearance = { gap = 0.03, length = 60, width = 30, height = 20 }
-friction = 0.1
-[joints.guide.on]
-ground = { at = [0, 15, -30], axis = [1, 0, 0], side = [0, 1, 0] }
-slider = { at = [0, 0, 0], axis = [1, 0, 0], side = [0, 1, 0] }
-[start]
-crank = { rotation = [0, 0, 30] }
-slider = { x = 150, y = 15, z = -30 }
-[drives.q]
-joint = "shaft"
-values = [30, 75]
-[output]
-body = "slider"
-at = [50, -20, 10]
-[[loads]]
-force = [-200, 30, 40]
-"""
+BALL = {"coefficient": 0.1, "diameter": 18}
+#: the same in space, with a rod between two balls
+RSSP = (
+    rod_and_slider("q", spatial())
+    .mechanism()
+    .with_(
+        {
+            "joints.shaft.friction": {"coefficient": 0.1, "diameter": 24, "collar": 28},
+            "joints.A.friction": BALL,
+            "joints.B.friction": BALL,
+            "joints.guide.friction": 0.1,
+            "start.crank": {"rotation": [0, 0, 30]},
+        }
+    )
+)
 
 
 def with_friction(m: jp.Mechanism, seed: int, most: float = 0.3) -> jp.Mechanism:

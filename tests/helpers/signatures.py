@@ -18,8 +18,8 @@ from typing import Any
 from jointplay.file.schema import json_schema
 
 PACKAGE = Path(__file__).resolve().parents[2] / "python" / "jointplay" / "model" / "builder"
-#: characters of a line
-WIDTH = 116
+#: characters of a line, and those before the description of a key in a method
+WIDTH, WITHIN = 120, 8
 
 Node = dict[str, Any]
 
@@ -249,12 +249,12 @@ class Signatures:
         doc = [heading, "", "Parameters", "----------"]
         if first:
             optional = ", optional" if "None" in first[1] else ""
-            doc += [f"{first[0]} : str{optional}", *_indented(first[2], 4)]
+            doc += [f"{first[0]} : str{optional}", *_indented(first[2], 4, WITHIN)]
         for text, same in groupby(keys, key=lambda key: known.get(key) == keys[key] or keys[key][1]):
             words = AS_BEFORE if text is True else f"{text[:1].upper()}{text[1:]}."
-            doc += [f"{', '.join(map(_word, same))} : optional", *_indented(words, 4)]
+            doc += [f"{', '.join(map(_word, same))} : optional", *_indented(words, 4, WITHIN)]
         if places:
-            doc += ["**places", *_indented(places[1], 4)]
+            doc += ["**places", *_indented(places[1], 4, WITHIN)]
         lines = [f"def {name}({', '.join(parameters)}) -> None:", f'    """{doc[0]}']
         lines += [f"    {line}".rstrip() for line in doc[1:]]
         lines += ['    """', f"    {call}"]
@@ -346,8 +346,8 @@ def _split(text: str) -> list[str]:
     return parts[:-1]
 
 
-def _indented(text: str, by: int) -> list[str]:
-    return textwrap.wrap(text, WIDTH - 4 - by, initial_indent=" " * by, subsequent_indent=" " * by)
+def _indented(text: str, by: int, within: int = 0) -> list[str]:
+    return textwrap.wrap(text, WIDTH - within, initial_indent=" " * by, subsequent_indent=" " * by)
 
 
 def _references(node: Any) -> Iterator[str]:
@@ -374,6 +374,8 @@ ENTRIES = (
     + HEAD
     + '''
 """
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Literal

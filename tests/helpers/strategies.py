@@ -170,43 +170,13 @@ at = {place}
 
 #: the eleven crank angles of the 4R of Jaiswal et al., in degrees
 PAPER_ANGLES = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83, 70.45, 76.39]
-PAPER_GUESS = "crank = { angle = 22.7 }\ncoupler = { angle = 129 }\nrocker = { angle = 35.6 }\n"
+#: where its bodies are at the first of them, roughly
+PAPER_GUESS = (22.7, 129.0, 35.6)
 
 
-def paper_text(radial: float = 1.0, loads: str = "", start: str = PAPER_GUESS) -> str:
+def paper_text(radial: float = 1.0, loads: str = "", start: tuple[float, float, float] = PAPER_GUESS) -> str:
     """The 4R of Jaiswal et al. with one radial clearance in all four joints."""
-    clearance = f"clearance = {{ radial = {radial!r} }}"
-    return f"""
-format = 1
-title = "4R four-bar linkage, rotary drive (Jaiswal et al.)"
-space = "planar"
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[joints.J1]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-{clearance}
-[joints.J2]
-type = "revolute"
-on = {{ crank = [75, 0], coupler = [0, 0] }}
-{clearance}
-[joints.J3]
-type = "revolute"
-on = {{ coupler = [75, 0], rocker = [150, 0] }}
-{clearance}
-[joints.J4]
-type = "revolute"
-on = {{ ground = [-100, 0], rocker = [0, 0] }}
-{clearance}
-[start]
-{start}
-[drives.theta1]
-joint = "J1"
-values = {PAPER_ANGLES!r}
-[output]
-body = "rocker"
-at = [150, 0]
-{loads}
-"""
+    return four_bar_text(75, 75, 150, -100, PAPER_ANGLES, (radial,) * 4, start=start, extra=loads)
 
 
 def random_four_bar(seed: int) -> tuple[FourBar, float]:

@@ -29,14 +29,10 @@ ARM = """
 format = 1
 title = "Arm on a pin"
 units = { length = "mm", angle = "deg", force = "N" }
-[joints.pin]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.05 }
-[drives.swing]
-joint = "pin"
-values = [-20, 0, 20]
-error = 0.02
+[joints]
+pin = { type = "revolute", on = { ground = [0, 0], arm = [0, 0] }, clearance = { radial = 0.05 } }
+[drives]
+swing = { joint = "pin", values = [-20, 0, 20], error = 0.02 }
 [output]
 body = "arm"
 at = [200, 0]
@@ -52,10 +48,8 @@ units = { length = "mm", angle = "deg", force = "N" }
 type = "prismatic"
 on = { ground = { at = [0, 0], axis = [1, 0] }, slide = [0, 0] }
 clearance = { slot = { width = 20, tolerance = 0.01 }, slider = { width = 19.9, tolerance = 0.01 }, length = 60 }
-[drives.feed]
-joint = "guide"
-values = [0, 10, 20]
-error = 0.01
+[drives]
+feed = { joint = "guide", values = [0, 10, 20], error = 0.01 }
 [output]
 body = "slide"
 at = [0, 0]

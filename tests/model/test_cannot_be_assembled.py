@@ -33,7 +33,7 @@ FILES: dict[str, jp.Mechanism] = {
     "coupler too short": example(
         "four-bar", {"joints.J3.on": {"coupler": [20, 0], "rocker": [150, 0]}, "drives.theta1.values": [22.7, 25.0]}
     ),
-    "rod in space too short": jp.loads(RSSR.replace("coupler = [176, 0, 0]", "coupler = [100, 0, 0]")),
+    "rod in space too short": RSSR.with_({"joints.ball.on.coupler": [100, 0, 0]}),
     "second loop too short": example("six-bar", {"joints.F.on": {"link": [20, 0], "output_rocker": [70, 0]}}),
     "start forgotten": example("p3r", {"start": None}),
     "start of another shape": example(

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers.answers import OVER_CONSTRAINED
+from helpers.builders import planar
 from jointplay.cli import run
 from jointplay.file.schema import json_schema
 from jointplay.model.mechanism import changed
@@ -634,38 +635,19 @@ def test_the_excavator_by_hand() -> None:
 
 
 @pytest.mark.parametrize(
-    "law", ["polynomial = [20, 0.5, -0.002, 1e-5]", "at = [-150, 0, 90, 150]\nvalues = [9, 20, 40, -5]"]
+    "law", [{"polynomial": [20, 0.5, -0.002, 1e-5]}, {"at": [-150, 0, 90, 150], "values": [9, 20, 40, -5]}]
 )
-def test_followers_turn_with_their_copies(law: str) -> None:
+def test_followers_turn_with_their_copies(law: dict[str, list[float]]) -> None:
     """A leading angle counted within half a turn of zero: copies at 240 degrees took another branch of a polynomial."""
-    text = f"""
-format = 1
-units = {{ length = "mm", angle = "deg", force = "N" }}
-[patterns.cam]
-count = 3
-about = {{ point = [200, 100] }}
-[patterns.cam.joints.shaft]
-type = "revolute"
-on = {{ ground = [0, 0], crank = [0, 0] }}
-[patterns.cam.joints.arm]
-type = "revolute"
-on = {{ ground = [80, 0], finger = [0, 0] }}
-[patterns.cam.followers.law]
-joint = "arm"
-follows = "shaft"
-{law}
-backlash = 0.2
-[patterns.cam.drives.q]
-joint = "shaft"
-values = [0, 100, 140, -120]
-[[patterns.cam.loads]]
-body = "finger"
-moment = 3
-[output]
-body = "finger_1"
-at = [50, 0]
-"""
-    m = jp.loads(text)
+    b = planar()
+    cam = b.pattern("cam", count=3, about={"point": [200, 100]})
+    cam.revolute("shaft", ground=(0, 0), crank=(0, 0))
+    cam.revolute("arm", ground=(80, 0), finger=(0, 0))
+    cam.follower("law", joint="arm", follows="shaft", backlash=0.2, **law)
+    cam.drive("q", joint="shaft", values=[0, 100, 140, -120])
+    cam.load(body="finger", moment=3)
+    b.output(body="finger_1", at=(50, 0))
+    m = b.mechanism()
     assert m.sources == ("law_1.backlash", "law_2.backlash", "law_3.backlash")
     first = jp.loaded(m)
     for k in (2, 3):
@@ -685,9 +667,8 @@ def test_a_table_of_a_follower_in_a_pattern_is_read(tmp_path: Path) -> None:
         """
 format = 1
 units = { length = "mm", angle = "deg", force = "N" }
-[joints.shaft]
-type = "revolute"
-on = { ground = [0, 0], crank = [0, 0] }
+[joints]
+shaft = { type = "revolute", on = { ground = [0, 0], crank = [0, 0] } }
 [patterns.cam.values]
 x = [50, 90]
 [patterns.cam.joints.lift]
@@ -698,9 +679,8 @@ joint = "lift"
 follows = "shaft"
 csv = "cam.csv"
 columns = ["angle", "lift"]
-[drives.q]
-joint = "shaft"
-values = [0]
+[drives]
+q = { joint = "shaft", values = [0] }
 [output]
 body = "plate_2"
 """

@@ -34,7 +34,7 @@ def rocker_angle(theta: float, hook: Floats, ball: Floats, length: float = 176.0
 
 
 def test_a_coupler_between_two_balls_closes_as_in_the_closed_form() -> None:
-    m = jp.loads(RSSR)
+    m = RSSR
     assert jp.check(m).attrs["mobility"] == "1 degree of freedom, 1 drive"
     hook, ball = np.array([0.1, -0.12, 0.05]), np.array([-0.03, 0.05, 0.07])
     offsets = {"hook": hook.tolist(), "ball": ball.tolist(), "coupler": 0.04}
@@ -85,7 +85,7 @@ def test_the_delta_written_by_hand_is_the_delta_of_the_template_with_balls() -> 
 
 @pytest.mark.parametrize("turn", [0.0, 70.0, -160.0])
 def test_no_result_depends_on_how_a_rod_is_turned_about_itself(turn: float) -> None:
-    plain = jp.loads(RSSR)
+    plain = RSSR
     turned = plain.with_({"start.coupler.rotation": [turn, 0.0, 0.0]})
     for question in (jp.loaded, jp.worst, lambda m: jp.random(m, samples=2000)):
         one, other = question(plain), question(turned)
@@ -97,16 +97,16 @@ def test_no_result_depends_on_how_a_rod_is_turned_about_itself(turn: float) -> N
 
 def test_a_rod_whose_start_points_the_other_way_is_turned_towards_its_ball() -> None:
     """The row that holds a spin has no value where the rod has swung by half a turn."""
-    away = RSSR.replace("coupler = [176, 0, 0]", "coupler = [-176, 0, 0]")
-    result, plain = jp.loaded(jp.loads(away)), jp.loaded(jp.loads(RSSR))
+    away = RSSR.with_({"joints.ball.on.coupler": [-176, 0, 0]})
+    result, plain = jp.loaded(away), jp.loaded(RSSR)
     np.testing.assert_allclose(result.error, plain.error, rtol=1e-8, atol=1e-10)
 
 
 @pytest.mark.parametrize("key", ["joints.hook.stiffness.radial", "bodies.coupler.stiffness"])
 def test_rods_and_balls_that_give_spin_as_well(key: str) -> None:
-    stiff = jp.loads(RSSR).with_({key: 1e9})
+    stiff = RSSR.with_({key: 1e9})
     assert jp.check(stiff).attrs["decided"] == 1
-    rigid = jp.loads(RSSR)
+    rigid = RSSR
     # A stiffness of 1e9 N/mm gives 1e-8 mm under these loads.
     np.testing.assert_allclose(jp.loaded(stiff).error, jp.loaded(rigid).error, atol=1e-6)
     one, other = jp.worst(stiff).worst_position, jp.worst(rigid).worst_position
@@ -140,9 +140,9 @@ def test_telescopic_legs_between_balls_spin_as_a_whole() -> None:
 
 
 def test_what_loads_a_spin_leaves_it_a_free_motion() -> None:
-    weight = '[[loads]]\nbody = "coupler"\nforce = [0, 0, -1]\nat = {}\n'
-    for at, turns in (("[88, 0, 0]", False), ("[88, 2, 0]", True)):
-        m = jp.loads(RSSR + weight.format(at))
+    weight = {"body": "coupler", "force": [0, 0, -1]}
+    for at, turns in (([88, 0, 0], False), ([88, 2, 0], True)):
+        m = RSSR.with_({"loads": [*RSSR.raw["loads"], {**weight, "at": at}]})
         if not turns:
             assert jp.check(m).attrs["decided"] == 1
             continue
@@ -152,8 +152,9 @@ def test_what_loads_a_spin_leaves_it_a_free_motion() -> None:
 
 def test_a_load_of_a_load_case_that_turns_a_spin_is_named_and_checked() -> None:
     """`check` found nothing wrong, and `loaded` spoke of a load that the file does not have by this key."""
-    case = '[[load_cases.{}]]\nbody = "coupler"\nforce = [0, 0, -1]\nat = {}\n'
-    m = jp.loads(RSSR + case.format("on", "[88, 0, 0]") + case.format("beside", "[88, 2, 0]"))
+    weight = {"body": "coupler", "force": [0, 0, -1]}
+    places = {"on": [88, 0, 0], "beside": [88, 2, 0]}
+    m = RSSR.with_({f"load_cases.{name}": [{**weight, "at": at}] for name, at in places.items()})
     words = "'coupler' spins about the line from hook to ball, load_cases.beside.0 turns it"
     with pytest.raises(jp.InputError, match=words.replace(".", r"\.")):
         jp.loaded(m)
@@ -177,7 +178,7 @@ def test_several_spins_that_loads_turn_are_told_apart() -> None:
 
 def test_a_spin_of_the_output_is_a_free_motion_as_before() -> None:
     with pytest.raises(jp.InputError, match="'coupler' turns and no joint's coordinate drives it"):
-        jp.worst(jp.loads(RSSR).with_({"output": {"body": "coupler", "at": [0, 0, 0]}}))
+        jp.worst(RSSR.with_({"output": {"body": "coupler", "at": [0, 0, 0]}}))
 
 
 def test_random_specimens_and_loaded_ones_agree_with_given_offsets() -> None:
@@ -194,7 +195,7 @@ def test_random_specimens_and_loaded_ones_agree_with_given_offsets() -> None:
 
 @pytest.mark.parametrize("name", ["delta", "rssr"])
 def test_every_question_answers_with_held_spins(name: str) -> None:
-    m = delta() if name == "delta" else jp.loads(RSSR)
+    m = delta() if name == "delta" else RSSR
     axes = {drive: {"from": -5, "to": 5, "count": 3} for drive in m.drives}
     assert (jp.map(m, question="loaded", grid=axes).status == "ok").all()
     assert (jp.compensate(m).status == "ok").all()

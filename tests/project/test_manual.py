@@ -230,6 +230,14 @@ def test_public_docstrings_follow_numpydoc(dotted: str) -> None:
     assert not found
 
 
+def test_help_has_types_by_their_names() -> None:
+    """Where annotations are evaluated, help lists all that a `NumbersLike` may be in place of this name."""
+    for value in (getattr(jp, name) for name in public_names()):
+        methods = [getattr(value, name) for name in dir(value)] if inspect.isclass(value) else []
+        for function in filter(inspect.isfunction, [value, *methods]):
+            assert "numpy" not in str(inspect.signature(function)), function.__qualname__
+
+
 def modules() -> list[str]:
     found = [name for _, name, _ in pkgutil.walk_packages(jp.__path__, "jointplay.")]
     # The compiled module is described by its stub; __main__ runs the command.

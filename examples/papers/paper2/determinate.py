@@ -99,51 +99,17 @@ def triangle() -> jp.Mechanism:
     a, e, f, d = ((np.array([[c, s], [-s, c]]) @ PLACES[name]).tolist() for name in "AEFD")
     deviation = {bar: deviation for bar, (_, deviation) in published.lengths().items()}
     pins = {"E": ("AF", "ED", e), "F": ("AF", "DF", f), "D": ("DF", "ED", d)}
-    with_play = [
-        f"""
-        [joints.{name}]
-        type = "revolute"
-        bodies = ["{first}", "{second}"]
-        at = {at}
-        clearance = {{ radial = {CLEARANCE} }}
-        """
-        for name, (first, second, at) in pins.items()
-    ]
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("A", bodies=["ground", "AF"], at=a)
+    b.revolute("end", bodies=["DF", "slider"], at=d)
+    b.prismatic("guide", bodies=["ground", "slider"], at=d, axis=(1, 0))
+    b.output(body="slider", at=d)
+    for name, (first, second, at) in pins.items():
+        b.revolute(name, bodies=[first, second], at=at, clearance=jp.radial(CLEARANCE))
     between = {"AE": ("AF", "A", "E"), "AF": ("AF", "A", "F"), "ED": ("ED", "E", "D"), "DF": ("DF", "F", "D")}
-    lengths = [
-        f"""
-        [dimensions.{bar}]
-        body = "{body}"
-        between = ["{start}", "{end}"]
-        deviation = {deviation[bar]}
-        """
-        for bar, (body, start, end) in between.items()
-    ]
-    return jp.loads(
-        f"""
-        format = 1
-        units = {{ length = "mm", angle = "deg", force = "N" }}
-        [joints.A]
-        type = "revolute"
-        bodies = ["ground", "AF"]
-        at = {a}
-        [joints.end]
-        type = "revolute"
-        bodies = ["DF", "slider"]
-        at = {d}
-        [joints.guide]
-        type = "prismatic"
-        bodies = ["ground", "slider"]
-        at = {d}
-        axis = [1, 0]
-        [output]
-        body = "slider"
-        at = {d}
-        {"".join(with_play)}
-        {"".join(lengths)}
-        """,
-        "closed-chain-link.toml",
-    )
+    for bar, (body, *ends) in between.items():
+        b.dimension(bar, body=body, between=ends, deviation=deviation[bar])
+    return b.mechanism()
 
 
 @dataclass(frozen=True)

@@ -52,35 +52,15 @@ def direction(theta: float) -> Floats:
 
 def link(theta: float) -> jp.Mechanism:
     """The link on the cabin, asked about its far end."""
-    x, y = np.array([0.0, published.lengths()["AB"][0]]) + LENGTH * direction(0.0)
-    return jp.loads(
-        f"""
-        format = 1
-        units = {{ length = "mm", angle = "deg", force = "N" }}
-        [joints.foot]
-        type = "fixed"
-        bodies = ["ground", "cabin"]
-        at = [0, 0]
-        [joints.B]
-        type = "fixed"
-        bodies = ["cabin", "link"]
-        at = [0, {published.lengths()["AB"][0]}]
-        clearance = {{ radial = {CLEARANCE} }}
-        angle = {{ deviation = {theta} }}
-        [dimensions.cabin]
-        body = "cabin"
-        between = ["foot", "B"]
-        deviation = {BASE[1]}
-        [dimensions.link]
-        body = "link"
-        between = ["B", "output"]
-        deviation = {DEVIATION}
-        [output]
-        body = "link"
-        at = [{x}, {y}]
-        """,
-        "fixed-link.toml",
-    )
+    cabin = np.array([0.0, published.lengths()["AB"][0]])
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.fixed("foot", bodies=["ground", "cabin"], at=(0, 0))
+    play = jp.radial(CLEARANCE)
+    b.fixed("B", bodies=["cabin", "link"], at=cabin, clearance=play, angle={"deviation": theta})
+    b.dimension("cabin", body="cabin", between=["foot", "B"], deviation=BASE[1])
+    b.dimension("link", body="link", between=["B", "output"], deviation=DEVIATION)
+    b.output(body="link", at=cabin + LENGTH * direction(0.0))
+    return b.mechanism()
 
 
 def error(m: jp.Mechanism) -> Floats:

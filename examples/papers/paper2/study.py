@@ -121,42 +121,15 @@ def centres() -> dict[str, tuple[Floats, Floats]]:
 def folding_link(wander: float) -> xr.Dataset:
     """BD as two bars that lock straight in C, from the cabin to a slider on its line."""
     half = published.lengths()["BD"][0] / 2.0
-    return jp.assemble(
-        jp.loads(
-            f"""
-            format = 1
-            units = {{ length = "mm", angle = "deg", force = "N" }}
-            [joints.B]
-            type = "revolute"
-            bodies = ["ground", "BC"]
-            at = [0, 0]
-            [joints.C]
-            type = "revolute"
-            bodies = ["BC", "CD"]
-            at = [{half}, 0]
-            clearance = {{ radial = {published.CLEARANCE} }}
-            [joints.D]
-            type = "revolute"
-            bodies = ["slider", "CD"]
-            at = [{2 * half}, 0]
-            [joints.guide]
-            type = "prismatic"
-            bodies = ["ground", "slider"]
-            at = [{2 * half}, 0]
-            axis = [1, 0]
-            [drives.C]
-            joint = "C"
-            values = [0]
-            error = {wander}
-            [output]
-            body = "slider"
-            at = "D"
-            [assembly]
-            steps = [["BC", "CD"], ["slider"]]
-            """,
-            "folding-link.toml",
-        )
-    )
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("B", bodies=["ground", "BC"], at=(0, 0))
+    b.revolute("C", bodies=["BC", "CD"], at=(half, 0), clearance=jp.radial(published.CLEARANCE))
+    b.revolute("D", bodies=["slider", "CD"], at=(2 * half, 0))
+    b.prismatic("guide", bodies=["ground", "slider"], at=(2 * half, 0), axis=(1, 0))
+    b.drive("C", joint="C", values=[0], error=wander)
+    b.output(body="slider", at="D")
+    b.assembly(steps=[["BC", "CD"], ["slider"]])
+    return jp.assemble(b.mechanism())
 
 
 def forces(m: jp.Mechanism) -> dict[str, float]:

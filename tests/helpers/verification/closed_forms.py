@@ -14,15 +14,15 @@ import jointplay as jp
 from helpers import crossed
 from helpers.machines import (
     BUSH,
-    DRAWER,
     GEAR,
     GROWTH,
-    LEVER,
     LIFE,
     SIZES,
     TURN,
     WEAR,
+    drawer,
     four_bar,
+    lever,
     planetary,
     screw,
     wedge,
@@ -92,23 +92,23 @@ def _four_bar() -> tuple[Any, Any]:
 
 def _lever() -> tuple[Any, Any]:
     circle = 50.0 * 20.0 * math.sin(math.atan(0.2))
-    return _torques(jp.loads(LEVER.format(radial=0.5, mu=0.2, torque=7))), [5007.0 + circle, 4993.0 - circle]
+    return _torques(lever(0.5, 0.2, 7.0)), [5007.0 + circle, 4993.0 - circle]
 
 
 def _drawer() -> tuple[Any, Any]:
     some = (0.05, 0.2, 0.39)
-    found = [jp.loaded(jp.loads(DRAWER.format(mu=mu, push=100, load=0)), approach="forward") for mu in some]
+    found = [jp.loaded(drawer(mu, push=100, load=0), approach="forward") for mu in some]
     return [r.drive_torque[0, 0] for r in found], [10.0 / (1.0 - 2.5 * mu) for mu in some]
 
 
 def _jam() -> tuple[Any, Any]:
-    result = jp.loaded(jp.loads(DRAWER.format(mu=0.6, push=100, load=0)), approach="forward")
+    result = jp.loaded(drawer(0.6, push=100, load=0), approach="forward")
     return result.jam_coefficient[0], 80.0 / 200.0
 
 
 def _wedge() -> tuple[Any, Any]:
     some, slope = (0.05, 0.1, 0.15), math.radians(20.0)
-    ours = [_torques(jp.loads(wedge(20.0, mu))) for mu in some]
+    ours = [_torques(wedge(20.0, mu)) for mu in some]
     both = [[math.tan(slope - math.atan(mu)) - mu, math.tan(slope + math.atan(mu)) + mu] for mu in some]
     ends = [[1.0 + mu * math.tan(slope - math.atan(mu)), 1.0 - mu * math.tan(slope + math.atan(mu))] for mu in some]
     return ours, -100.0 * np.array(both) / ends
@@ -116,8 +116,8 @@ def _wedge() -> tuple[Any, Any]:
 
 def _screw() -> tuple[Any, Any]:
     some, slope = (0.05, 0.12), math.atan(4.0 / (18.0 * math.pi))
-    thread = "friction = {{ coefficient = {}, mean_diameter = 18, flank_angle = 15 }}"
-    ours = [_torques(screw(4.0, -1000.0, thread.format(mu))) for mu in some]
+    thread = {"mean_diameter": 18, "flank_angle": 15}
+    ours = [_torques(screw(4.0, -1000.0, friction={"coefficient": mu, **thread})) for mu in some]
     angles = [math.atan(mu / math.cos(math.radians(15.0))) for mu in some]
     return ours, [[9000.0 * math.tan(slope + rho), 9000.0 * math.tan(slope - rho)] for rho in angles]
 
@@ -131,28 +131,28 @@ def _worm() -> tuple[Any, Any]:
 
 
 def _gears() -> tuple[Any, Any]:
-    m = jp.loads(wheels(f"{GEAR}\nefficiency = 0.97", apart=70.0))
+    m = wheels(GEAR | {"efficiency": 0.97}, apart=70.0)
     return _torques(m), [280.0 / 0.97, 280.0 * 0.97]
 
 
 def _planetary() -> tuple[Any, Any]:
     i, e = 52.0 / 20.0, 0.95**2
-    return _efficiencies(jp.loads(planetary(0.95))), sorted([(1.0 + i * e) / (1.0 + i), (1.0 + i) / (1.0 + i / e)])
+    return _efficiencies(planetary(0.95)), sorted([(1.0 + i * e) / (1.0 + i), (1.0 + i) / (1.0 + i / e)])
 
 
 def _bush() -> tuple[Any, Any]:
-    return jp.life(jp.loads(BUSH), "loaded").growth, math.pi * 1e-4 * 1e-3 * 100.0 / 20.0
+    return jp.life(BUSH, "loaded").growth, math.pi * 1e-4 * 1e-3 * 100.0 / 20.0
 
 
 def _growth() -> tuple[Any, Any]:
-    joints = {name: f"wear = {{ {', '.join(f'{k} = {v}' for k, v in wear.items())} }}" for name, wear in WEAR.items()}
+    joints = {name: {"wear": wear} for name, wear in WEAR.items()}
     plays = {f"joints.{name}.clearance.{'gap' if name == 'guide' else 'radial'}": 1e-9 for name in GROWTH}
-    m = jp.loads(slider_crank(joints)).with_(TURN | plays)
+    m = slider_crank(joints).mechanism().with_(TURN | plays)
     return 1e6 * jp.life(m, "loaded").growth.values, list(GROWTH.values())
 
 
 def _life() -> tuple[Any, Any]:
-    m = jp.loads(slider_crank(more="[limits]\nposition = 0.2\n"))
+    m = slider_crank().mechanism().with_({"limits.position": 0.2})
     worn = {f"joints.{name}.wear": {"growth": nanometres * 1e-6} for name, nanometres in GROWTH.items()}
     result = jp.life(m.with_(worn), "loaded", tolerance=1e-9)
     return [result.life.item() * 1e-6, *result.size_worn.values], [LIFE * 1e-6, *SIZES]

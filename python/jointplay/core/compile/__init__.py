@@ -3,6 +3,8 @@
 Everything that one part of the file says about another is checked here.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Mechanisms written in Python: the tables of the file, one call for each entry."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 

@@ -3,6 +3,8 @@
 Written from the schema of the file by tests/helpers/signatures.py; not by hand.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
@@ -111,8 +113,8 @@ class Parts(Writing):
         position : optional
             Deviation of its place, by the name of the body.
         direction : optional
-            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the
-            name of the body.
+            Deviation of the angle of its axis, by the name of the body; in space: deviation of its axis, by the name of
+            the body.
         **places
             Its place on each body, by the name of the body: as in `on`.
         """
@@ -270,8 +272,8 @@ class Parts(Writing):
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
         efficiency : optional
-            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
-            where the first body drives, of a screw where its turning drives.
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first where
+            the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -335,8 +337,8 @@ class Parts(Writing):
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
         efficiency : optional
-            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
-            where the first body drives, of a screw where its turning drives.
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first where
+            the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -397,8 +399,8 @@ class Parts(Writing):
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
         efficiency : optional
-            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
-            where the first body drives, of a screw where its turning drives.
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first where
+            the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -553,8 +555,8 @@ class Parts(Writing):
         wear : optional
             Of each of the two pins: how fast its clearance grows.
         friction : optional
-            Of each of the two pins: friction against its motion, which counts where a direction of approach is
-            asked for; a number: its coefficient.
+            Of each of the two pins: friction against its motion, which counts where a direction of approach is asked
+            for; a number: its coefficient.
         on, bodies, at : optional
             As of `revolute`.
         axis : optional
@@ -653,8 +655,8 @@ class Parts(Writing):
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
         efficiency : optional
-            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
-            where the first body drives, of a screw where its turning drives.
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first where
+            the first body drives, of a screw where its turning drives.
         runout : optional
             Eccentricity of its wheels, by the name of the body.
         clearance : optional
@@ -675,8 +677,8 @@ class Parts(Writing):
             Direction from each centre to the pitch point in the axes of each body, where the teeth mesh; as in the
             start if left out.
         friction : optional
-            Of teeth that slide where the pitch circles touch, as those of worms do: friction against its motion,
-            which counts where a direction of approach is asked for; a number: its coefficient.
+            Of teeth that slide where the pitch circles touch, as those of worms do: friction against its motion, which
+            counts where a direction of approach is asked for; a number: its coefficient.
         on, bodies : optional
             As of `revolute`.
         at : optional
@@ -726,8 +728,8 @@ class Parts(Writing):
             Transmission error, a length at the pitch circle (of crossed gears that of the second wheel, of a screw
             along its axis).
         efficiency : optional
-            Power out over power in, which counts where a direction of approach is asked for; of a pair the first
-            where the first body drives, of a screw where its turning drives.
+            Power out over power in, which counts where a direction of approach is asked for; of a pair the first where
+            the first body drives, of a screw where its turning drives.
         clearance : optional
             Play built into the joint.
         stiffness : optional
@@ -781,9 +783,9 @@ class Parts(Writing):
         centre : optional
             Centre of mass in body axes.
         rotational_inertia : optional
-            Moment of inertia about the centre of mass, kg times length squared; acts with a speed; in space: [Ixx,
-            Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the centre of mass
-            in body axes, kg times length squared; acts with a speed.
+            Moment of inertia about the centre of mass, kg times length squared; acts with a speed; in space: [Ixx, Iyy,
+            Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], the entries of the inertia matrix about the centre of mass in body
+            axes, kg times length squared; acts with a speed.
         expansion : optional
             Coefficient of thermal expansion, 1/K; the one of the whole file if left out.
         stiffness : optional
@@ -793,8 +795,8 @@ class Parts(Writing):
         area : optional
             Area of the section: with E it can be stretched.
         inertia : optional
-            Second moment of area of the section: with E it can be bent; in space: second moment of area; two of
-            them for bending about `side` and about the direction across.
+            Second moment of area of the section: with E it can be bent; in space: second moment of area; two of them
+            for bending about `side` and about the direction across.
         outline : optional
             What drawings show of it: closed lines, of holes too, each a list of corners in body axes (in the plane
             only).
@@ -872,8 +874,8 @@ class Parts(Writing):
         joint : optional
             The joint whose coordinate it commands.
         joints : optional
-            Instead of `joint`: several joints that one motor moves, each with the motion of its coordinate per
-            motion of the motor.
+            Instead of `joint`: several joints that one motor moves, each with the motion of its coordinate per motion
+            of the motor.
         values : optional
             The commanded values, one per configuration.
         csv : optional
@@ -893,16 +895,16 @@ class Parts(Writing):
         law : optional
             How it scatters: uniform if left out; see tolerances.
         backlash : optional
-            Lost motion of the joint that it drives, from flank to flank, where the load decides: half of it to
-            either side of the command, or { plus, minus }; with `joints` a table by joint.
+            Lost motion of the joint that it drives, from flank to flank, where the load decides: half of it to either
+            side of the command, or { plus, minus }; with `joints` a table by joint.
         backlash_law : optional
             How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
         stiffness : optional
-            Force per length, or moment per angle in the file's units, by which it winds up beside its backlash;
-            rigid if left out; with `joints` a table by joint.
+            Force per length, or moment per angle in the file's units, by which it winds up beside its backlash; rigid
+            if left out; with `joints` a table by joint.
         speed : optional
-            How fast the value changes, per second (see units.turning_speed), or one per configuration: bodies with
-            a mass then load the joints by their inertia; at rest if left out.
+            How fast the value changes, per second (see units.turning_speed), or one per configuration: bodies with a
+            mass then load the joints by their inertia; at rest if left out.
         acceleration : optional
             With speed: how fast that changes, per second squared, or one per configuration.
         motion : optional
@@ -917,8 +919,8 @@ class Parts(Writing):
         time : optional
             With csv: the name of the column that has these times, in s or, as its unit says, in ms.
         rotor_inertia : optional
-            Inertia of the motor, reduced to the value: kg times length squared of an angle, kg of a length; it
-            takes part of the motor's moment.
+            Inertia of the motor, reduced to the value: kg times length squared of an angle, kg of a length; it takes
+            part of the motor's moment.
         """
         self._named("drives", locals())
 
@@ -956,8 +958,8 @@ class Parts(Writing):
         polynomial : optional
             Coefficients of the powers of the leading coordinate, from the constant on, in file units.
         origin : optional
-            Of a polynomial: the leading coordinate from which its powers count; an angle counts within half a turn
-            of it.
+            Of a polynomial: the leading coordinate from which its powers count; an angle counts within half a turn of
+            it.
         at : optional
             Instead: values of the leading coordinate, rising.
         values : optional
@@ -970,8 +972,8 @@ class Parts(Writing):
             Of a table: without curvature (natural), without slope (clamped), or the same after a full turn of the
             leading joint (periodic).
         backlash : optional
-            Lost motion of the following coordinate, from flank to flank, where the load decides: half to either
-            side, or { plus, minus }.
+            Lost motion of the following coordinate, from flank to flank, where the load decides: half to either side,
+            or { plus, minus }.
         backlash_law : optional
             How it lies in its backlash in random specimens: uniform, boundary (on a flank), normal.
         error : optional
@@ -1007,8 +1009,8 @@ class Parts(Writing):
         deviation : optional
             The known error of one built specimen.
         law : optional
-            Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 },
-            { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }.
+            Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 }, {
+            normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }.
         body : optional
             The body that has the distance.
         between : optional
@@ -1090,8 +1092,8 @@ class Parts(Writing):
         name : str
             Its name.
         on : optional
-            Its two bodies, and where it is fixed on each: [x, y] in body axes, or a joint on the body; in space:
-            its two bodies, and where it is fixed on each: [x, y, z] in body axes, or a joint on the body.
+            Its two bodies, and where it is fixed on each: [x, y] in body axes, or a joint on the body; in space: its
+            two bodies, and where it is fixed on each: [x, y, z] in body axes, or a joint on the body.
         joint : optional
             Instead of `on`: the joint about which a torsion spring acts, one whose coordinate is an angle.
         stiffness : optional
@@ -1227,13 +1229,13 @@ class Whole(Parts):
         y : optional
             Acceptable error along the ground's y axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }.
         angle : optional
-            Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high = 0.1
-            } (in the plane only).
+            Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high = 0.1 }
+            (in the plane only).
         probability : optional
             Share of the specimens that must keep to the limits in `random`; such as 0.9973.
         contact : optional
-            Where clearances are in these specimens: offsets that scatter, or those that the load decides; both
-            count where it is left out and there are loads.
+            Where clearances are in these specimens: offsets that scatter, or those that the load decides; both count
+            where it is left out and there are loads.
         singular_value : optional
             Smallest acceptable singular value of the length-scaled Jacobian.
         drives : optional
@@ -1245,17 +1247,17 @@ class Whole(Parts):
         reactions : optional
             Largest acceptable reaction force at each joint in `forces`.
         z : optional
-            Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }
-            (in space only).
+            Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 } (in
+            space only).
         rx : optional
-            Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as { high =
-            0.1 } (in space only).
+            Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as { high = 0.1
+            } (in space only).
         ry : optional
-            Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as { high =
-            0.1 } (in space only).
+            Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as { high = 0.1
+            } (in space only).
         rz : optional
-            Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as { high =
-            0.1 } (in space only).
+            Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as { high = 0.1
+            } (in space only).
         """
         self._single("limits", locals())
 
@@ -1394,8 +1396,8 @@ class Whole(Parts):
         body : optional
             The body that carries the output point.
         at : optional
-            The output point: [x, y] in body axes, or a joint on the body; in space: the output point: [x, y, z] in
-            body axes, or a joint on the body.
+            The output point: [x, y] in body axes, or a joint on the body; in space: the output point: [x, y, z] in body
+            axes, or a joint on the body.
         relative_to : optional
             The body against which the output is measured, in the axes of that body; the ground if left out.
         limits : optional
@@ -1423,22 +1425,22 @@ class Whole(Parts):
         Parameters
         ----------
         case : str, optional
-            The load case in which it acts; in every case if left out. Without anything else, a case without loads
-            of its own.
+            The load case in which it acts; in every case if left out. Without anything else, a case without loads of
+            its own.
         body : optional
             The loaded body; the output body if left out.
         at : optional
-            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y,
-            z] in body axes or a joint on the body; the output point if left out.
+            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y, z]
+            in body axes or a joint on the body; the output point if left out.
         axes : optional
             Axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the load
             turns, or the name of another body.
         force : optional
-            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of
-            them, one per configuration.
-        moment : optional
-            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
+            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of them,
             one per configuration.
+        moment : optional
+            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them, one
+            per configuration.
         """
         self._load(case, locals())
 
@@ -1492,16 +1494,16 @@ class Repeated(Parts):
         body : optional
             The loaded body; the output body if left out.
         at : optional
-            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y,
-            z] in body axes or a joint on the body; the output point if left out.
+            Where: [x, y] in body axes or a joint on the body; the output point if left out; in space: where: [x, y, z]
+            in body axes or a joint on the body; the output point if left out.
         axes : optional
             Axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the load
             turns, or the name of another body.
         force : optional
-            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of
-            them, one per configuration.
-        moment : optional
-            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them,
+            Force [fx, fy], or a list of them, one per configuration; in space: force [fx, fy, fz], or a list of them,
             one per configuration.
+        moment : optional
+            Moment, counter-clockwise, or one per configuration; in space: moment [mx, my, mz], or a list of them, one
+            per configuration.
         """
         self._listed("loads", locals())

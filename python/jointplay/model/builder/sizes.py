@@ -1,5 +1,7 @@
 """Clearances in short: what is read as ``{"radial": 0.05}`` in a file is ``radial(0.05)``."""
 
+from __future__ import annotations
+
 from typing import Literal, Unpack
 
 from .tables import ClearanceDict

@@ -55,16 +55,15 @@ class BallClearanceDict(TypedDict, total=False):
     """Play of a ball in its socket: its centre lies in a ball."""
 
     law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
+    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary."""
     tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
     size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
+    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default), uniform or
+    triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv',
+    column = 'd' }."""
     radial: NumberLike
     """Hole radius minus pin radius."""
     diametral: NumberLike
@@ -148,8 +147,7 @@ class BallFrictionDict(TypedDict, total=False):
     diameter: NumberLike
     """Diameter of the socket; that of the clearance if left out."""
     torque: NumberLike
-    """Moment against its turning whatever the load, as of seals; in the file's units of force times
-    length."""
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times length."""
 
 
 class BallStiffnessDict(TypedDict, total=False):
@@ -163,8 +161,7 @@ class BeltClearanceDict(TypedDict, total=False):
     """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
 
     law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
+    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary."""
     slack: NumberLike | NumbersLike
     """Travel at the rim to either side; [minus, plus] where the sides differ."""
 
@@ -212,8 +209,8 @@ class ComponentDeviationDict(TypedDict, total=False):
     deviation: NumberLike
     """The known error of one built specimen."""
     law: Literal["normal", "uniform", "triangular"] | LawDict
-    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
-    }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
+    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 }, { normal
+    = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
 class ErrorLimitsDict(TypedDict, total=False):
@@ -224,34 +221,31 @@ class ErrorLimitsDict(TypedDict, total=False):
     rotation: NumberLike
     """Largest acceptable rotation error."""
     x: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error along the ground's x axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
-    }."""
+    """Acceptable error along the ground's x axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }."""
     y: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error along the ground's y axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
-    }."""
+    """Acceptable error along the ground's y axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 }."""
     angle: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high =
-    0.1 } (in the plane only)."""
+    """Acceptable error of the angle: a number for both sides, [low, high], or one of them such as { high = 0.1 } (in
+    the plane only)."""
     z: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1
-    } (in space only)."""
+    """Acceptable error along the ground's z axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or { high = 0.1 } (in space
+    only)."""
     rx: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as {
-    high = 0.1 } (in space only)."""
+    """Acceptable error about the x axis: a number for both sides, [low, high], or one of them such as { high = 0.1 }
+    (in space only)."""
     ry: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as {
-    high = 0.1 } (in space only)."""
+    """Acceptable error about the y axis: a number for both sides, [low, high], or one of them such as { high = 0.1 }
+    (in space only)."""
     rz: NumberLike | NumbersLike | BoundsDict
-    """Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as {
-    high = 0.1 } (in space only)."""
+    """Acceptable error about the z axis: a number for both sides, [low, high], or one of them such as { high = 0.1 }
+    (in space only)."""
 
 
 class FlankClearanceDict(TypedDict, total=False):
     """Backlash of teeth: how far one flank can go until the other touches."""
 
     law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
+    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary."""
     backlash: NumberLike
     """Backlash from flank to flank, an arc at the pitch circle (of crossed gears the second one)."""
     backlash_angle: NumberLike
@@ -276,9 +270,8 @@ class GuideStiffnessDict(TypedDict, total=False):
     normal: NumberLike
     """Across the guide, force per length; in space: across axis and `side`, force per length."""
     tilt: NumberLike | NumbersLike
-    """Against tilting, moment per angle, in the file's unit of angles; in space: against tilting, moment
-    per angle, in the file's unit of angles; two of them for tilting about `side` and about the direction
-    across."""
+    """Against tilting, moment per angle, in the file's unit of angles; in space: against tilting, moment per angle, in
+    the file's unit of angles; two of them for tilting about `side` and about the direction across."""
     side: NumberLike
     """Along `side`, force per length (in the plane only)."""
     roll: NumberLike
@@ -308,8 +301,7 @@ class JournalFrictionDict(TypedDict, total=False):
     diameter: NumberLike
     """Diameter of the hole; that of the clearance if left out."""
     torque: NumberLike
-    """Moment against its turning whatever the load, as of seals; in the file's units of force times
-    length."""
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times length."""
     length: NumberLike
     """Length of the pin in its hole; that of the clearance if left out."""
     collar: NumberLike | NumbersLike
@@ -358,8 +350,8 @@ class LockedAngleDict(TypedDict, total=False):
     deviation: NumberLike
     """The known error of one built specimen."""
     law: Literal["normal", "uniform", "triangular"] | LawDict
-    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
-    }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
+    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 }, { normal
+    = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
 class MountStiffnessDict(TypedDict, total=False):
@@ -370,9 +362,8 @@ class MountStiffnessDict(TypedDict, total=False):
     normal: NumberLike
     """Across the joint's axis, force per length; in space: across axis and `side`, force per length."""
     tilt: NumberLike | NumbersLike
-    """Against turning, moment per angle, in the file's unit of angles; in space: against tilting, moment
-    per angle, in the file's unit of angles; two of them for tilting about `side` and about the direction
-    across."""
+    """Against turning, moment per angle, in the file's unit of angles; in space: against tilting, moment per angle, in
+    the file's unit of angles; two of them for tilting about `side` and about the direction across."""
     side: NumberLike
     """Along `side`, force per length (in the plane only)."""
     roll: NumberLike
@@ -402,8 +393,7 @@ class PlacementDict(TypedDict, total=False):
     axis: NumberLike | NumbersLike
     """Direction of the joint: [ux, uy] or an angle; in space: direction of the joint [ux, uy, uz]."""
     side: NumbersLike
-    """Direction across the axis [ux, uy, uz]: where a guide is wide, where an angle is zero (in space
-    only)."""
+    """Direction across the axis [ux, uy, uz]: where a guide is wide, where an angle is zero (in space only)."""
 
 
 class PlateStiffnessDict(TypedDict, total=False):
@@ -412,8 +402,8 @@ class PlateStiffnessDict(TypedDict, total=False):
     along: NumberLike
     """Along the axis, the normal of the planes, force per length."""
     tilt: NumberLike | NumbersLike
-    """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
-    and about the direction across."""
+    """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side` and about
+    the direction across."""
 
 
 class PlateWearDict(TypedDict, total=False):
@@ -452,11 +442,9 @@ class SleeveWearDict(PlateWearDict, total=False):
     """Wear of a pin that turns and slides in its hole."""
 
     rate_hole: NumberLike
-    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may
-    wander."""
+    """Instead of rate, with rate_pin: specific wear rate of the hole, on whose surface the load may wander."""
     rate_pin: NumberLike
-    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may
-    wander."""
+    """Instead of rate, with rate_hole: specific wear rate of the pin, on whose surface the load may wander."""
     diameter: NumberLike
     """Diameter of the pin, for pressure and sliding distance; that of the clearance if left out."""
 
@@ -478,8 +466,7 @@ class PositionDict(TypedDict, total=False):
     y: NumberLike | ComponentDeviationDict
     """Deviation along the y axis of the body."""
     diameter: NumberLike
-    """Diameter of the zone in which it lies (ISO 1101): it is off by up to half of it; a cylinder about its
-    axis."""
+    """Diameter of the zone in which it lies (ISO 1101): it is off by up to half of it; a cylinder about its axis."""
     deviation: NumbersLike
     """With diameter: the known deviation, [side, normal]; of a ball [x, y, z] in body axes."""
     z: NumberLike | ComponentDeviationDict
@@ -513,8 +500,8 @@ class RatioErrorDict(TypedDict, total=False):
     deviation: NumberLike
     """The known error of one built specimen."""
     law: Literal["normal", "uniform", "triangular"] | LawDict
-    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
-    }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
+    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 }, { normal
+    = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
 class RunOutDict(TypedDict, total=False):
@@ -534,8 +521,8 @@ class SleeveStiffnessDict(TypedDict, total=False):
     radial: NumberLike
     """Across the pin, force per length."""
     tilt: NumberLike | NumbersLike
-    """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side`
-    and about the direction across."""
+    """Against tilting, moment per angle, in the file's unit of angles; two of them for tilting about `side` and about
+    the direction across."""
 
 
 class JournalStiffnessDict(SleeveStiffnessDict, total=False):
@@ -564,16 +551,15 @@ class SlotClearanceDict(TypedDict, total=False):
     """Play of a pin across its slot."""
 
     law: Literal["uniform", "boundary", "normal"]
-    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the
-    boundary."""
+    """Uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary."""
     tolerance: NumberLike | ToleranceDict
     """How far the clearance may be off, in the measure in which it is given."""
     fit: str
     """Instead: tolerance classes of ISO 286, such as H7/g6."""
     size_law: Literal["normal", "uniform", "triangular"] | LawDict
-    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default),
-    uniform or triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or {
-    csv = 'lot.csv', column = 'd' }."""
+    """How the sizes scatter that have no law of their own: normal (three sigma at the limits, default), uniform or
+    triangular; or a table such as { pert = 0.01 }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv',
+    column = 'd' }."""
     gap: NumberLike
     """Gap on each side."""
     nominal: NumberLike
@@ -632,8 +618,8 @@ class GuideFrictionDict(SlotFrictionDict, total=False):
     length: NumberLike
     """Length of the slider in its guide; that of the clearance if left out."""
     height: NumberLike
-    """From face to face of the slider, across its axis; left out, friction acts in its axis; in space: size
-    of its section across; that of the clearance, or its width."""
+    """From face to face of the slider, across its axis; left out, friction acts in its axis; in space: size of its
+    section across; that of the clearance, or its width."""
     width: NumberLike
     """Size of its section along `side`; that of the clearance if left out (in the plane only)."""
 
@@ -658,8 +644,8 @@ class TargetDict(TypedDict, total=False):
     points: RowsLike
     """Positions [x, y] of the output point; in space: positions [x, y, z] of the output point."""
     timed: bool
-    """Of points: whether each belongs to the configuration of its number; if not, the nearest point of the
-    polyline through them counts."""
+    """Of points: whether each belongs to the configuration of its number; if not, the nearest point of the polyline
+    through them counts."""
     line: LineDict
     """A straight line."""
     circle: CircleDict
@@ -702,8 +688,8 @@ class TemperatureDict(TypedDict, total=False):
     deviation: NumberLike
     """The known error of one built specimen."""
     law: Literal["normal", "uniform", "triangular"] | LawDict
-    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01
-    }, { normal = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
+    """Normal (three sigma at the limits, default), uniform or triangular; or a table such as { pert = 0.01 }, { normal
+    = { cpk = 1.33, shift = 0.5 } } or { csv = 'lot.csv', column = 'd' }."""
 
 
 class ThreadFrictionDict(TypedDict, total=False):
@@ -716,8 +702,7 @@ class ThreadFrictionDict(TypedDict, total=False):
     flank_angle: NumberLike
     """Angle of the flank from a plane across the axis: 15 degrees of a trapezoidal thread of 30."""
     torque: NumberLike
-    """Moment against its turning whatever the load, as of seals; in the file's units of force times
-    length."""
+    """Moment against its turning whatever the load, as of seals; in the file's units of force times length."""
 
 
 class ToleranceDict(TypedDict, total=False):
@@ -748,8 +733,7 @@ class UnitsDict(TypedDict, total=False):
     force: Literal["N", "kN", "lbf"]
     """Unit of forces; moments are in force times length."""
     turning_speed: Literal["1/min", "1/s", "deg/s", "rad/s"]
-    """Unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if
-    left out."""
+    """Unit of the speeds of drives that turn: 1/min are revolutions per minute; the angle per second if left out."""
 
 
 VariationDict = TypedDict(
