@@ -34,6 +34,7 @@ from jointplay.file.schema import (
     ToleranceTable,
     limits_of,
 )
+from jointplay.file.schema.values import as_data
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.patterns import written_out
 
@@ -449,7 +450,7 @@ def _pair(play: SizedClearance, parts: list[Size], factor: float, unit: float) -
 
 def _told(entry: Any) -> RawTable:
     """A table of the file with the keys that are given, its expressions as numbers."""
-    return {key: value for key, value in entry.given().items() if value is not None}
+    return {key: value for key, value in as_data(entry).items() if value is not None}
 
 
 def _times(value: Any, factor: float) -> Any:

@@ -165,14 +165,6 @@ class Table(BaseModel):
     #: keys that one could expect here, with what to write instead
     instead: ClassVar[Mapping[str, str]] = {}
 
-    def given(self) -> dict[str, Any]:
-        """The keys that the file gives, as data, with numbers for expressions."""
-        # `model_dump` of pydantic before 2.14 fails where a table inside has never been read by itself.
-        fields = type(self).model_fields.items()
-        return {
-            field.alias or name: as_data(getattr(self, name)) for name, field in fields if name in self.model_fields_set
-        }
-
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, data: object) -> object:
@@ -196,9 +188,11 @@ class Table(BaseModel):
 
 
 def as_data(value: Any) -> Any:
-    """What tables of the schema hold as data: tables as dictionaries, sequences as lists."""
+    """What a table of the file gives as data: its keys, with numbers for expressions, and lists."""
+    # `model_dump` of pydantic before 2.14 fails where a table inside has never been read by itself.
     if isinstance(value, Table):
-        return value.given()
+        fields = [(name, field) for name, field in type(value).model_fields.items() if name in value.model_fields_set]
+        return {field.alias or name: as_data(getattr(value, name)) for name, field in fields}
     if isinstance(value, Mapping):
         return {key: as_data(inner) for key, inner in value.items()}
     return [as_data(inner) for inner in value] if isinstance(value, list | tuple) else value

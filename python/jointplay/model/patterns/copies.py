@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from jointplay.file.schema import PatternTable
+from jointplay.file.schema.values import as_data
 
 from .names import GROUND, OF_BODY, PatternNames
 from .turn import (
@@ -47,7 +48,8 @@ class Copy:
     @cached_property
     def data(self) -> Data:
         """The same as data, with numbers for its expressions."""
-        return self.table.given()
+        data: Data = as_data(self.table)
+        return data
 
     @cached_property
     def drawn(self) -> set[str]:
