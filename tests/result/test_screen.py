@@ -1,5 +1,6 @@
 """What a new user sees: the answer first, tables that fit, nothing said twice, what is left out, colours, help, Tab."""
 
+import inspect
 import io
 import os
 import re
@@ -411,8 +412,8 @@ def test_dir_shows_what_the_manual_has() -> None:
     assert dir(jp.examples) == ["names", "parameters", "text", "title"]
     assert all(f"jointplay.examples.{name}" in manual for name in dir(jp.examples))
     assert all(re.search(rf"^::: jointplay\.plot\.\S+\.{name}$", manual, re.MULTILINE) for name in dir(jp.plot))
-    documented = str(jp.Mechanism.__doc__).partition("Attributes")[2].partition("Raises")[0]
-    attributes = re.findall(r"^ {4}(\w[\w, ]*) :", documented, re.MULTILINE)
+    documented = str(inspect.getdoc(jp.Mechanism)).partition("Attributes")[2].partition("Raises")[0]
+    attributes = re.findall(r"^(\w[\w, ]*) :", documented, re.MULTILINE)
     members = re.search(r"members: \[(.*)\]", manual[manual.index("jointplay.model.mechanism.Mechanism") :])
     assert members is not None
     names = {name for line in (*attributes, members[1]) for name in line.split(", ")}
