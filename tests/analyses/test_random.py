@@ -275,3 +275,47 @@ def test_a_few_specimens_that_go_far_leave_the_others_their_bins() -> None:
     x = found.specimen_error.sel(component="x").values.ravel()
     wanted = np.nanquantile(x, found.probability.values)
     assert found.error_quantile.sel(quantity="x").values[0] == pytest.approx(wanted, abs=5e-3 * np.nanstd(x))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_specimens_of_an_arm_hang_where_the_play_of_its_drive_lets_them(seed: int) -> None:
+    """They were left beside the middle of the play, undetermined, where the arm hangs straight down within it."""
+    rng = np.random.default_rng(seed)
+    length, lost, force = 10 ** rng.uniform([1, -2, 0], [3, 1, 3])
+    b = planar()
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    values = -90 + lost * np.array([-2, -0.4, -0.2, 0, 0.1, 0.4, 2])
+    b.drive("q", joint="pivot", values=values.tolist(), error=0.05 * lost, backlash=lost)
+    b.output(body="arm", at=(length, 0))
+    b.load(force=(0, -force))
+    found = jp.random(b.mechanism(), samples=100, keep=100, contact="loaded")
+    assert (found.failures.sel(outcome="ok") == 100).all()
+    drawn = values[:, None] + found.specimen_offset.sel(parameter="q.value").values
+    angle = np.radians(np.clip(-90, drawn - 0.5 * lost, drawn + 0.5 * lost))
+    nominal = np.radians(values)[:, None]
+    x, y = length * (np.cos(angle) - np.cos(nominal)), length * (np.sin(angle) - np.sin(nominal))
+    wanted = np.stack([x, y, np.degrees(angle - nominal)], axis=-1)
+    np.testing.assert_allclose(found.specimen_error, wanted, rtol=0, atol=1e-9 * length)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_specimens_of_a_link_hang_where_its_slot_lets_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    length, force = 10 ** rng.uniform([1, 0], [3, 3])
+    gap = 0.01 * length
+    for aside in gap * rng.uniform(-1.5, 1.5, 6):
+        b = planar()
+        b.revolute("A", ground=(0, 0), link=(0, 0))
+        b.pin_in_slot("S", ground={"at": (aside, -length), "axis": (0, 1)}, link=(length, 0), clearance={"gap": gap})
+        b.dimension("l", body="link", between=("A", "output"), tolerance=0.1 * gap)
+        b.start("link", angle=-90)
+        b.output(body="link", at=(1.5 * length, 0))
+        b.load(force=(0, -force))
+        found = jp.random(b.mechanism(), samples=20, keep=20, contact="loaded").isel(configuration=0)
+        assert found.failures.sel(outcome="ok") == 20
+        longer = found.specimen_offset.sel(parameter="l.length").values
+        # The pin is straight under the pivot, or as near as the slot lets it.
+        sine = np.array([aside, aside - np.clip(aside, -gap, gap)]) / length
+        along = np.stack([sine, -np.sqrt(1 - sine**2)], axis=1)
+        wanted = np.outer(1.5 * length + longer, along[1]) - 1.5 * length * along[0]
+        np.testing.assert_allclose(found.specimen_error[:, :2], wanted, rtol=0, atol=1e-8 * length)

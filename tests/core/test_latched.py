@@ -5,26 +5,24 @@ import pytest
 from scipy.optimize import fsolve
 
 import jointplay as jp
+from helpers.builders import planar, spatial
 from jointplay.errors import InputError
 
-ARM = """
-format = 1
-units = { length = "mm", angle = "deg", force = "N" }
-[joints.latch]
-type = "fixed"
-on = { ground = { at = [5, 6], axis = 30 }, arm = [0, 0] }
-clearance = { radial = 0.2 }
-angle = { tolerance = 0.1, deviation = 0.05 }
-[output]
-body = "arm"
-at = [100, 0]
-[[loads]]
-force = [0, -10]
-"""
+
+def arm(clearance: dict[str, float]) -> jp.Mechanism:
+    b = planar()
+    latch = {"at": [5, 6], "axis": 30}
+    b.fixed("latch", ground=latch, arm=(0, 0), clearance=clearance, angle={"tolerance": 0.1, "deviation": 0.05})
+    b.output(body="arm", at=(100, 0))
+    b.load(force=(0, -10))
+    return b.mechanism()
+
+
+ARM = arm({"radial": 0.2})
 
 
 def test_the_pin_has_its_play_in_the_axes_of_the_joint() -> None:
-    m = jp.loads(ARM)
+    m = ARM
     assert m.sources == ("latch", "latch.lock")
     assert m.source_kinds == ("clearance", "angle")
     assert m.parameters == ("latch.along", "latch.normal", "latch.lock.angle")
@@ -34,7 +32,7 @@ def test_the_pin_has_its_play_in_the_axes_of_the_joint() -> None:
 
 
 def test_the_load_pushes_it_and_the_latch_holds_the_moment() -> None:
-    m = jp.loads(ARM)
+    m = ARM
     found = jp.loaded(m)
     x, y, angle = found.error.values[0]
     turn, tilt = np.deg2rad(30), np.deg2rad(0.05)
@@ -46,7 +44,7 @@ def test_the_load_pushes_it_and_the_latch_holds_the_moment() -> None:
 
 
 def test_its_worst_and_its_scatter() -> None:
-    m = jp.loads(ARM).with_({"joints.latch.angle": None})
+    m = ARM.with_({"joints.latch.angle": None})
     assert jp.worst(m).worst_position.item() == pytest.approx(0.2, abs=1e-9)
     assert jp.worst(m).worst_rotation.item() == pytest.approx(0.0, abs=1e-12)
     # Uniform in a disc of radius r: r^2 / 4 along every axis.
@@ -57,7 +55,7 @@ def test_its_worst_and_its_scatter() -> None:
 def test_a_latched_hinge_is_drawn(tmp_path: object) -> None:
     from jointplay.plot import mechanism
 
-    m = jp.loads(ARM)
+    m = ARM
     found = jp.loaded(m)
     figure = mechanism(m, result=found, exaggerate=10)
     (pin,) = [line for line in figure.axes[0].lines if line.get_label() == "pin in its clearance"]
@@ -65,18 +63,19 @@ def test_a_latched_hinge_is_drawn(tmp_path: object) -> None:
     np.testing.assert_allclose([*pin.get_xdata(), *pin.get_ydata()], [5, 6 - 2], atol=1e-6)
 
 
-@pytest.mark.parametrize("more", ["gap = 1", "radial = 1, axial = 1"])
-def test_its_clearance_is_that_of_a_pin(more: str) -> None:
+@pytest.mark.parametrize("clearance", [{"gap": 1}, {"radial": 1, "axial": 1}])
+def test_its_clearance_is_that_of_a_pin(clearance: dict[str, float]) -> None:
     with pytest.raises(InputError, match=r"joints\.latch\.clearance"):
-        jp.loads(ARM.replace("radial = 0.2", more))
+        arm(clearance)
 
 
 def test_in_space_a_locked_joint_has_no_play() -> None:
-    text = ARM.replace("[joints.latch]\n", "[joints.latch]\n").replace("format = 1", 'format = 1\nspace = "spatial"')
-    text = text.replace("at = [5, 6], axis = 30", "at = [5, 6, 0], axis = [1, 0, 0]").replace("[0, 0]", "[0, 0, 0]")
-    text = text.replace("[100, 0]", "[100, 0, 0]").replace("[0, -10]", "[0, -10, 0]")
+    b = spatial()
+    latch = {"at": [5, 6, 0], "axis": [1, 0, 0]}
+    b.fixed("latch", ground=latch, arm=(0, 0, 0), clearance={"radial": 0.2}, angle={"tolerance": 0.1})
+    b.output(body="arm", at=(100, 0, 0))
     with pytest.raises(InputError, match="'clearance' is not a key here"):
-        jp.loads(text)
+        b.mechanism()
 
 
 # -- the antenna support ----------------------------------------------------------------------------------------------

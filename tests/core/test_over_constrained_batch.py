@@ -6,36 +6,31 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.analyses.nominal import nominal
 
-#: three parallel cranks on a rod, the third longer than the pins can take up in some places
-CRANKS = """
-format = 1
-title = "Parallel cranks"
-units = { length = "mm", angle = "deg", force = "N" }
-joints.A1 = { type = "revolute", on = { ground = [0, 0], c1 = [0, 0] }, clearance = { radial = 0.03 } }
-joints.A2 = { type = "revolute", on = { ground = [100, 0], c2 = [0, 0] }, clearance = { radial = 0.03 } }
-joints.A3 = { type = "revolute", on = { ground = [40, 30], c3 = [0, 0] }, clearance = { radial = 0.03 } }
-joints.B1 = { type = "revolute", on = { c1 = [50, 0], rod = [0, 0] }, clearance = { radial = 0.03 } }
-joints.B2 = { type = "revolute", on = { c2 = [50, 0], rod = [100, 0] }, clearance = { radial = 0.03 } }
-joints.B3 = { type = "revolute", on = { c3 = [50, 0], rod = [40, 30] }, clearance = { radial = 0.03 } }
-dimensions.c3 = { body = "c3", between = ["A3", "B3"], deviation = 0.13 }
-start.c1 = { angle = 57 }
-start.c2 = { angle = 57 }
-start.c3 = { angle = 57 }
-drives.t = { joint = "A1", from = 30, to = 150, count = 77 }
-output = { body = "rod", at = [50, 50] }
-loads = [{ force = [3, -20] }]
-"""
-ELASTIC = "".join(f"bodies.{c} = {{ E = 210000, area = 20, inertia = 50 }}\n" for c in ("c1", "c2", "c3"))
+
+def cranks() -> jp.Builder:
+    """Three parallel cranks on a rod, the third longer than the pins can take up in some places."""
+    b = planar(title="Parallel cranks")
+    for k, (x, y) in enumerate([(0, 0), (100, 0), (40, 30)], start=1):
+        b.revolute(f"A{k}", on={"ground": [x, y], f"c{k}": [0, 0]}, clearance=jp.radial(0.03))
+        b.revolute(f"B{k}", on={f"c{k}": [50, 0], "rod": [x, y]}, clearance=jp.radial(0.03))
+        b.start(f"c{k}", angle=57)
+    b.dimension("c3", body="c3", between=["A3", "B3"], deviation=0.13)
+    b.drive("t", joint="A1", from_=30, to=150, count=77)
+    b.output(body="rod", at=(50, 50))
+    b.load(force=(3, -20))
+    return b
 
 
 def mechanism(name: str) -> jp.Mechanism:
     match name:
         case "cranks":
-            return jp.loads(CRANKS)
+            return cranks().mechanism()
         case "elastic cranks":
-            return jp.loads(CRANKS.replace("start.c1", ELASTIC + "start.c1"))
+            elastic = {f"bodies.c{k}": {"E": 210000, "area": 20, "inertia": 50} for k in (1, 2, 3)}
+            return cranks().mechanism().with_(elastic)
         case _:
             return jp.loads(jp.examples.text(name))
 

@@ -6,23 +6,19 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-
-TEXT = """
-format = 1
-title = "two bars"
-space = "planar"
-units = { length = "mm", angle = "deg", force = "N" }
-joints.A = { type = "revolute", on = { ground = [0, 0], left = [0, 0] }, clearance = { radial = RADIAL } }
-joints.B = { type = "revolute", on = { ground = [100, 0], right = [0, 0] }, clearance = { radial = RADIAL } }
-joints.C = { type = "revolute", on = { left = [80, 0], right = [80, 0] }, clearance = { radial = RADIAL } }
-start = { left = { angle = 50 }, right = { angle = 130 } }
-output = { body = "left", at = "C" }
-loads = [{ force = [0, -10] }]
-"""
+from helpers.builders import planar
 
 
 def _bars(radial: float) -> jp.Mechanism:
-    return jp.loads(TEXT.replace("RADIAL", str(radial)))
+    b, play = planar(title="two bars"), jp.radial(radial)
+    b.revolute("A", ground=(0, 0), left=(0, 0), clearance=play)
+    b.revolute("B", ground=(100, 0), right=(0, 0), clearance=play)
+    b.revolute("C", left=(80, 0), right=(80, 0), clearance=play)
+    b.start("left", angle=50)
+    b.start("right", angle=130)
+    b.output(body="left", at="C")
+    b.load(force=(0, -10))
+    return b.mechanism()
 
 
 def test_the_load_does_the_work_of_every_reaction_over_its_play() -> None:

@@ -184,6 +184,30 @@ impl Mechanism {
         m
     }
 
+    /// Where the load pushes a specimen with the deviations and sizes that have been drawn for it; `None` where the mechanism
+    /// needs compatibility or is not assembled.
+    pub(crate) fn loaded_specimen(&self, drawn: &[f64], case: &Case<'_>) -> Option<Loaded> {
+        if self.form(true) != Form::Determinate {
+            return None;
+        }
+        let m = self.of_specimen(drawn);
+        let solver = m.solver(std::slice::from_ref(case))?;
+        Some(m.loaded_plainly(&solver, case, true, None))
+    }
+
+    /// The mechanism with the deviations and sizes of a specimen as known ones.
+    fn of_specimen(&self, drawn: &[f64]) -> Self {
+        let mut m = self.clone();
+        for (own, source) in m.sources.iter_mut().zip(&self.sources) {
+            if source.is_clearance {
+                (own.set, own.gap) = (source.set_at(drawn), None);
+            } else {
+                m.centre[source.range()].copy_from_slice(&drawn[source.range()]);
+            }
+        }
+        m
+    }
+
     /// In blocks on all cores.
     pub(crate) fn loaded_determinate(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
         let wanted = Wanted { keep, ..Wanted::all(self) };

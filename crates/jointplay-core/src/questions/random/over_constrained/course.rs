@@ -47,7 +47,8 @@ impl Job<'_> {
         pressed.into_iter().filter_map(|pressed| pressed.or_else(|| settled.next())).collect()
     }
 
-    /// Specimens that the forces of the load alone decide, side by side without courses.
+    /// Specimens that the forces of the load alone decide, side by side without courses. Where these balance within the play,
+    /// whole steps do not settle: such a specimen is solved by itself.
     fn pressed<'d>(
         &self,
         together: &Together<'_>,
@@ -75,12 +76,14 @@ impl Job<'_> {
         };
         let of_all = first(&self.system);
         let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<PressedSpecimen>))| {
-            let PressedSpecimen { displacements, offsets, error, observable } = pressed?;
+            let observable = |pressed: &PressedSpecimen| {
+                pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all }
+            };
+            let Some(pressed) = pressed.filter(|pressed| !observable(pressed)) else { return self.loaded(specimen) };
+            let PressedSpecimen { displacements, offsets, error, .. } = pressed;
             let offsets = system.elements.iter().zip(&offsets);
             offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
             (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);
-            let observable = observable || if let Cow::Owned(system) = system { first(system) } else { of_all };
-            specimen.status = if observable { Status::Undetermined } else { Status::Ok };
             Some(specimen)
         };
         systems.iter().zip(specimens.into_iter().zip(pressed)).map(take).collect()

@@ -11,7 +11,9 @@ use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program};
 use crate::interrupt;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
+use crate::questions::columns::Loaded;
 use crate::questions::random::over_constrained::dice::Dice;
 use crate::questions::random::over_constrained::room::{LOOSE, Room, least_displacements, section};
 use crate::questions::random::over_constrained::section::{Interior, Section};
@@ -202,6 +204,22 @@ impl<'a> Job<'a> {
             forces: DVector::zeros(self.compatibility.load.len()),
             held: None,
         }
+    }
+
+    /// A rigid specimen where the forces of the load alone decide, as [`Mechanism::loaded`] has it; `None` where that does not
+    /// tell its place.
+    pub fn loaded(&self, mut specimen: Specimen) -> Option<Specimen> {
+        interrupt::check();
+        let m = self.mechanism();
+        let case = Case { drives: &self.built.inputs.drives, coordinates: &self.nominal.state.coordinates };
+        let Loaded { offset, error, status, .. } = m.loaded_specimen(&specimen.parameters, &case)?;
+        if !matches!(status, Status::Ok | Status::Undetermined) {
+            return None;
+        }
+        specimen.displacements = m.displacements(&offset);
+        (specimen.parameters, specimen.error) = (offset, Some(error));
+        (specimen.status, specimen.factor, specimen.plainly) = (status, 0.0, true);
+        Some(specimen)
     }
 
     /// What a specimen draws from. It draws once, whatever becomes of it.
