@@ -81,8 +81,7 @@ impl Atlas {
         for cell in grid.cells() {
             interrupt::check();
             let Some(part) = product.cell(&grid.places(&cell)) else { continue };
-            let place = grid.middle(&cell);
-            let x = product.slabs.at(&place);
+            let x = product.centre(&part);
             let neighbours: Vec<_> = cells.iter().filter(|(other, _)| are_neighbours(other, &cell)).collect();
             let at = match neighbours.first() {
                 Some((_, known)) => errors.encloser.beside(x, &known.enclosure),
@@ -91,9 +90,18 @@ impl Atlas {
             };
             let found = Rc::new(errors.expansion(&part, at.ok_or(Refused::NotEnclosed)?, &all)?);
             for (other, known) in neighbours {
-                let between: Vec<f64> = grid.middle(other).iter().zip(&place).map(|(a, b)| 0.5 * (a + b)).collect();
-                let between = product.slabs.at(&between);
-                if !errors.encloser.is_one_branch(between, [&known.enclosure, &found.enclosure]) {
+                // On the line between both points, or in the middle across the slabs.
+                let slab = (0..cell.len()).find(|&slab| cell[slab] != other[slab]).unwrap_or(0);
+                let edge = grid.edge(slab, cell[slab].max(other[slab]));
+                let [from, to] = [&known.x, &found.x];
+                let along = (edge - from[product.n + slab]) / (to[product.n + slab] - from[product.n + slab]);
+                let on_line: Vec<f64> =
+                    from.iter().zip(to).take(product.n).map(|(from, to)| from + along * (to - from)).collect();
+                let middle: Vec<f64> =
+                    grid.middle(other).iter().zip(grid.middle(&cell)).map(|(a, b)| 0.5 * (a + b)).collect();
+                let both = [&known.enclosure, &found.enclosure];
+                let is_one = |x: Vec<f64>| errors.encloser.is_one_branch(x, both);
+                if !is_one(product.slabs.point(&on_line)) && !is_one(product.slabs.at(&middle)) {
                     return Err(Refused::NotEnclosed);
                 }
             }
