@@ -7,7 +7,8 @@
 //! q(x) = q0 + S d + z        q0 near q(x0),  S near dq / dx there,  z in a box Z
 //! ```
 //!
-//! All that depends on poses and parameters is an affine form in d then, z being a remainder. Krawczyk's operator on z,
+//! All that depends on poses and parameters is an affine form in d then, z being a remainder; in slabs in `x - c` and
+//! `t - t0`, with c in the middle of the part, from which no x is as far as from x0. Krawczyk's operator on z,
 //!
 //! ```text
 //! K(Z) = -C F(q0 + S d, u(x)) + (1 - C F_q(q0 + S d + Z, u(x))) Z

@@ -20,6 +20,9 @@
 //! ```text
 //! h . (L - A)^-1 h = 2 h . s - s . (L - A) s + t . (L - A)^-1 t,     L - A >= l_b - sum over a of |A_ba| R_a / R_b
 //! ```
+//!
+//! Where there are slabs, `t = m . x` and any multiple of `(t - t0) - m . d` is zero: the bound holds with `g + k (-m, 1)` for
+//! every k and is convex in k; its derivative is what the place of the maximum is ahead of its offsets.
 
 use crate::math::interval::Interval;
 use crate::math::lanes::{Kernel, dispatch};
