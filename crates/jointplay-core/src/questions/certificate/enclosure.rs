@@ -108,7 +108,7 @@ fn points(x: &[f64]) -> Vec<Interval> {
 
 /// What is linear, with a value at a point, where it is written about another one.
 fn from_base(value: f64, coefficients: &[f64], point: &[f64], base: &[f64]) -> Interval {
-    let moved = point.iter().zip(base).zip(coefficients).filter(|((point, base), _)| point != base);
+    let moved = point.iter().zip(base).zip(coefficients);
     moved.fold(Interval::from_point(value), |sum, ((point, base), c)| {
         sum + (Interval::from_point(*base) - Interval::from_point(*point)).scaled(*c)
     })
