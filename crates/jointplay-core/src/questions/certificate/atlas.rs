@@ -46,6 +46,22 @@ impl Grid {
         cell.iter().enumerate().map(middle).collect()
     }
 
+    /// Whether two neighbours have the same pose at a point of both: between points of the sets in them, or in the middle
+    /// across the slabs.
+    fn are_one_branch(&self, errors: &Errors<'_>, both: [(&Vec<u32>, &Expansion); 2]) -> bool {
+        let product = &errors.encloser.product;
+        let [(a, one), (b, other)] = both;
+        let slab = (0..a.len()).find(|&slab| a[slab] != b[slab]).unwrap_or(0);
+        let [from, to] = [one, other].map(|cell| product.centre(&cell.enclosure.part));
+        let [first, last] = [&from, &to].map(|x| x[product.n + slab]);
+        let along = (self.edge(slab, a[slab].max(b[slab])) - first) / (last - first);
+        let on_line: Vec<f64> =
+            from.iter().zip(&to).take(product.n).map(|(from, to)| from + along * (to - from)).collect();
+        let middle: Vec<f64> = self.middle(a).iter().zip(self.middle(b)).map(|(a, b)| 0.5 * (a + b)).collect();
+        let is_one = |x| errors.encloser.is_one_branch(x, [&one.enclosure, &other.enclosure]);
+        is_one(product.slabs.point(&on_line)) || is_one(product.slabs.at(&middle))
+    }
+
     fn places(&self, cell: &[u32]) -> Vec<Interval> {
         let places =
             |(slab, &k): (usize, &u32)| Interval::new(self.edge(slab, k) - SHARED, self.edge(slab, k + 1) + SHARED);
@@ -81,23 +97,22 @@ impl Atlas {
         for cell in grid.cells() {
             interrupt::check();
             let Some(part) = product.cell(&grid.places(&cell)) else { continue };
-            let place = grid.middle(&cell);
-            let x = product.slabs.at(&place);
             let neighbours: Vec<_> = cells.iter().filter(|(other, _)| are_neighbours(other, &cell)).collect();
-            let at = match neighbours.first() {
-                Some((_, known)) => errors.encloser.beside(x, &known.enclosure),
-                None if cells.is_empty() => errors.encloser.middle(),
-                None => None,
+            let about = |x: Vec<f64>| {
+                let at = match neighbours.first() {
+                    Some((_, known)) => errors.encloser.beside(x, &known.enclosure),
+                    None if cells.is_empty() => errors.encloser.middle(),
+                    None => None,
+                };
+                let found = errors.expansion(&part, at.ok_or(Refused::NotEnclosed)?, &all)?;
+                let is_one = |(other, known): &&(Vec<u32>, Rc<Expansion>)| {
+                    grid.are_one_branch(errors, [(other, known.as_ref()), (&cell, &found)])
+                };
+                if neighbours.iter().copied().all(|one| is_one(&one)) { Ok(found) } else { Err(Refused::NotEnclosed) }
             };
-            let found = Rc::new(errors.expansion(&part, at.ok_or(Refused::NotEnclosed)?, &all)?);
-            for (other, known) in neighbours {
-                let between: Vec<f64> = grid.middle(other).iter().zip(&place).map(|(a, b)| 0.5 * (a + b)).collect();
-                let between = product.slabs.at(&between);
-                if !errors.encloser.is_one_branch(between, [&known.enclosure, &found.enclosure]) {
-                    return Err(Refused::NotEnclosed);
-                }
-            }
-            cells.push((cell, found));
+            // Bounds are closer about a point in the sets; beside them, in the middle across the slabs, more is enclosed.
+            let found = about(product.centre(&part)).or_else(|_| about(product.slabs.at(&grid.middle(&cell))))?;
+            cells.push((cell, Rc::new(found)));
         }
         Ok(Some(Self { cells: cells.into_iter().map(|(_, found)| found).collect() }))
     }

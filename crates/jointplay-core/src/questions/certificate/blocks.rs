@@ -25,6 +25,9 @@ use crate::questions::certificate::slabs::{SHARED, Slabs};
 const UNIT: f64 = 1.0 + 1.0 / (1_u64 << 48) as f64;
 /// The middle of a box is moved to the boundary of its ball where it is farther from the middle of the ball than this.
 const OUTER: f64 = 0.5;
+/// Which part of a slab is cut off where no offsets are in it, and rounds of this.
+const CUT: f64 = 0.15;
+const TRIMMED: usize = 5;
 /// Rounds in which a point is moved into slabs.
 const ROUNDS: usize = 8;
 
@@ -90,6 +93,12 @@ impl Block {
     /// What the distance from a point of the ball does not exceed; nothing is said of a polytope.
     pub fn radius(&self, from: &[f64]) -> f64 {
         if self.corners.is_empty() { UNIT * (UNIT + norm(&from[self.range()])) } else { f64::INFINITY }
+    }
+
+    /// The same, and from a point to another one.
+    pub fn radius_with(&self, from: &[f64], other: &[f64]) -> f64 {
+        let off: Vec<f64> = self.range().map(|k| other[k] - from[k]).collect();
+        self.radius(from).max(norm(&off) * UNIT)
     }
 
     /// What the distance from a point to any in the part does not exceed.
@@ -271,7 +280,28 @@ impl Product {
     pub fn cell(&self, places: &[Interval]) -> Option<Part> {
         let mut part = self.whole();
         part.x[self.n..].copy_from_slice(places);
-        (!self.is_empty(&part)).then_some(part)
+        if self.is_empty(&part) {
+            return None;
+        }
+        self.trim(&mut part);
+        Some(part)
+    }
+
+    /// Cuts off the sides of slabs in which no offsets of a part are.
+    fn trim(&self, part: &mut Part) {
+        for k in (self.n..part.x.len()).cycle().take(TRIMMED * self.slabs.len()) {
+            for is_low in [true, false] {
+                let all = part.x[k];
+                let cut = CUT * all.width();
+                let [off, left] = if is_low {
+                    [Interval::new(all.low, all.low + cut), Interval::new(all.low + cut - SHARED, all.high)]
+                } else {
+                    [Interval::new(all.high - cut, all.high), Interval::new(all.low, all.high - cut + SHARED)]
+                };
+                part.x[k] = off;
+                part.x[k] = if self.is_empty(part) { left } else { all };
+            }
+        }
     }
 
     /// Whether no offsets of a part are in its slabs, as some directions show in which they do not go as far.
@@ -321,6 +351,16 @@ impl Product {
         };
         let opposite: Vec<Interval> = g.iter().map(|g| -*g).collect();
         Interval::new(-sum(&opposite), sum(g))
+    }
+
+    /// What forms are written about: the middle of a part that is divided into slabs, at the place of the point. Along the
+    /// slabs poses differ little from that of the point; across them they are where the offsets have no share in them.
+    pub fn base(&self, part: &Part, point: &[f64]) -> Vec<f64> {
+        let mut base = point.to_vec();
+        if self.slabs.len() > 0 {
+            base.iter_mut().zip(&part.x).take(self.n).for_each(|(base, x)| *base = x.middle());
+        }
+        base
     }
 
     /// Leaves of a part where a maximum can be that has its gradient along the coordinates of the sets in a box; false

@@ -7,7 +7,8 @@
 //! q(x) = q0 + S d + z        q0 near q(x0),  S near dq / dx there,  z in a box Z
 //! ```
 //!
-//! All that depends on poses and parameters is an affine form in d then, z being a remainder. Krawczyk's operator on z,
+//! All that depends on poses and parameters is an affine form in d then, z being a remainder; in slabs in `x - c` and
+//! `t - t0`, with c in the middle of the part, from which no x is as far as from x0. Krawczyk's operator on z,
 //!
 //! ```text
 //! K(Z) = -C F(q0 + S d, u(x)) + (1 - C F_q(q0 + S d + Z, u(x))) Z
@@ -105,19 +106,30 @@ fn points(x: &[f64]) -> Vec<Interval> {
     x.iter().map(|&x| Interval::from_point(x)).collect()
 }
 
+/// What is linear, with a value at a point, where it is written about another one.
+fn from_base(value: f64, coefficients: &[f64], point: &[f64], base: &[f64]) -> Interval {
+    let moved = point.iter().zip(base).zip(coefficients);
+    moved.fold(Interval::from_point(value), |sum, ((point, base), c)| {
+        sum + (Interval::from_point(*base) - Interval::from_point(*point)).scaled(*c)
+    })
+}
+
 impl Enclosure {
     fn n_own(&self) -> usize {
         self.slopes.len() / self.near.len().max(1)
     }
 
-    /// Whether all poses are known on the line to a point, which may lie beside the sets.
+    /// Whether all poses are known on the line to a point, which may lie beside the sets: it is among those that forms are
+    /// for.
     fn reaches(&self, product: &Product, x: &[f64]) -> bool {
+        let base = product.base(&self.part, &self.from);
+        let off = |block: &Block, from: &[f64]| norm(&block.range().map(|k| x[k] - from[k]).collect::<Vec<_>>());
+        let is_near = |block: &Block| {
+            off(block, &base) <= block.radius_with(&base, &self.from)
+                && off(block, &self.from) <= block.radius(&self.from)
+        };
         let between = self.part.around(&self.from);
-        let off: Vec<f64> = x.iter().zip(&self.from).map(|(x, from)| x - from).collect();
-        // From any point of a block its far side is farther than this.
-        let is_near = |block: &Block| norm(&off[block.range()]) < 1.0;
-        let mut own = product.blocks.iter().take_while(|block| block.first < product.n);
-        own.all(is_near) && between[product.n..].iter().zip(&x[product.n..]).all(|(t, x)| t.contains(*x))
+        between.iter().zip(x).all(|(between, x)| between.contains(*x)) && product.blocks.iter().all(is_near)
     }
 
     /// Near the pose of a point.
@@ -187,16 +199,24 @@ impl<'m> Encloser<'m> {
 
     /// The unknowns of a part about a point; and, with `off`, one between -1 and 1 for what each pose coordinate is off.
     pub fn forms(&self, part: &Part, from: &[f64], off: bool) -> Forms {
-        let far = |(x, from): (&Interval, &f64)| (*x - Interval::from_point(*from)).size();
-        let mut sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
-        let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
+        let base = self.product.base(part, from);
+        let far = |(x, base): (&Interval, &f64)| (*x - Interval::from_point(*base)).size();
+        let mut sizes: Vec<f64> = part.around(from).iter().zip(&base).map(far).collect();
+        let group = |block: &Block| Group { range: block.range(), radius: block.radius_with(&base, from) };
         sizes.resize(sizes.len() + if off { self.chart.mechanism.n_unknowns() } else { 0 }, 1.0);
         Forms::new(Unknowns::new(sizes, self.product.blocks.iter().map(group)), &self.rooms)
     }
 
     /// All that depends on poses `q0 + S d + z` and on their parameters, for z with its coordinates in a box, if any.
-    fn expand<'f>(&self, forms: &'f Forms, at: &At, slopes: &[f64], z: Option<(&Modes, &[Interval])>) -> Expanded<'f> {
+    fn expand<'f>(
+        &self,
+        forms: &'f Forms,
+        (part, at): (&Part, &At),
+        slopes: &[f64],
+        z: Option<(&Modes, &[Interval])>,
+    ) -> Expanded<'f> {
         let (n, known) = (self.product.n, at.x.len());
+        let base = self.product.base(part, &at.x);
         let unknown = |k: usize, size: f64| forms.linear(0.0, [(k, size)].into_iter(), 0.0);
         let coordinate = |(j, z): (usize, &Interval)| {
             let (middle, size) = z.split();
@@ -207,13 +227,14 @@ impl<'m> Encloser<'m> {
             let row = &slopes[i * n..(i + 1) * n];
             let split = self.product.slabs.split(row);
             let rounding = self.product.slabs.rounding(row, &split);
-            let line = forms.linear(at.near[i], split.into_iter().enumerate(), rounding);
+            let (near, off) = from_base(at.near[i], &split, &at.x, &base).split();
+            let line = forms.linear(near, split.into_iter().enumerate(), rounding + off);
             let motion = z.map_or(&[][..], |(modes, _)| modes.motion(i));
             let moved = motion.iter().copied().zip(coordinates.iter().copied()).filter(|(c, _)| *c != 0.0);
             forms.sum([(1.0, line)].into_iter().chain(moved))
         };
         let v: Vec<Form<'_>> = (0..at.near.len()).map(v).collect();
-        let x = |k: usize| unknown(k, 1.0) + Form::from_f64(at.x[k]);
+        let x = |k: usize| unknown(k, 1.0) + Form::from_f64(base[k]);
         let parameters = self.parameters(&(0..n).map(x).collect::<Vec<_>>());
         let poses = self.chart.poses(&v);
         let equations = self.chart.equations(&v, &poses, &parameters, Form::is_zero);
@@ -250,7 +271,10 @@ impl<'m> Encloser<'m> {
     /// All values of a form on a part and on the lines to it.
     pub fn ranged(&self, part: &Part, x: &[f64], form: Form<'_>) -> Interval {
         let (centre, coefficients, rest) = form.parts(x.len());
-        let range = Interval::from_point(centre) + self.product.spread(part, &points(&coefficients), x);
+        let base = self.product.base(part, x);
+        let spread = self.product.spread(part, &points(&coefficients), &base);
+        let point = -from_base(0.0, &coefficients, x, &base);
+        let range = Interval::from_point(centre) + spread.hull(point);
         (range + Interval::of_size(rest)).common(form.range()).unwrap_or(Interval::LINE)
     }
 
@@ -258,7 +282,7 @@ impl<'m> Encloser<'m> {
     pub fn enclose<'f>(&self, forms: &'f Forms, part: &Part, at: &At) -> Option<(Enclosure, Expanded<'f>)> {
         let Linear { inverse, slopes } = self.linear(&at.x, &at.near)?;
         let straight = self.forms(part, &at.x, false);
-        let derivatives = self.derivatives(&straight, at, &slopes);
+        let derivatives = self.derivatives(&straight, (part, at), &slopes);
         let enclosed = |modes: Modes| {
             let bent = self.bent(&modes, part, at, &straight, &derivatives);
             self.enclosed(forms, part, at, (&slopes, modes, &bent))
@@ -295,7 +319,7 @@ impl<'m> Encloser<'m> {
                 return None;
             }
             let before = forms.count();
-            let expanded = self.expand(forms, at, slopes, Some((&modes, &z)));
+            let expanded = self.expand(forms, (part, at), slopes, Some((&modes, &z)));
             let after = forms.count();
             let defect = Defect::of(&modes, forms, &expanded.equations.along_poses);
             forms.back_to(after);

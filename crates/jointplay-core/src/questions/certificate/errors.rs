@@ -109,11 +109,16 @@ impl<'m> Errors<'m> {
         let ranged = |row: &Vec<Form<'_>>| row.iter().map(|g| encloser.ranged(part, &at.x, *g)).collect();
         let along_sets: Vec<Vec<Interval>> = gradient.iter().map(ranged).collect();
         let slabs = &encloser.product.slabs;
+        let (product, base) = (&encloser.product, encloser.product.base(part, &at.x));
+        let parts = |row: &Vec<Form<'_>>| slabs.split_parts(row.iter().map(|g| g.parts(at.x.len())).collect());
+        let second: Vec<Second> =
+            gradient.iter().map(|row| Second::of(product, (&at.x, &base), parts(row).into_iter())).collect();
         let split = |row: Vec<_>| if row.is_empty() { row } else { slabs.split_forms(&forms, row) };
-        let split: Vec<Vec<Form<'_>>> = gradient.into_iter().map(split).collect();
-        let second = |row: &Vec<Form<'_>>| Second::of(&encloser.product, row.iter().map(|g| g.parts(at.x.len())));
-        let second: Vec<Second> = split.iter().map(second).collect();
-        let gradient = if slabs.len() > 0 { split.iter().map(ranged).collect() } else { along_sets.clone() };
+        let gradient = if slabs.len() > 0 {
+            gradient.into_iter().map(|row| ranged(&split(row))).collect()
+        } else {
+            along_sets.clone()
+        };
         Ok(Expansion { enclosure, x: at.x, error, along_sets, gradient, second })
     }
 
@@ -133,20 +138,22 @@ impl<'m> Errors<'m> {
 }
 
 impl Expansion {
-    /// What some components do not exceed along a direction on a part: what is quadratic is bounded as such.
+    /// What some components do not exceed along a direction on a part: what is quadratic is bounded as such. Below `enough`
+    /// no closer bound is sought.
     pub fn along(
         &self,
         product: &Product,
         part: &Part,
         components: &Range<usize>,
-        direction: &[f64],
+        (direction, enough): (&[f64], f64),
         room: &mut Second,
     ) -> f64 {
         let n: Vec<Interval> = direction.iter().map(|&x| Interval::from_point(x)).collect();
         let error = self.error[components.clone()].iter().zip(&n);
         let value = error.fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
         room.set_to_sum(&self.second[components.clone()], direction);
-        let quadratic = Interval::from_point(value) + Interval::from_point(room.most(product, part, &self.x));
+        let quadratic =
+            Interval::from_point(value) + Interval::from_point(room.most(product, part, &self.x, enough - value));
         let g = self.gradient(components, &n);
         let bound = quadratic.high.min(self.gained(product, part, &g, value));
         if bound.is_nan() { f64::INFINITY } else { bound }

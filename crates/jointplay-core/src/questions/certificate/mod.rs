@@ -207,8 +207,17 @@ impl Mechanism {
                 if !bounds[k].is_within(GOOD) {
                     let end = |c: usize| Interval::new(-bounds[2 * c].value, bounds[2 * c + 1].value);
                     bounds[k].sought.within = bounds[k].sought.components.clone().map(end).collect();
-                    let in_cells = divisions > 1 && assembled && self.space == Space::Spatial && k >= 2 * self.size();
-                    looked_at += if in_cells {
+                    let (is_size, in_space) = (k >= 2 * self.size(), self.space == Space::Spatial);
+                    let in_cells = in_space && divisions > 1 && assembled;
+                    // In one box a size is not close where a component is not.
+                    let is_poor = |c: usize| !bounds[2 * c].is_within(POOR) || !bounds[2 * c + 1].is_within(POOR);
+                    if is_size && in_space && divisions == 1 && bounds[k].sought.components.clone().any(is_poor) {
+                        continue;
+                    }
+                    if in_cells {
+                        bounds[k].left = parts;
+                    }
+                    looked_at += if is_size && in_cells {
                         bounds[k].lower_by_cells(&errors, &atlas, parts)
                     } else {
                         bounds[k].lower(&errors, &atlas)

@@ -30,6 +30,8 @@ const SHRUNK: f64 = 0.7;
 /// After so many parts the bound must have come closer by this part of what it lacks, or it is left as it is.
 const CHECKED: u64 = 25;
 const GAIN: f64 = 0.02;
+/// No closer bound along a direction is sought where it is below what is good enough by this part.
+const FAR: f64 = 0.1;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
 /// Cells of directions that are wider than the first are halved before a part is expanded, such that are wider than the
@@ -220,7 +222,8 @@ impl Search<'_, '_> {
     /// The bound along one direction.
     fn along(&self, node: &Node, expansion: &Expansion, direction: &[f64]) -> f64 {
         let (product, room) = (&self.errors.encloser.product, &mut self.errors.room.borrow_mut());
-        expansion.along(product, &node.part, &self.sought.components, direction, room)
+        let enough = self.enough - FAR * self.enough.abs();
+        expansion.along(product, &node.part, &self.sought.components, (direction, enough), room)
     }
 
     /// Whether the cell of directions is to be halved first: where it is wider than this, or where the bound would be good

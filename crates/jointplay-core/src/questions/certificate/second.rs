@@ -20,6 +20,9 @@
 //! ```text
 //! h . (L - A)^-1 h = 2 h . s - s . (L - A) s + t . (L - A)^-1 t,     L - A >= l_b - sum over a of |A_ba| R_a / R_b
 //! ```
+//!
+//! Where there are slabs, `t = m . x` and any multiple of `(t - t0) - m . d` is zero: the bound holds with `g + k (-m, 1)` for
+//! every k and is convex in k; its derivative is what the place of the maximum is ahead of its offsets.
 
 use crate::math::interval::Interval;
 use crate::math::lanes::{Kernel, dispatch};
@@ -33,6 +36,11 @@ const ROUNDING: f64 = 1e-12;
 const STEPS: usize = 5;
 /// How far multipliers are kept from where the quadratic function has no maximum.
 const APART: f64 = 1.25;
+/// Rounds through the multipliers of slabs, and how often each is changed in one.
+const SWEEPS: usize = 2;
+const TRIED: usize = 5;
+/// A multiplier is not changed where its derivative, a part of the sets' extent, is smaller.
+const SETTLED: f64 = 0.003;
 /// Blocks are not taken for smaller than this.
 const SMALLEST: f64 = 1e-12;
 
@@ -92,11 +100,23 @@ pub(super) struct Second {
 }
 
 impl Second {
-    /// By value, derivative and rest of every component of the derivative; nothing of none.
-    pub fn of(product: &Product, derivative: impl Iterator<Item = (f64, Vec<f64>, f64)>) -> Self {
+    /// By value, derivative and rest of every component of the derivative, written about a base: as they are at a point.
+    /// Nothing of none.
+    pub fn of(
+        product: &Product,
+        (point, base): (&[f64], &[f64]),
+        derivative: impl Iterator<Item = (f64, Vec<f64>, f64)>,
+    ) -> Self {
         let mut second = Self::default();
         let mut curvature = Vec::new();
-        for (centre, row, rest) in derivative {
+        let moved: Vec<f64> = point.iter().zip(base).map(|(point, base)| point - base).collect();
+        let is_moved = moved.iter().any(|x| *x != 0.0);
+        for (mut centre, row, mut rest) in derivative {
+            if is_moved {
+                let size: f64 = row.iter().zip(&moved).map(|(a, x)| (a * x).abs()).sum();
+                rest += ROUNDING * (centre.abs() + size);
+                centre += inner(&row, &moved);
+            }
             second.gradient.push(centre);
             curvature.extend(row);
             second.rest.push(rest);
@@ -183,33 +203,37 @@ impl Second {
     }
 
     /// What the function does not gain more than on a part: in its balls as a whole, or in balls around what is left of them.
-    /// In whole balls what is linear is exact; in smaller ones there is less curvature.
-    pub fn most(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
-        let whole = self.most_in(product, part, from, false);
-        if product.is_smaller(part) { whole.min(self.most_in(product, part, from, true)) } else { whole }
+    /// In whole balls what is linear is exact; in smaller ones there is less curvature. Below `enough` no closer bound is
+    /// sought.
+    pub fn most(&self, product: &Product, part: &Part, from: &[f64], enough: f64) -> f64 {
+        let rests = self.rests(product, part, from);
+        let most_in = |is_left| {
+            let balls = Balls::of(product, part, from, is_left);
+            let steps = &self.gradient[product.n..];
+            least(steps, enough - rests, |l| self.most_in(product, part, from, &balls, l))
+        };
+        let bent = if product.is_smaller(part) { most_in(false).min(most_in(true)) } else { most_in(false) };
+        bent + rests
     }
 
-    fn most_in(&self, product: &Product, part: &Part, from: &[f64], is_left: bool) -> f64 {
-        let n_blocks = product.blocks.len();
-        let (mut g, mut c, mut radii, mut beside) = (self.gradient.clone(), vec![0.0; from.len()], Vec::new(), 0.0);
-        for (number, block) in product.blocks.iter().enumerate() {
-            if let Some((centre, radius)) = block.ball(part, from, is_left) {
-                c[block.range()].copy_from_slice(&centre);
-                radii.push(radius.max(SMALLEST));
-            } else {
-                // A polytope: what is linear in it, exactly; what bends, in a ball.
-                let straight: Vec<Interval> = g.iter().map(|&g| Interval::from_point(g)).collect();
-                beside += block.support(part, number, &straight, from);
-                g[block.range()].fill(0.0);
-                radii.push(block.reach(part, from).max(SMALLEST));
-            }
+    /// The bound without the rests for given multipliers of the places in slabs, and by how much the place of the maximum is
+    /// ahead of where its offsets are: the derivative along each multiplier.
+    fn most_in(&self, product: &Product, part: &Part, from: &[f64], balls: &Balls, l: &[f64]) -> (f64, Vec<f64>) {
+        let (n_blocks, slabs) = (product.blocks.len(), &product.slabs);
+        let Balls { centre: c, radii, are_polytopes } = balls;
+        let (mut g, mut beside) = (self.gradient.clone(), 0.0);
+        let off = slabs.shift(l, &mut g);
+        for number in (0..n_blocks).filter(|&number| are_polytopes[number]) {
+            // A polytope: what is linear in it, exactly; what bends, in a ball.
+            let (block, straight) = (&product.blocks[number], g.iter().map(|&g| Interval::from_point(g)));
+            beside += block.support(part, number, &straight.collect::<Vec<_>>(), from);
+            g[block.range()].fill(0.0);
         }
-        let bent_c = self.bend(&c);
+        let bent_c = self.bend(c);
         let h: Vec<f64> = g.iter().zip(&bent_c).map(|(g, b)| g + b).collect();
         let sizes = &self.blocks;
-        let least: Vec<f64> = (0..n_blocks)
-            .map(|b| inner(&sizes[b * n_blocks..(b + 1) * n_blocks], &radii) / radii[b] * RAISED)
-            .collect();
+        let least: Vec<f64> =
+            (0..n_blocks).map(|b| inner(&sizes[b * n_blocks..(b + 1) * n_blocks], radii) / radii[b] * RAISED).collect();
         let (mut s, mut t, mut l) = (vec![0.0; from.len()], h.clone(), vec![0.0; n_blocks]);
         for _ in 0..STEPS {
             for (b, block) in product.blocks.iter().enumerate() {
@@ -218,7 +242,7 @@ impl Second {
             }
             t = self.bend(&s).iter().zip(&h).map(|(b, h)| h + b).collect();
         }
-        let (mut sum, mut weight) = (inner(&g, &c) + 0.5 * inner(&c, &bent_c), 0.0);
+        let (mut sum, mut weight) = (inner(&g, c) + 0.5 * inner(c, &bent_c), 0.0);
         for (b, block) in product.blocks.iter().enumerate() {
             for k in block.range() {
                 let left = t[k] - l[b] * s[k];
@@ -228,6 +252,59 @@ impl Second {
             sum += 0.5 * l[b] * radii[b].powi(2);
             weight += (l[b] + 4.0 * least[b]) * radii[b].powi(2);
         }
-        sum + ROUNDING * (weight + inner(&c, &bent_c).abs()) + (beside + self.rests(product, part, from)) * RAISED
+        s.iter_mut().zip(c).for_each(|(s, c)| *s += c);
+        (sum + ROUNDING * (weight + inner(c, &bent_c).abs()) + beside * RAISED + off, slabs.ahead_of(&s))
     }
+}
+
+/// Balls around the blocks of a part: their middles as seen from a point, and their radii. What is linear in a polytope is
+/// bounded apart.
+struct Balls {
+    centre: Vec<f64>,
+    radii: Vec<f64>,
+    are_polytopes: Vec<bool>,
+}
+
+impl Balls {
+    fn of(product: &Product, part: &Part, from: &[f64], is_left: bool) -> Self {
+        let mut balls = Self { centre: vec![0.0; from.len()], radii: Vec::new(), are_polytopes: Vec::new() };
+        for block in &product.blocks {
+            let ball = block.ball(part, from, is_left);
+            balls.are_polytopes.push(ball.is_none());
+            let (centre, radius) = ball.unwrap_or_else(|| (vec![0.0; block.size], block.reach(part, from)));
+            balls.centre[block.range()].copy_from_slice(&centre);
+            balls.radii.push(radius.max(SMALLEST));
+        }
+        balls
+    }
+}
+
+/// The least of the bounds for some multipliers of the places in slabs, by these and their derivatives: a convex function,
+/// one multiplier after the other by false position, with these first steps.
+fn least(steps: &[f64], enough: f64, bound: impl Fn(&[f64]) -> (f64, Vec<f64>)) -> f64 {
+    let mut l = vec![0.0; steps.len()];
+    let (mut best, mut slope) = bound(&l);
+    for k in (0..steps.len()).cycle().take(SWEEPS * steps.len()) {
+        // Where it falls and where it rises.
+        let mut ends = [(l[k], slope[k]), (f64::NAN, 0.0)];
+        let mut step = -slope[k].signum() * steps[k].abs();
+        for _ in 0..TRIED {
+            if best <= enough || slope[k].abs() < SETTLED || step == 0.0 {
+                break;
+            }
+            let [(a, fa), (b, fb)] = ends;
+            let next = if b.is_nan() { a + step } else { a - fa * (b - a) / (fb - fa) };
+            step *= 2.0;
+            let mut tried = l.clone();
+            tried[k] = next;
+            let (found, derivatives) = bound(&tried);
+            if found < best {
+                (best, l, slope) = (found, tried, derivatives.clone());
+            }
+            let f = derivatives[k];
+            // An end that stays counts half, so that it moves, too.
+            ends = [(next, f), if f * fa > 0.0 { (b, 0.5 * fb) } else { (a, fa) }];
+        }
+    }
+    best
 }

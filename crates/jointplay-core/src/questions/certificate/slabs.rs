@@ -159,6 +159,53 @@ impl Slabs {
         if self.rows.is_empty() { 0.0 } else { 1e-15 * (size(row) + along) }
     }
 
+    /// The same of derivatives by value, derivative and rest: what they are off by is not split.
+    pub fn split_parts(&self, mut rows: Vec<(f64, Vec<f64>, f64)>) -> Vec<(f64, Vec<f64>, f64)> {
+        if self.rows.is_empty() || rows.is_empty() {
+            return rows;
+        }
+        let length = rows[0].1.len();
+        let size = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
+        let mut alongs = Vec::new();
+        for share in &self.shares {
+            let (mut value, mut derivative) = (0.0, vec![0.0; length]);
+            for (l, row) in share.iter().zip(&rows).filter(|(l, _)| **l != 0.0) {
+                value += l * row.0;
+                derivative.iter_mut().zip(&row.1).for_each(|(sum, x)| *sum += l * x);
+            }
+            alongs.push((value, derivative, 0.0));
+        }
+        for (k, (value, derivative, rest)) in rows.iter_mut().enumerate() {
+            // No coordinate is farther from another than 4.
+            let mut weight = value.abs() + 4.0 * size(derivative);
+            for (m, along) in self.rows.iter().zip(&alongs).filter(|(m, _)| m[k] != 0.0) {
+                *value -= m[k] * along.0;
+                derivative.iter_mut().zip(&along.1).for_each(|(x, l)| *x -= m[k] * l);
+                weight += m[k].abs() * (along.0.abs() + 4.0 * size(&along.1));
+            }
+            *rest += 2e-15 * weight;
+        }
+        rows.extend(alongs);
+        rows
+    }
+
+    /// Adds to what is linear so many times what is zero, `t - m . x`; what that may be off by.
+    pub fn shift(&self, times: &[f64], row: &mut [f64]) -> f64 {
+        let mut off = 0.0;
+        for (k, (m, &l)) in self.rows.iter().zip(times).enumerate().filter(|(_, (_, l))| **l != 0.0) {
+            off += row.iter().map(|x| 1e-15 * x.abs()).sum::<f64>()
+                + l.abs() * SHARED * (4.0 + m.iter().map(|m| m.abs()).sum::<f64>());
+            row.iter_mut().zip(m).for_each(|(x, m)| *x -= l * m);
+            row[self.n + k] += l;
+        }
+        off
+    }
+
+    /// By how much the places of a point are ahead of where its coordinates are.
+    pub fn ahead_of(&self, point: &[f64]) -> Vec<f64> {
+        self.rows.iter().zip(&point[self.n..]).map(|(m, t)| t - inner(m, point)).collect()
+    }
+
     /// The same by forms.
     pub fn split_forms<'f>(&self, forms: &'f Forms, row: Vec<Form<'f>>) -> Vec<Form<'f>> {
         if self.rows.is_empty() {

@@ -10,8 +10,13 @@ use crate::questions::certificate::second::Second;
 impl Encloser<'_> {
     /// The derivatives of all rows of the closure along the own coordinates, where poses are on the line: rows, and the
     /// coordinates of each.
-    pub(super) fn derivatives<'f>(&self, forms: &'f Forms, at: &At, slopes: &[f64]) -> Vec<Vec<Form<'f>>> {
-        let straight = self.expand(forms, at, slopes, None).equations;
+    pub(super) fn derivatives<'f>(
+        &self,
+        forms: &'f Forms,
+        (part, at): (&Part, &At),
+        slopes: &[f64],
+    ) -> Vec<Vec<Form<'f>>> {
+        let straight = self.expand(forms, (part, at), slopes, None).equations;
         let (n, rows) = (self.product.n, at.near.len());
         let mut along_poses = vec![Vec::new(); rows];
         for &(row, column, value) in &straight.along_poses {
@@ -48,7 +53,7 @@ impl Encloser<'_> {
         forms: &Forms,
         derivatives: &[Vec<Form<'_>>],
     ) -> Vec<Interval> {
-        let rows = at.near.len();
+        let (rows, base) = (at.near.len(), self.product.base(part, &at.x));
         let there = modes.corrections_of(&self.chart.residual(&self.chart.poses(&points(&at.near)), &at.parameters));
         // By own coordinate first: the derivatives along one stay in the nearest cache for all corrections.
         let along = |k: usize| {
@@ -60,7 +65,7 @@ impl Encloser<'_> {
         };
         let mut parts: Vec<_> = (0..at.x.len()).map(along).collect();
         let coordinate = |there: &Interval| {
-            let second = Second::of(&self.product, parts.iter_mut().filter_map(Iterator::next));
+            let second = Second::of(&self.product, (&at.x, &base), parts.iter_mut().filter_map(Iterator::next));
             Interval::of_size(second.reach(&self.product, part, &at.x)) - *there
         };
         there.iter().map(coordinate).collect()
