@@ -9,6 +9,8 @@ from scipy.optimize import least_squares
 
 import jointplay as jp
 from helpers.answers import distance, example
+from jointplay.analyses import compensate
+from jointplay.result.conclusions import conclude
 
 
 class TestCompensate:
@@ -218,3 +220,68 @@ def test_within_ranges_of_drives_what_is_left_is_least(seed: int) -> None:
     left = missed(result.drive_corrected.values[0])
     np.testing.assert_allclose(left, result.residual.values[0, :2] - target, atol=1e-9)
     assert np.linalg.norm(left) == pytest.approx(np.sqrt(best), rel=1e-6, abs=1e-8)
+
+
+def pendulum(value: float = -90.0, **clearance: float) -> jp.Builder:
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0), **({"clearance": clearance} if clearance else {}))
+    b.drive("q", joint="pivot", values=[value], backlash=0.2)
+    b.output(body="arm", at=(200, 0))
+    return b
+
+
+@pytest.mark.parametrize(("value", "change"), [(-89.95, 0.1), (-90.03, -0.1)])
+def test_a_drive_inside_its_backlash_goes_to_the_flank_that_carries_the_arm(value: float, change: float) -> None:
+    """An arm that hung inside the backlash was left there, since "no drive can remove the rest"."""
+    alone = pendulum(value)
+    alone.load(force=(0, -20))
+    result = jp.compensate(alone.mechanism())
+    assert result.correction.item() == pytest.approx(change, abs=1e-7)
+    assert result.residual_position.item() < 1e-7
+    assert not result.inside_play.item()
+    cases = pendulum(value)
+    cases.load("light", force=(0, -10))
+    cases.load("heavy", force=(0, -20))
+    table = jp.compensate(cases.mechanism(), one_table=True)
+    assert table.correction.values.ravel() == pytest.approx(change, abs=1e-6)
+    assert table.residual_position.values.ravel() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_where_neither_flank_helps_the_command_stays_as_it_is() -> None:
+    b = pendulum(radial=0.05)
+    b.load(force=(0, -20))
+    result = compensate.compute(b.mechanism())
+    assert result.get("correction").item() == 0.0
+    assert result.get("residual_position").item() == pytest.approx(0.05, abs=1e-9)
+    told = " ".join(sentence.text for sentence in conclude(result).sentences)
+    assert "no drive can remove the rest: inside its play q does not act" in told
+    assert "Largest change" not in told
+
+
+def test_two_drives_inside_their_backlash_go_to_their_flanks() -> None:
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
+    b.revolute("hip", ground=(0, 0), thigh=(0, 0))
+    b.revolute("knee", thigh=(213, 0), calf=(0, 0))
+    b.body("thigh", mass=0.5, centre=(100, 0))
+    b.body("calf", mass=0.2, centre=(100, 0))
+    b.drive("q1", joint="hip", values=[-89.8], backlash=1)
+    b.drive("q2", joint="knee", values=[0.1], backlash=2)
+    b.output(body="calf", at=(213, 0))
+    result = jp.compensate(b.mechanism())
+    assert result.error_position.item() > 0.5
+    assert result.residual_position.item() < 1e-6
+
+
+def test_a_drive_that_the_backlash_of_a_gear_keeps_from_its_arm_goes_through_it() -> None:
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("shaft", ground=(0, 0), pinion=(0, 0))
+    b.revolute("pivot", ground=(60, 0), wheel=(0, 0))
+    b.gear("mesh", pinion=(0, 0), wheel=(0, 0), teeth=(20, 40), module=2, clearance={"backlash": 0.2})
+    b.drive("q", joint="shaft", values=[0.1])
+    b.output(body="wheel", at=(200, 0))
+    b.start("wheel", angle=-90)
+    b.load(force=(0, -20))
+    result = jp.compensate(b.mechanism())
+    # Half of the backlash, at the pitch circle of the pinion.
+    assert abs(result.correction.item()) == pytest.approx(np.rad2deg(0.1 / 20.0), rel=0.1)
+    assert result.residual_position.item() < 1e-6

@@ -135,7 +135,9 @@ def _limits(m: Mechanism) -> list[str]:
             limits = limits_in_words(Result(builder.coords, builder.data))
             found.append(f"{name}: {limits}" if name else limits)
     if np.isfinite(m.limits.probability):
-        found.append(f"{percent(m.limits.probability)} of the specimens have to keep to them at every configuration")
+        each = ", of each output by itself" if m.outputs else ""
+        share = percent(m.limits.probability)
+        found.append(f"{share} of the specimens have to keep to them at every configuration{each}")
     return found
 
 

@@ -3,7 +3,8 @@
     dq = -(W J)^+ W (E(q) - target),   q <- q + dq,   J = dE/dq
 
 E is the error of the non-linear model at the drives q, found anew at every step, so that a load may move its contacts;
-J is found anew where steps do not shrink, and where what is left is not zero.
+J is found anew where steps do not shrink, and where what is left is not zero; where a drive does not act because the
+load holds its joint inside a play, the search begins again at either end (see `beyond`).
 A step counts only when it makes |W (E - target)| smaller: where contact flips back and forth the best drives met are
 kept. W weighs lengths against angles. What no drive can remove is what remains of E.
 
@@ -27,13 +28,14 @@ from jointplay.errors import InputError, shown
 from jointplay.model.gaps import attributes
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import asked_by, require_known
-from jointplay.result import Result, ResultBuilder, align, beside, split, to_dataset
+from jointplay.result import ROUNDING, Result, ResultBuilder, align, beside, split, to_dataset
 from jointplay.result.verdict import judge
 
 from . import worst
+from .beyond import beyond_play, does_not_act
 from .given import OF_WORST
 from .loaded import loads_of, require_loads
-from .minimax import PlaceIndices, least_largest, slopes
+from .minimax import LeastLargest, PlaceIndices, least_largest, slopes
 from .nominal import Nominal, Progress, at_drives, nominal, report, without_singular
 from .offsets import Offsets, array_of, parameters
 from .recorded import recorded
@@ -115,8 +117,9 @@ def compensate(
         `residual_rotation` (sizes), of `loaded` `residual_undetermined` (half-width of what the load leaves open
         after), `target` (the error to reach), `limit`, `limit_met` and `margin` (whether and by how much what is left
         keeps to the limits of the file; what differs from the target counts), `at_limit` (drives held by their range
-        in the file), `settled` (whether nothing near leaves less; elsewhere contact alternates between two sides,
-        and the best drives found are given), `iterations`, `nominal`, `status` (of the corrected mechanism). Where
+        in the file), `inside_play` (drives that do not act there; not of `worst`), `settled` (whether nothing near
+        leaves less; elsewhere contact alternates between two sides, and the best drives found are given), `iterations`,
+        `nominal`, `status` (of the corrected mechanism). Where
         drives have speeds `contact_rate`, `contact` and `transit_time` as of `loaded`. Of `worst` the sizes are the
         largest ones, `residual_component` is the lowest and highest error of each component (along `side`), and `error`
         and `residual` are the errors where the position error is largest. Of `loaded` and `worst` as well
@@ -148,6 +151,8 @@ class Correction:
     status: Codes
     iterations: NDArray[np.int64]
     settled: NDArray[np.bool_]
+    #: drives within their play, where they do not act
+    inside: NDArray[np.bool_] | None = None
     #: of the worst case: the largest position and rotation, before and after, and the ends of all components after
     largest: Mapping[str, Floats] = field(default_factory=dict)
 
@@ -206,9 +211,9 @@ def _of_each_case(
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
-    before = errors(at.drives, np.arange(len(at)))
-    correction = correct(errors, at, before, weight, wanted, drive_units(m), _ranges(m), progress)
-    result = _report(m, at, question, before[0], correction, weight, wanted)
+    before, _ = errors(at.drives, np.arange(len(at)))
+    correction = _corrected(m, errors, at, weight, wanted, progress)
+    result = _report(m, at, question, before, correction, weight, wanted)
     return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
@@ -239,20 +244,19 @@ def _of_all_cases(
         )
 
     everywhere, drives = np.arange(len(places[0])), places[0].drives
-    found = least_largest(
-        errors,
-        drives,
-        everywhere,
-        np.broadcast_to(weight, (len(drives), 1, len(weight))),
-        drive_units(first),
-        _ranges(first),
-        progress,
-    )
+    weights_of = np.broadcast_to(weight, (len(drives), 1, len(weight)))
+    unit, ranges = drive_units(first), _ranges(first)
+    found = least_largest(errors, drives, everywhere, weights_of, unit, ranges, progress)
+
+    def search(drives: Floats, some: PlaceIndices) -> LeastLargest:
+        return least_largest(errors, drives, some, weights_of[some], unit, ranges)
+
+    inside = beyond_play(search, errors, found, unit, ranges, *_rounding(first, weight))
     answers = []
     for m, at, of_case in zip(parts, places, of_cases, strict=True):
         before, _ = of_case(drives, everywhere)
         error, status = of_case(found.drives, everywhere)
-        correction = Correction(found.drives, error, status, found.iterations, found.settled)
+        correction = Correction(found.drives, error, status, found.iterations, found.settled, inside)
         answers.append(_report(m, at, "loaded", before, correction, weight, wanted, one_table=1))
     return beside(align(answers), "load_case", cases, "load case", same=("nominal", "limit"))
 
@@ -328,7 +332,7 @@ def _of_worst(
     def at_largest(drives: Floats, found: Worst) -> Floats:
         return np.asarray(m.core.given(drives, at.poses, found["offset"][:, 0])["error"])
 
-    correction = Correction(best, at_largest(best, end), at.worse(end["status"]), iterations, settled, sizes)
+    correction = Correction(best, at_largest(best, end), at.worse(end["status"]), iterations, settled, largest=sizes)
     return _report(m, at, "worst", at_largest(at.drives, begin), correction, weight, _target(m, len(at), None))
 
 
@@ -357,32 +361,59 @@ def compute_corrected(
     return compute(m, corrects or known, at=at, **options)
 
 
-def correct(
+def _corrected(
+    m: Mechanism,
     errors: Errors,
     at: Nominal,
-    before: tuple[Floats, Codes],
+    weight: Floats,
+    wanted: Floats,
+    progress: Progress | None,
+) -> Correction:
+    """The best drives of all configurations, on whichever side of their play they act."""
+    unit, ranges = drive_units(m), _ranges(m)
+    rounding, gain = _rounding(m, weight)
+
+    def search(begin: Floats, places: PlaceIndices, progress: Progress | None = None) -> LeastLargest:
+        return _searched(errors, begin, places, weight, wanted, unit, ranges, rounding, progress)
+
+    everywhere = np.arange(len(at))
+    found = search(at.drives, everywhere, progress)
+    inside = beyond_play(search, errors, found, unit, ranges, rounding, gain)
+    error, status = errors(found.drives, everywhere)
+    return Correction(found.drives, error, status, found.iterations, found.settled, inside)
+
+
+def _rounding(m: Mechanism, weight: Floats) -> tuple[Floats, float]:
+    """What of each component of an error is rounding, and of their weighted size."""
+    rounding = ROUNDING * np.where(np.isin(m.components, LENGTHS), m.length, 1.0)
+    return rounding, float(np.linalg.norm(weight * rounding))
+
+
+def _searched(
+    errors: Errors,
+    begin: Floats,
+    places: PlaceIndices,
     weight: Floats,
     wanted: Floats,
     unit: Floats,
     ranges: Floats,
+    rounding: Floats,
     progress: Progress | None = None,
-) -> Correction:
-    """Damped Gauss-Newton steps on all configurations at once; see the top of the file.
+) -> LeastLargest:
+    """Damped Gauss-Newton steps on some configurations at once; see the top of the file.
 
     Parameters
     ----------
-    before : (ndarray, ndarray)
-        Errors and status with the drives as they are.
+    begin, places : ndarray
+        Drives at which to begin, and of which configurations.
     unit : ndarray
         What makes steps of different drives comparable: one radian, or one characteristic length.
     ranges : ndarray
         Lowest and highest value of every drive, shape (2, drive).
     """
-    drives = np.clip(at.drives, *ranges)
+    drives, wanted = np.clip(begin, *ranges), wanted[places]
     everywhere = np.arange(len(drives))
-    error, status = before[0].copy(), before[1].copy()
-    if len(held := np.flatnonzero((drives != at.drives).any(axis=1))):
-        error[held], status[held] = errors(drives[held], held)
+    error, status = errors(drives, places)
 
     def size(e: Floats, at: PlaceIndices) -> Floats:
         norm = np.linalg.norm(weight * (e - wanted[at]), axis=1)
@@ -403,7 +434,9 @@ def correct(
             break
         new = active[renews[active]]
         if len(new):
-            slope[new] = slopes(errors, drives[new], new, unit)
+            slope[new] = slopes(errors, drives[new], places[new], unit)
+            # Rounding says nothing of where a drive that changes nothing should go.
+            slope[new] *= ~does_not_act(slope[new], unit, rounding)[:, None]
             own[new], renews[new] = True, False
         step = np.zeros_like(drives)
         for k in active.tolist():
@@ -421,7 +454,7 @@ def correct(
         searching, part = active[length[active] > STILL], 1.0
         while len(searching) and part >= SHORTEST:
             trial = _within(drives[searching] + part * step[searching], unit, ranges)
-            found, outcome = errors(trial, searching)
+            found, outcome = errors(trial, places[searching])
             there, moved = size(found, searching), part * length[searching]
             # Near the least error it hardly changes, and the derivatives see more.
             shrinks = own[searching] & (moved <= NEAR) & (moved <= SHRUNK * last[searching])
@@ -442,12 +475,12 @@ def correct(
     for row in np.flatnonzero(~settled & np.isfinite(merit))[:, None]:
         # Where much is left the curvature of the errors decides as much as their derivatives.
         k = row[0]
-        nearer, count, settled[k] = _descended(errors, row, drives[k], weight, wanted[k], unit, ranges)
+        nearer, count, settled[k] = _descended(errors, places[row], drives[k], weight, wanted[k], unit, ranges)
         iterations[k] += count
-        found, outcome = errors(nearer[None], row)
+        found, outcome = errors(nearer[None], places[row])
         if size(found, row)[0] < merit[k]:
             drives[k], error[k], status[k] = nearer, found[0], outcome[0]
-    return Correction(drives, error, status, iterations, settled)
+    return LeastLargest(drives, merit, status, iterations, settled)
 
 
 def _descended(
@@ -631,6 +664,9 @@ def _report(
         builder.add("residual_component", sides, found.largest["component"], words, "component")
     low, high = _ranges(m)
     builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")
+    if found.inside is not None:
+        words = "whether the drive is inside its play with the drives corrected, where it does not act"
+        builder.add("inside_play", drive, found.inside, words)
     builder.add("settled", "configuration", found.settled, "whether the correction has converged")
     builder.add("iterations", "configuration", found.iterations, "steps made")
     judge(builder)

@@ -74,8 +74,8 @@ def allocate(
         In which the limits have to hold, at every configuration: in the exact worst case (default, if no probability
         is given), or for a share of the specimens.
     probability : float, optional
-        random: the share of the specimens that has to keep to all limits, at every configuration and with a confidence
-        of 97.5 %; that of the file if left out.
+        random: the share of the specimens that has to keep to all limits of an output, at every configuration and with
+        a confidence of 97.5 %; that of the file if left out.
     curve : sequence of float
         Factors on all limits, for each of which the least cost is found, too.
     contact : {"scattered", "loaded"}, optional

@@ -68,8 +68,8 @@ def allow(
         In which limits have to hold, at every configuration: those of the error in the worst case, where the loads push
         the mechanism, or for a share of the specimens; or those of forces in the worst case, see `forces`.
     probability : float, optional
-        random: the share of the specimens that has to keep to all limits, at every configuration; that of the file if
-        left out, else 0.9973.
+        random: the share of the specimens that has to keep to all limits of an output, at every configuration;
+        that of the file if left out, else 0.9973.
     tolerance : float
         Relative: limits hold at `allowed`, and are missed at `allowed * (1 + 2 * tolerance)`.
     **options
@@ -99,7 +99,8 @@ def allow(
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
         share that may be outside), with `used_not_assembled`, the share of the specimens that cannot be assembled
-        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is. Of a
+        there. With loads and `random`, `used_contact` and `binding_contact` say with which contact that is; with
+        several outputs `used_output`, `factor_binding_output` and `binding_output` which one it is. Of a
         machine that runs `contact_rate`, the largest with the sizes as they are, with `contact`, `contact_source` and
         `contact_configuration`, see `loaded`.
 
@@ -379,11 +380,13 @@ def _of_all(builder: ResultBuilder, now: Use, factor: Found) -> None:
         ("used", now.used, "largest part of a limit that is used"),
         ("used_quantity", now.quantity, "of which quantity"),
         ("used_configuration", now.configuration, "at which configuration"),
+        *((("used_output", now.output, "of which output"),) if builder.m.outputs else ()),
         ("used_not_assembled", now.not_assembled, "share of the specimens that cannot be assembled there"),
         *((("used_contact", now.contact, "with which contact"),) if "contact" in builder.attrs else ()),
         ("allowed_factor", factor.allowed, "factor of all sizes up to which the limits hold"),
         ("factor_status", factor.status, "what allowed_factor is"),
         ("factor_binding_quantity", factor.use.quantity, "what misses its limit first"),
         ("factor_binding_configuration", factor.use.configuration, "where it does"),
+        *((("factor_binding_output", factor.use.output, "at which output"),) if builder.m.outputs else ()),
     ):
         builder.data[name] = Variable((), np.array(value), "", words)

@@ -14,7 +14,7 @@ from .forces import beside
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, each, extreme, judged, of_compare, of_map, of_sweep, shares_over_nodes
-from .sizes import MOST_NAMES, first_missed, share_of
+from .sizes import EACH_OUTPUT, MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
 from .words import (
     BOUND_DIGITS,
@@ -33,6 +33,7 @@ from .words import (
 
 __all__ = [
     "BOUND_DIGITS",
+    "EACH_OUTPUT",
     "FITS",
     "KINDS",
     "MOST_NAMES",

@@ -121,7 +121,15 @@ def _why_left(result: Result, which: str, configuration: int) -> str:
         return ""
     held = result.get("at_limit").astype(bool) & np.isfinite(result.get("correction"))
     drive = "no drive within its range" if held[configuration].any() else "no drive"
-    return f"; {drive} can remove the rest{' of both' if weighs_both else ''}"
+    rest = f"; {drive} can remove the rest{' of both' if weighs_both else ''}"
+    idle = _inside_play(result, configuration)
+    return f"{rest}: inside its play {idle} does not act" if idle else rest
+
+
+def _inside_play(result: Result, configuration: int) -> str:
+    """The drives that do not act at a configuration."""
+    inside = result.get("inside_play")[configuration] if "inside_play" in result.data else ()
+    return " and ".join(d for d, idle in zip(result.labels("drive"), inside, strict=False) if idle)
 
 
 def of_compensate(result: Result) -> Conclusion:
@@ -164,7 +172,7 @@ def largest_change(result: Result) -> str:
     """`` of 2 drives: theta by 0.6 deg at configuration 3``; nothing where none is known."""
     changes = [_change(result, drive) for drive in result.labels("drive")]
     known = [change for change in changes if change is not None]
-    if not known:
+    if not any(change[1] for change in known):
         return ""
     drive, value, unit, k = max(known, key=lambda change: abs(change[1]))
     more = f" of {plural(len(known), 'drive')}" if len(known) > 1 else ""

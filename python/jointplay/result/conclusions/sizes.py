@@ -18,6 +18,8 @@ CONTACTS = {"scattered": "offsets that scatter", "loaded": "offsets that the loa
 ALIKE = 0.01
 #: a factor of all sizes that leaves nothing of them
 NONE = 1e-4
+#: with several outputs
+EACH_OUTPUT = "Each output is judged by itself: up to the sum of their shares may be outside some limit."
 #: as many names stand in a sentence
 MOST_NAMES = 4
 
@@ -72,6 +74,7 @@ def _numbers(places: str) -> list[int]:
 def _said(result: Result, used: float) -> str:
     """What is used of the limits, where most of it is."""
     quantity, place = str(result.get("used_quantity")), int(result.get("used_configuration"))
+    output = _of_output(result, "used")
     if "probability" in result.attrs:
         allowed = 1.0 - float(result.attrs["probability"])
         lost = float(result.get("used_not_assembled"))
@@ -79,10 +82,11 @@ def _said(result: Result, used: float) -> str:
         by = _decided(str(result.get("used_contact"))) if "used_contact" in result.data else ""
         if quantity == "assembly":
             return f"{share_of(lost)} of the specimens cannot be assembled, {share_of(allowed)} may be outside{by}"
-        return f"{share_of(outside)} of the specimens are outside, {share_of(allowed)} may be{by}"
+        limits = f" the limits{output}" if output else ""
+        return f"{share_of(outside)} of the specimens are outside{limits}, {share_of(allowed)} may be{by}"
     if not np.isfinite(used):
         return f"configuration {place} cannot be assembled" if quantity == "assembly" else "a limit of zero is missed"
-    return f"{QUANTITIES.get(quantity, quantity)} uses {share_of(used)} of its limit"
+    return f"{QUANTITIES.get(quantity, quantity)}{output} uses {share_of(used)} of its limit"
 
 
 def _contacts(result: Result) -> str:
@@ -147,7 +151,13 @@ def comes_first(result: Result, what: str) -> str:
     quantity, place = str(result.get(f"{what}_quantity")), int(result.get(f"{what}_configuration"))
     if quantity == "assembly":
         return f"configuration {place} has no pose then"
-    return f"the limit of {quantity} at configuration {place} comes first"
+    return f"the limit of {quantity}{_of_output(result, what)} at configuration {place} comes first"
+
+
+def _of_output(result: Result, what: str) -> str:
+    """Which output it is about, where the file has several: each is judged by itself."""
+    name = str(result.get(f"{what}_output")) if f"{what}_output" in result.data else ""
+    return f" of output {name}" if name else ""
 
 
 def share_of(part: float, digits: int = 4) -> str:

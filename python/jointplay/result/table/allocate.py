@@ -6,6 +6,7 @@ import numpy as np
 
 from jointplay.errors import listed
 from jointplay.result import Result, first_largest
+from jointplay.result.conclusions import EACH_OUTPUT
 
 from .layout import Column, ResultTable, numbers, words
 
@@ -92,6 +93,8 @@ def _notes(result: Result) -> Iterator[str]:
         yield f"To first order the least cost is {bound:.5g}, {over}; on the exact closure it is no bound."
     if "samples" in result.attrs:
         yield f"The yield is that of {int(result.attrs['samples']):,} random specimens of each configuration."
+        if any(" of output " in name for name in result.labels("limited")):
+            yield EACH_OUTPUT
     if "digits" in result.attrs and str(result.get("status")) in FOUND:
         yield f"Sizes by formula are rounded down to {int(result.attrs['digits'])} digits, and hold as they stand here."
     if "without_cost" in result.attrs:

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.basics.arrays import Floats, Texts
 from jointplay.result import Result
-from jointplay.result.conclusions import MOST_NAMES, first_missed, share_of
+from jointplay.result.conclusions import EACH_OUTPUT, MOST_NAMES, first_missed, share_of
 
 from .fit import MOST_ROWS
 from .layout import DIGITS, NOTHING, Column, ResultTable, decimals, fixed, numbers, some, words
@@ -139,6 +139,8 @@ def _notes(result: Result) -> Iterator[str]:
     if "without_pose" in result.attrs:
         yield f"Configuration {result.attrs['without_pose']}: no error as drawn; not counted."
     if "samples" in result.attrs:
+        if "used_output" in result.data:
+            yield EACH_OUTPUT
         count = int(result.attrs["samples"])
         yield f"Sizes are found from {count:,} random specimens per configuration; ± is their standard error."
     if not np.isin(status, ["not_enough", "needs_play"]).all():
