@@ -1,9 +1,12 @@
 """Elastic mechanisms under load, from the file to the error, against textbook formulas of beams and springs."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.beam import AREA, INERTIA, MEMBER, TORSION, E, G, beam
 from helpers.orders import NEAR, order
 
@@ -157,3 +160,20 @@ def test_the_table_that_rocks() -> None:
     part = forces @ [1, -1, 1, -1]
     stiffness = E * 60 / 300
     assert part == pytest.approx(-(0.15 - 4 * 0.02) * stiffness, rel=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [{"joints.pivot.stiffness": {"radial": 1000}}, {"drives.q.stiffness": 1000}])
+def test_an_elastic_arm_hangs_straight_down_within_the_play_of_its_drive(stiffness: dict[str, Any]) -> None:
+    """Springs of the search that were much stiffer than the balance left it beside the middle of the play."""
+    b = planar()
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+    values = np.array([-90.08, -90.05, -90.0, -89.95, -89.92])
+    b.drive("q", joint="pivot", values=values.tolist(), backlash=0.2, error=0.01)
+    b.output(body="arm", at=(200, 0))
+    b.load(force=(0, -20))
+    m = b.mechanism().with_(stiffness)
+    wanted = -200 * np.cos(np.radians(values))
+    np.testing.assert_allclose(jp.loaded(m).error.sel(component="x"), wanted, rtol=0, atol=1e-6)
+    found = jp.random(m, samples=16, contact="loaded")
+    np.testing.assert_allclose(found.error_mean.sel(component="x"), wanted, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found.error_std.sel(component="x"), 0, rtol=0, atol=1e-6)

@@ -4,12 +4,14 @@
 //! there, and the next program corrects them, until they have converged. Where they do not converge, because a reaction
 //! passes through zero on the way and the program jumps from one side of a clearance to the other, every
 //! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
-//! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
+//! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest. Where steps creep on
+//! one way, their ratio tells how stiff the mechanism itself is there, and springs become as soft.
 
 use std::marker::PhantomData;
 
 use nalgebra::DVector;
 
+use crate::clearance::offset::inner;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::answer::Answer;
@@ -30,6 +32,8 @@ const PATIENCE: usize = 2;
 /// The factor by which they become so, and how stiff they are at most.
 const STIFFER: f64 = 4.0;
 const STIFFEST: f64 = 256.0;
+/// Springs are too stiff where a step goes on by more than this part of the one before.
+const CREEPS: f64 = 0.5;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
@@ -252,6 +256,7 @@ impl System<'_> {
         let mut rested: Option<(Reached<P>, Middles)> = None;
         // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
+        let mut before: Vec<f64> = Vec::new();
         loop {
             let c = place.linearise(self).await?;
             let (right, asked) = (c.ties().right(place.displacements(), known), ask(&place, &c));
@@ -305,6 +310,9 @@ impl System<'_> {
             }
             restless += usize::from(change > SHRINKS * last);
             last = change;
+            let way = if pull > 0.0 { self.way(own, &target) } else { Vec::new() };
+            let goes_on = inner(&way, &before) / inner(&before, &before);
+            before = way;
             let mut reach = 1.0;
             if restless > PATIENCE {
                 if let Some((rested, _)) = rested {
@@ -316,6 +324,8 @@ impl System<'_> {
                     stiffness = 1.0;
                     // What has gone from one side to the other again and again is drawn to between them.
                     reach = 0.5;
+                } else if goes_on > CREEPS && goes_on < 1.0 {
+                    stiffness *= 1.0 - goes_on;
                 } else {
                     stiffness = (STIFFER * stiffness).min(STIFFEST);
                 }
@@ -359,6 +369,11 @@ impl System<'_> {
             None => vec![0.0; element.columns.len()],
         };
         self.elements.iter().map(of).collect()
+    }
+
+    /// From one set of displacements to another, in characteristic lengths and radians.
+    fn way(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        from.iter().zip(to).enumerate().map(|(k, (from, to))| (to - from) / self.basis.unit(k)).collect()
     }
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
