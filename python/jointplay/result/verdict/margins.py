@@ -218,7 +218,8 @@ class _Extreme:
             return FRICTION
         if "reversal" in self.result.data and not self.result.get("undetermined")[self.at].any():
             return OTHER
-        return OPEN
+        # Of the worst case corrected it is the size over all offsets.
+        return OPEN if {"undetermined", "residual_undetermined"} & set(self.result.data) else ""
 
     def _caused(self, head: str) -> str:
         """What causes the value; nothing where it is not known of that pose."""
