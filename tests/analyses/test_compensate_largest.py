@@ -7,6 +7,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 import jointplay as jp
 from helpers.answers import example
+from jointplay.analyses import compensate
 from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 
@@ -184,3 +185,14 @@ def test_a_range_is_named_where_it_holds_the_drive():
     k = int(held.residual_position.values.argmax())
     assert ("no drive within its range" in text) == bool(held.at_limit[k].any())
     assert held.at_limit.any()
+
+
+def test_without_loads_nothing_is_said_to_be_left_open_by_a_load() -> None:
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 0.1})
+    b.drive("q", joint="pivot", values=[30])
+    b.output(body="arm", at=(200, 0))
+    b.limits(x=[-0.05, 0.05])
+    (first, *_) = conclude(compensate.compute(b.mechanism(), "worst")).sentences
+    assert "Limit missed" in first.text
+    assert "load" not in first.text

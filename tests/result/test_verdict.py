@@ -16,6 +16,8 @@ from helpers.answers import example
 from helpers.dead_centre import at_dead_centre
 from helpers.several import together
 from helpers.strategies import mechanisms
+from jointplay.analyses import allow, loaded, worst
+from jointplay.analyses import given as of_given
 from jointplay.cli import run
 from jointplay.result import blame, from_dataset
 from jointplay.result.conclusions import conclude
@@ -333,3 +335,23 @@ def test_no_source_is_blamed_for_what_first_order_does_not_tell(
     said = " ".join(capsys.readouterr().out.split())
     assert "first order explains only 3 % of it" in said
     assert "B 100 %" not in said
+
+
+@pytest.mark.parametrize("question", ["worst", "given", "loaded"])
+def test_a_known_deviation_is_to_be_corrected_and_not_to_be_tightened(question: str) -> None:
+    """It has no tolerance: "to tighten first: q1 95 %" asked for the impossible."""
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("a", ground=(0, 0), u=(0, 0), clearance={"radial": 0.02})
+    b.drive("q1", joint="a", values=[0], deviation=0.1)
+    b.output(body="u", at=(200, 0))
+    b.load(force=(0, 10))
+    b.limits(position=0.1)
+    m = b.mechanism()
+    asked = {"worst": worst.compute, "loaded": loaded.compute, "given": of_given.compute}[question]
+    first = conclude(asked(m)).sentences[0].text
+    assert "; to correct first: q1 " in first
+    assert "tighten" not in first
+    # A tolerance beside it can be tightened.
+    assert "to tighten first: q1" in conclude(asked(m.with_({"drives.q1.error": 0.01}))).sentences[0].text
+    factor = conclude(allow.compute(m, "worst")).sentences[1].text
+    assert factor.endswith("; q1: known and without a tolerance, to be corrected first.")

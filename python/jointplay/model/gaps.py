@@ -94,6 +94,12 @@ def core_at(m: Mechanism, u: Floats) -> _core.Mechanism:
     return m.varied(sources=sources)
 
 
+def known_deviations(m: Mechanism) -> list[str]:
+    """Sources that are off by what the file says and have no size: there is nothing to tighten about them."""
+    off = {int(s) for s in m.parameter_source[np.flatnonzero(m.centre)]}
+    return [source.name for s, source in enumerate(m.compiled_sources) if s in off and source.limits == (0.0, 0.0)]
+
+
 def attributes(m: Mechanism, sizes: str = "middle") -> dict[str, str]:
     """What a result says of the sizes that were taken; nothing where no clearance scatters."""
     some = tight(m)

@@ -12,6 +12,7 @@ from jointplay import _core
 from jointplay.basics.arrays import Array
 from jointplay.basics.units import Units
 from jointplay.core.compile import TURNS
+from jointplay.model.gaps import known_deviations
 from jointplay.model.mechanism import Mechanism
 
 from .names import coordinate_names
@@ -270,6 +271,8 @@ class ResultBuilder:
         if dim == "source":
             kinds = np.array(self.m.source_kinds, dtype=str)
             self.coords["source_kind"] = Variable((dim,), kinds, "", "what the source is")
+            if known := known_deviations(self.m):
+                self.attrs["known_deviations"] = ", ".join(known)
         if dim == "parameter":
             sources = np.array([self.m.sources[int(k)] for k in self.m.parameter_source], dtype=str)
             self.coords["parameter_source"] = Variable((dim,), sources, "", "source of the parameter")

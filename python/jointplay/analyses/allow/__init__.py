@@ -23,6 +23,7 @@ from jointplay.analyses.recorded import recorded
 from jointplay.analyses.running import add_largest_rate, loses_contact, speeds
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, shown
+from jointplay.model.gaps import known_deviations
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import Sizing, sizings, times
 from jointplay.result import Result, ResultBuilder, Variable, to_dataset
@@ -321,6 +322,8 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     units = [builder.name(s.kind) if s.kind != "temperature" else "K" for s in sources]
     unit = units[0] if len(set(units)) == 1 else "see source_unit"
     builder.labels("source", [s.name for s in sources], "source")
+    if known := known_deviations(m):
+        builder.attrs["known_deviations"] = ", ".join(known)
     kinds = [m.source_kinds[m.sources.index(s.sources[0])] for s in sources]
     for name, values, words in (
         ("source_unit", units, "unit along source"),

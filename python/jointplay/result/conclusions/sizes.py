@@ -104,7 +104,9 @@ def _decided(contact: str, load_case: str = "") -> str:
 def _factor(result: Result) -> str:
     status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
     if status == "not_enough":
-        return "All sizes together: the limits are missed however small they are made."
+        known = str(result.attrs.get("known_deviations", ""))
+        rest = f"; {known}: known and without a tolerance, to be corrected first" if known else ""
+        return f"All sizes together: the limits are missed however small they are made{rest}."
     if status == "needs_play":
         return "All sizes together: the limits hold as they are, and are missed with sizes of zero."
     if status in ("unlimited", "no_effect"):

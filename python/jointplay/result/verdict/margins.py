@@ -12,7 +12,7 @@ from jointplay.result import SIZES, Result, first_largest, rounding
 
 from .judging import PLAYS, TOGETHER, ends, ends_of_plays, has_strays, judged, room
 from .outcome import HELD, MISSED, NOT_SHOWN, Rows, Verdict
-from .words import caused, configurations, rounded, shown, there
+from .words import TIGHTEN, caused, configurations, rounded, shown, there
 
 #: which sizes were taken, in words
 TAKEN = {"middle": "with clearances of middle size"} | {play: f"with the {play} play" for play in PLAYS}
@@ -178,7 +178,7 @@ class _Extreme:
         often = f" (missed at {count} of {total} configurations)" if total > 1 else ""
         text = f"{size}, {far}{f',{place}' * bool(place)}{often}"
         if self.case.is_own:
-            return f"{text}{self._caused('; to tighten first')}"
+            return f"{text}{self._caused(TIGHTEN)}"
         lowest, highest = (float(end[self.at, self.quantity]) for end in ends(self.result))
         value = highest if self.side == "high" else lowest
         return f"{text}; {TAKEN['middle']} {self._shown(value)}"
@@ -218,7 +218,8 @@ class _Extreme:
             return FRICTION
         if "reversal" in self.result.data and not self.result.get("undetermined")[self.at].any():
             return OTHER
-        return OPEN
+        # Of the worst case corrected it is the size over all offsets.
+        return OPEN if {"undetermined", "residual_undetermined"} & set(self.result.data) else ""
 
     def _caused(self, head: str) -> str:
         """What causes the value; nothing where it is not known of that pose."""

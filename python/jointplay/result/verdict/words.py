@@ -106,6 +106,10 @@ def _cause_where_open(result: Result, quantity: str, side: str, at: int) -> tupl
     return largest(causes, shares((parts @ parts.sum(axis=0))[None])[0])
 
 
+#: what is said before a source whose size makes the most of a value
+TIGHTEN = "; to tighten first"
+
+
 def caused(result: Result, quantity: str, side: str, at: int, head: str, *, is_open: bool = False) -> str:
     """The end of a sentence that says what the cause is, behind a mark and some words such as ``; to blame``.
 
@@ -124,6 +128,12 @@ def caused(result: Result, quantity: str, side: str, at: int, head: str, *, is_o
     back = (
         ", which correlated sources take back in part" if share > 1.0 and result.attrs["question"] == "random" else ""
     )
+    if head == TIGHTEN:
+        known = str(result.attrs.get("known_deviations", "")).split(", ")
+        sized = [source for source in sources if source not in known]
+        if not sized:
+            return f"; to correct first: {in_words(sources, share)}, known and without a tolerance"
+        sources = sized
     return f"{head}: {in_words(sources, share)}{back}"
 
 
