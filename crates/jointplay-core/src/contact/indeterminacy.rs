@@ -138,7 +138,7 @@ impl Solver<'_> {
     ) -> Option<Open> {
         let m = self.mechanism;
         let bend = self.bend(at, faces, unforced)?;
-        if !bend.unstable()?.is_empty() {
+        if bend.is_unstable()? {
             return None;
         }
         let ties = bend.ties()?;
@@ -153,34 +153,6 @@ impl Solver<'_> {
         }
         let output = m.output_sensitivity(&self.linearise(&at.state)?, &at.state);
         Some(Open::Faces(Box::new(Faces::new(m, at, faces, &bend, &ties, &output.parameters))))
-    }
-
-    /// Where a contact goes that rests at a minimum of the load's work, to which the output is not sensitive; `None` where it
-    /// stays.
-    pub(crate) fn off_balance(&self, at: &Contact, unforced: &[Unforced]) -> Option<Contact> {
-        let m = self.mechanism;
-        let faces = m.open_faces(at, unforced);
-        if faces.is_empty() {
-            return None;
-        }
-        let bend = self.bend(at, &faces, unforced)?;
-        let unstable = bend.unstable().filter(|unstable| !unstable.is_empty())?;
-        [1.0, -1.0].into_iter().find_map(|side| {
-            let mut inputs = at.state.inputs.clone();
-            for (s, _) in &faces {
-                let (source, set) = (&m.sources[*s], m.sources[*s].set);
-                let mut offset = m.offset(source, &inputs);
-                for ((_, way), part) in bend.ways.iter().zip(&unstable).filter(|((owner, _), _)| owner == s) {
-                    offset.iter_mut().zip(way.along).for_each(|(d, along)| *d += side * part * along);
-                }
-                let mut unit = set.to_unit(&offset);
-                set.project_unit(&mut unit[..offset.len()]);
-                m.put(source, &set.of_unit(&unit[..offset.len()])[..offset.len()], &mut inputs);
-            }
-            let next = self.settle_from(self.contact(at, &inputs)?, unforced)?;
-            let goes = next.settled && !next.blocked && m.change(&at.state.inputs, &next.state.inputs) > SAME;
-            goes.then_some(next)
-        })
     }
 
     /// A contact as it is, with all faces open that the load does not decide there: where the closure may hold it on

@@ -92,12 +92,7 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
-        self.settle_from(self.at(from)?, unforced)
-    }
-
-    /// The same from a contact on.
-    pub(crate) fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Option<Contact> {
-        self.settle_unless(from, unforced, &|_| false)
+        self.settle_unless(self.at(from)?, unforced, &|_| false)
     }
 
     /// The forces at a state.
@@ -128,7 +123,7 @@ impl Solver<'_> {
         for source in released {
             elsewhere[source.range()].fill(f64::NAN);
         }
-        Some((self.settle_from(first, held)?, elsewhere))
+        Some((self.settle_unless(first, held, &|_| false)?, elsewhere))
     }
 
     /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps converge to offsets that are

@@ -12,7 +12,7 @@ use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::Solver;
 use crate::closure::second_order::Along;
 use crate::contact::state::Contact;
-use crate::math::decomposition::{largest_eigenpair, singular_values};
+use crate::math::decomposition::{largest_eigenvalue, singular_values};
 use crate::mechanism::{Mechanism, Source};
 
 /// A step along a force that leads to the support point, as a part of the set.
@@ -131,25 +131,18 @@ impl Bend {
         UNDECIDED + self.force.amax()
     }
 
-    /// The direction along which the load's work has a minimum, as parts of all ways, the largest of which is one; empty where
-    /// there is none, `None` where a number is not finite.
-    pub fn unstable(&self) -> Option<Vec<f64>> {
+    /// Whether there is a direction along which the load's work has a minimum; `None` where a number is not finite.
+    pub fn is_unstable(&self) -> Option<bool> {
         let n = self.ways.len();
         if n == 0 {
-            return Some(Vec::new());
+            return Some(false);
         }
         let reach = |i: usize| self.ways[i].1.reach;
         let symmetric = DMatrix::from_fn(n, n, |i, j| {
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
             0.5 * (a + b)
         });
-        let (largest, vector) = largest_eigenpair(symmetric)?;
-        if !(largest > self.least()) {
-            return Some(Vec::new());
-        }
-        let parts: Vec<f64> = vector.iter().enumerate().map(|(i, part)| part / reach(i).sqrt()).collect();
-        let most = parts.iter().copied().fold(0.0, |most: f64, part| if part.abs() > most.abs() { part } else { most });
-        Some(parts.iter().map(|part| part / most).collect())
+        largest_eigenvalue(symmetric).map(|largest| largest > self.least())
     }
 
     /// `None` where the changes have no singular values.

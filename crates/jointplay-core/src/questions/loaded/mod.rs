@@ -305,11 +305,7 @@ impl Mechanism {
         // Where nothing that moves the output is open, the forces of the displaced pose push what those of the nominal one do
         // not. Where something is, that alone counts until it is known whether the closure decides it.
         let held = if left.observable { unforced.clone() } else { vec![Unforced::default(); self.sources.len()] };
-        let rest = solver.settle_first(start, &gradient, &unforced, &held).map(|(contact, elsewhere)| {
-            // Whichever side a minimum of the work is left to, the other one is a place, too.
-            let off = if left.observable { None } else { solver.off_balance(&contact, &held) };
-            off.map_or((contact, elsewhere), |contact| (contact, gradient.inputs.parameters.clone()))
-        });
+        let rest = solver.settle_first(start, &gradient, &unforced, &held);
         let rest = rest.and_then(|(contact, elsewhere)| {
             let rest = solver.at_rest(contact, &held, &map, left)?;
             let on_branch = |state: &State| self.is_on_branch(solver, nominal, state);

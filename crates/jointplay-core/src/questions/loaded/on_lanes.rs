@@ -261,10 +261,9 @@ impl<'m> Contact<'m> {
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
         let rest = step[..n_u].to_vec();
-        let repelled = self.steps.repelled(&open.decided, step, pushed);
         let leading = self.steps.leading(&ends, sign, balance, step, pushed);
         for (i, (case, ends)) in cases.iter().zip(leading).enumerate() {
-            if !good[i] || repelled[i] {
+            if !good[i] {
                 rows.put(first + i, &plainly(case, None));
             } else if !ends.is_empty() {
                 let offsets = rest.iter().map(|block| block.0[i]).collect();

@@ -130,8 +130,7 @@ impl Mechanism {
                 Err(failure) => return apart(failure.status(), strain.clearance_factor),
             };
             let (rest, seen) = if rest.still {
-                let leaves = widths.iter().all(|width| *width == 0.0);
-                Box::pin(system.most_work_in(rounds, solver, rest, &first.load.forces, &known, leaves)).await
+                Box::pin(system.most_work_in(rounds, solver, rest, &first.load.forces, &known)).await
             } else {
                 (rest, 1)
             };

@@ -1,7 +1,6 @@
 //! Recorded Newton steps of the closure for a block of configurations, with the reactions at the pose they start from and
 //! without.
 
-use crate::clearance::Unforced;
 use crate::closure::newton::Solver;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::load_statics;
@@ -9,14 +8,10 @@ use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::FIRST;
 use crate::contact::balance_on_lanes::Balancing;
-use crate::contact::push_on_lanes::push;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
-
-/// The part of a set by which an offset moves to tell whether it is pushed then.
-const MOVED: f64 = 1e-2;
 
 /// The steps of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -55,40 +50,6 @@ impl Steps<'_> {
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let out = |k: usize| self.step.output(step, k);
         balance.press(|p| out(to.gradient + p), out(to.scale), step, pushed)
-    }
-
-    /// The lanes in which what the load does not decide is pushed once it moves: there the work may have a minimum. `step` are
-    /// registers at a pose with its forces, and stay so.
-    pub fn repelled(&self, decided: &[[bool; LANES]], step: &mut [Block], pushed: &mut [Block]) -> [bool; LANES] {
-        let m = self.mechanism;
-        let mut repelled = [false; LANES];
-        if decided.iter().flatten().all(|decided| *decided) {
-            return repelled;
-        }
-        let to = StepOutputs::new(m, &self.layout);
-        let counted = vec![[Unforced::default(); LANES]; m.sources().len()];
-        let mut undecided = |step: &[Block]| {
-            let out = |k: usize| self.step.output(step, k);
-            push(m, Some(&counted), |p| out(to.gradient + p), out(to.scale), step, pushed)
-        };
-        let before = undecided(step);
-        let at = step.to_vec();
-        for (source, decided) in m.sources().iter().zip(decided) {
-            for (k, p) in source.range().enumerate() {
-                // Each by another part of its set, so that forces do not cancel.
-                let part = MOVED * (1.0 - 0.5 * (0.618 * p as f64).fract());
-                for i in (0..LANES).filter(|&i| !decided[i]) {
-                    let inwards = if step[p].0[i] > m.centre[p] { -part } else { part };
-                    step[p].0[i] += inwards * source.set.half_width(k);
-                }
-            }
-        }
-        (0..2).for_each(|_| self.close.run(step));
-        self.step.run(step);
-        let then = undecided(step);
-        step.copy_from_slice(&at);
-        (0..LANES).for_each(|i| repelled[i] = then.0[i] < before.0[i]);
-        repelled
     }
 
     /// Finds how forces change along these lines, as many as a lane has at most.

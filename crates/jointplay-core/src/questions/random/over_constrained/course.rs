@@ -76,11 +76,10 @@ impl Job<'_> {
         };
         let of_all = first(&self.system);
         let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<PressedSpecimen>))| {
-            let is_decided = |pressed: &PressedSpecimen| {
-                let of_first = if let Cow::Owned(system) = system { first(system) } else { of_all };
-                !pressed.observable && !of_first && !pressed.open.iter().any(|&source| self.decides(source))
+            let observable = |pressed: &PressedSpecimen| {
+                pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all }
             };
-            let Some(pressed) = pressed.filter(is_decided) else { return self.loaded(specimen) };
+            let Some(pressed) = pressed.filter(|pressed| !observable(pressed)) else { return self.loaded(specimen) };
             let PressedSpecimen { displacements, offsets, error, .. } = pressed;
             let offsets = system.elements.iter().zip(&offsets);
             offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));

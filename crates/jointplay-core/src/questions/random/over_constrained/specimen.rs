@@ -1,7 +1,5 @@
 //! One specimen: whether it can be assembled, and where.
 
-use std::sync::OnceLock;
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::MAX_SIZE;
@@ -53,8 +51,6 @@ pub struct Job<'a> {
     rigid_program: Program,
     /// Whether nothing is elastic.
     pub rigid: bool,
-    /// Which sources the load decides in the specimen without deviations.
-    decided: OnceLock<Vec<bool>>,
 }
 
 /// With how little clearance a specimen can be assembled rigidly.
@@ -182,7 +178,6 @@ impl<'a> Job<'a> {
             openings,
             rigid_program,
             rigid,
-            decided: OnceLock::new(),
         }
     }
 
@@ -211,26 +206,17 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Whether the load decides where a source of the specimen without deviations goes, at a minimum of its work, too.
-    pub fn decides(&self, source: usize) -> bool {
-        let middle = || self.loaded_alone(&self.mechanism().centre).map_or_else(Vec::new, |loaded| loaded.decided);
-        self.decided.get_or_init(middle).get(source).is_some_and(|decided| *decided)
-    }
-
-    fn loaded_alone(&self, parameters: &[f64]) -> Option<Loaded> {
-        let case = Case { drives: &self.built.inputs.drives, coordinates: &self.nominal.state.coordinates };
-        self.mechanism().loaded_specimen(parameters, &case)
-    }
-
     /// A rigid specimen where the forces of the load alone decide, as [`Mechanism::loaded`] has it; `None` where that does not
     /// tell its place.
     pub fn loaded(&self, mut specimen: Specimen) -> Option<Specimen> {
         interrupt::check();
-        let Loaded { offset, error, status, .. } = self.loaded_alone(&specimen.parameters)?;
+        let m = self.mechanism();
+        let case = Case { drives: &self.built.inputs.drives, coordinates: &self.nominal.state.coordinates };
+        let Loaded { offset, error, status, .. } = m.loaded_specimen(&specimen.parameters, &case)?;
         if !matches!(status, Status::Ok | Status::Undetermined) {
             return None;
         }
-        specimen.displacements = self.mechanism().displacements(&offset);
+        specimen.displacements = m.displacements(&offset);
         (specimen.parameters, specimen.error) = (offset, Some(error));
         (specimen.status, specimen.factor, specimen.plainly) = (status, 0.0, true);
         Some(specimen)
