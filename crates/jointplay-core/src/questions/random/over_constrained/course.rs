@@ -41,21 +41,30 @@ impl Job<'_> {
                 if let Err(status) = job.place(rounds, together, &mut specimen).await {
                     (specimen.status, specimen.error) = (status, None);
                 }
+                // Steps do not settle, or leave open, what balances within the play.
+                if specimen.status == Status::Undetermined && self.is_pressed() {
+                    specimen = job.loaded(job.drawn(&job.system, drawn, number)).unwrap_or(specimen);
+                }
                 specimen
             })
             .into_iter();
         pressed.into_iter().filter_map(|pressed| pressed.or_else(|| settled.next())).collect()
     }
 
-    /// Specimens that the forces of the load alone decide, side by side without courses. Where these balance within the play,
-    /// whole steps do not settle: such a specimen is solved by itself.
+    /// Whether the forces of the load alone decide.
+    fn is_pressed(&self) -> bool {
+        self.request.loaded && self.rigid && self.nominal.compatibility.equations.nrows() == 0
+    }
+
+    /// Specimens that the forces of the load alone decide, side by side without courses. What these leave open is solved by
+    /// itself.
     fn pressed<'d>(
         &self,
         together: &Together<'_>,
         drawn: impl Iterator<Item = (&'d Vec<f64>, u64)>,
     ) -> Vec<Option<Specimen>> {
         let c = self.nominal.compatibility;
-        if !self.request.loaded || !self.rigid || c.equations.nrows() > 0 {
+        if !self.is_pressed() {
             return drawn.map(|_| None).collect();
         }
         let (systems, specimens): (Vec<_>, Vec<Specimen>) = drawn
@@ -79,7 +88,10 @@ impl Job<'_> {
             let observable = |pressed: &PressedSpecimen| {
                 pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all }
             };
-            let Some(pressed) = pressed.filter(|pressed| !observable(pressed)) else { return self.loaded(specimen) };
+            let pressed = pressed?;
+            if observable(&pressed) {
+                return self.loaded(specimen);
+            }
             let PressedSpecimen { displacements, offsets, error, .. } = pressed;
             let offsets = system.elements.iter().zip(&offsets);
             offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
