@@ -510,3 +510,15 @@ def test_command_writes_and_draws(tmp_path: Path) -> None:
     assert sum(row.startswith("allowed,") for row in rows) == 3
     missed = CliRunner().invoke(program(), ["allow", str(path), "-s", "limits.position=0.02"], standalone_mode=False)
     assert missed.return_value == 1
+
+
+@pytest.mark.parametrize("limits", [{"position": 0.05}, {"rotation": 0.001}])
+@pytest.mark.parametrize("question", ["worst", "random"])
+def test_where_nothing_is_used_it_is_of_what_has_a_limit(limits: dict[str, float], question: str) -> None:
+    """It was x that used 0 % of its limit, and x had none."""
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 1e-13})
+    b.drive("q", joint="pivot", values=[0, 45])
+    b.output(body="arm", at=(200, 0))
+    b.limits(**limits)
+    assert str(jp.allow(b.mechanism(), question).used_quantity.item()) == next(iter(limits))

@@ -11,6 +11,7 @@ from jointplay import cli
 from jointplay.analyses.compare import compute
 from jointplay.analyses.nominal import follow, nominal
 from jointplay.errors import InputError
+from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.table.notes import notes
@@ -156,3 +157,15 @@ def test_the_command_takes_many_files(
         *(f"all.csv.{letter}.toml" for letter in "abc"),
     ]
     assert jp.load("all.csv") == jp.load("a.toml")
+
+
+def test_rounding_is_no_rotation():
+    """A sweep and a comparison told a largest rotation of 1e-15 degrees where `error` said that there is none."""
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 0.05})
+    b.drive("q", joint="pivot", values=[0, 45, 90])
+    b.output(body="arm", at=(200, 0))
+    m = b.mechanism()
+    swept = jp.sweep(m, "joints.pivot.clearance.radial", [0.01, 0.05])
+    for result in (swept, jp.compare(m, m)):
+        assert "otation" not in " ".join(s.text for s in conclude(from_dataset(result)).sentences)

@@ -240,7 +240,11 @@ def test_maps_and_sweeps_name_the_load_case_that_uses_most_of_a_limit():
     mapped, swept = jp.map(m, "forces", angles), jp.sweep(m, key, [0.1, 0.2], "forces")
     assert np.allclose(mapped.used.max("theta").sel(load_case="more") / 2.0, mapped.used.max("theta")[0], rtol=0.1)
     for result in (mapped, swept, jp.sweep(m, key, [0.1, 0.2], "forces", by=by)):
-        assert conclude(from_dataset(result)).sentences[0].text.startswith("Load case more, the worst of 2: ")
+        assert (
+            conclude(from_dataset(result))
+            .sentences[0]
+            .text.startswith("Load case more, the worst of 2 by their limits: ")
+        )
 
 
 def test_maps_name_the_output_that_uses_most_of_a_limit_of_errors():

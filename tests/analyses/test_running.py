@@ -1,5 +1,6 @@
 """The machine as it runs: accelerations, inertia as loads, drive torques and powers, and whether contact follows."""
 
+import json
 import math
 import re
 from pathlib import Path
@@ -21,6 +22,7 @@ from jointplay.analyses import loaded
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.running import _between, contact_rates, moving
 from jointplay.basics import poses
+from jointplay.file.schema import json_schema
 from jointplay.model.inertia import kinematics
 from jointplay.result.verdict import HELD, NOT_SHOWN, verdict
 
@@ -954,3 +956,20 @@ def test_limits_are_not_said_to_hold_where_contact_may_be_lost() -> None:
     assert held.outcome == HELD
     assert loose.outcome == NOT_SHOWN
     assert loose.gist.startswith("contact may be lost near ")
+
+
+def test_an_acceleration_is_in_the_angle_unit_whatever_the_unit_of_speeds_is() -> None:
+    """Its description did not say so, and a speed beside it is in turns per minute."""
+    torques = []
+    for unit in ("deg/s", "rad/s", "1/min"):
+        b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N", "turning_speed": unit})
+        b.revolute("pivot", ground=(0, 0), arm=(0, 0))
+        b.body("arm", mass=1.0, centre=(100, 0))
+        b.drive("q", joint="pivot", values=[0], speed=0, acceleration=180)
+        b.output(body="arm", at=(200, 0))
+        torques.append(jp.loaded(b.mechanism()).drive_torque.item())
+    # m r^2 alpha, in N mm.
+    assert torques == pytest.approx([1.0 * 0.1**2 * np.pi * 1e3] * 3, rel=1e-9)
+    told = re.findall(r"how fast that changes, in [^,]*", json.dumps(json_schema()))
+    assert told
+    assert all(words.endswith("units.angle per second squared") for words in told)

@@ -96,7 +96,7 @@ def test_of_several_outputs_and_load_cases_the_worst_is_named() -> None:
     used = 1.0 - (found.margin / found.limit.sel(side="high")).min(["configuration", "quantity"])
     where = max(((o, c) for o in used.output.values for c in used.load_case.values), key=lambda at: used.loc[at].item())
     first = conclude(from_dataset(found)).sentences[0].text
-    assert first.startswith(f"Output {where[0]}, load case {where[1]}, the worst of 6: ")
+    assert first.startswith(f"Output {where[0]}, load case {where[1]}, the worst of 6 by their limits: ")
 
 
 def test_a_sweep_says_where_the_error_is_least_and_largest() -> None:

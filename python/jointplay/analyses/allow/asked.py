@@ -205,7 +205,8 @@ class Asked:
                 output = "" if self.is_of_forces else one.part.of[0]
                 case = one.load_case if self.by_load else ""
                 where = int(places[k]), output, case, one.contact, float(lost[k])
-                shares = dict(zip(names, alone[k].tolist(), strict=True)) if self.question == "random" else {}
+                each = zip(names, alone[k].tolist(), strict=True) if self.question == "random" else ()
+                shares = {name: share for name, share in each if share >= 0.0}
                 best = Use(float(most[k]), quantity, *where, alone=shares)
         largest = max((c.max(initial=0.0, where=np.isfinite(c)) for c in columns), default=0.0)
         least = (NEARER if self.is_monotone else NEAR) * largest
@@ -239,6 +240,10 @@ class Asked:
             failures = result.get("failures")
             lost = failures[:, ~np.isin(STATUSES, READABLE)].sum(axis=1) / failures.sum(axis=1)
         names = result.labels("quantity")
+        # What has no limit binds nowhere, not even where nothing is used of any.
+        of_forces = "limit_used" in result.data
+        limits = result.get("limit_used").T if of_forces else result.get("limit")
+        alone = np.where(~np.isnan(limits).all(axis=1), alone, -1.0)
         chosen = places if whole else slice(None)
         return names, used[chosen], alone[chosen], failed[chosen], lost[chosen]
 

@@ -111,7 +111,7 @@ class Drive(Table):
         " with a mass then load the joints by their inertia; at rest if left out",
     )
     acceleration: Omittable[PathNumber] = omitted(
-        "with speed: how fast that changes, per second squared, or one per configuration"
+        "with speed: how fast that changes, in units.length or units.angle per second squared, or one per configuration"
     )
     motion: Omittable[LawOfMotion] = omitted(
         "with from, to and count: the law by which it goes there, from rest to rest, at equally spaced"

@@ -906,7 +906,8 @@ class Parts(Writing):
             How fast the value changes, per second (see units.turning_speed), or one per configuration: bodies with a
             mass then load the joints by their inertia; at rest if left out.
         acceleration : optional
-            With speed: how fast that changes, per second squared, or one per configuration.
+            With speed: how fast that changes, in units.length or units.angle per second squared, or one per
+            configuration.
         motion : optional
             With from, to and count: the law by which it goes there, from rest to rest, at equally spaced times:
             trapezoid (of speed), cycloidal, poly5 (polynomial of degree 5).

@@ -105,5 +105,7 @@ def _answer(result: Result) -> Conclusion:
 
 def _of_the_worst(heading: str, worst: Conclusion, count: int) -> tuple[Sentence, ...]:
     first, *rest = worst.sentences
-    of = f"{heading}, the worst of {count}" if count > 1 and worst.severity else heading
+    # Another one may have a larger error, and a larger limit.
+    by = " by their limits" if first.state else ""
+    of = f"{heading}, the worst of {count}{by}" if count > 1 and worst.severity else heading
     return (replace(first, text=f"{of}: {first.text[:1].lower()}{first.text[1:]}"), *rest)

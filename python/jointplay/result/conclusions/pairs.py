@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.basics.arrays import Array
-from jointplay.result import Result, figure, figures, first_largest
+from jointplay.result import Result, figures, first_largest
 from jointplay.result.verdict import Verdict, there, verdict
 
 from .errors import WORDS, blamed
-from .series import each, extreme, ranked, summed_up
+from .series import each, extreme, ranked, rounded_figure, summed_up
 from .words import Conclusion, Sentence, plural, say
 
 
@@ -42,7 +42,7 @@ def tops(result: Result) -> list[Tops]:
     """The worst figures over the configurations."""
     found = []
     for name, declared in figures(result).items():
-        values, unit = figure(result, name)
+        values, unit = rounded_figure(result, name)
         # Of nearness to a singularity the smallest counts.
         is_least = name == "singular_value"
         sign = -1.0 if is_least else 1.0

@@ -18,6 +18,7 @@ from jointplay.result import (
     largest,
     parts_by_cause,
     quantity,
+    rounding,
     split,
     untold_part,
 )
@@ -75,7 +76,7 @@ def of_sweep(result: Result) -> Conclusion:
     sentences = [*_missed_values(result, verdicts, value), *_bad(result)]
     severity = 0.0
     for name, declared in figures(result).items():
-        values, unit = figure(result, name)
+        values, unit = rounded_figure(result, name)
         sizes = np.abs(values)
         # Of nearness to a singularity the smallest counts.
         sign = -1.0 if name == "singular_value" else 1.0
@@ -95,6 +96,12 @@ def of_sweep(result: Result) -> Conclusion:
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
     used = max((one.used for one in verdicts), default=0.0)
     return Conclusion(tuple(sentences), (*ranked(sentences), used, severity))
+
+
+def rounded_figure(result: Result, name: str) -> tuple[Array, str]:
+    """The values of a quantity, with zeros for what is rounding, and their unit."""
+    values, unit = figure(result, name)
+    return (np.where(np.abs(values) <= rounding(result, unit), 0.0, values) if name in WORDS else values), unit
 
 
 def extreme(words: str) -> str:
@@ -217,7 +224,7 @@ def of_compare(result: Result) -> Conclusion:
         sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
     sentences += _best(result)
     for kind, declared in figures(result).items():
-        values, unit = figure(result, kind)
+        values, unit = rounded_figure(result, kind)
         known = np.isfinite(values)
         if not known.any(axis=1).all() or not np.nan_to_num(values).any():
             continue
@@ -252,7 +259,7 @@ def _best(result: Result) -> Iterator[Sentence]:
     is_whole = np.asarray((np.isin(result.get("status"), READABLE) | lost).all(axis=1))
     won: dict[str, list[str]] = {}
     for kind, declared in figures(result).items():
-        values, unit = figure(result, kind)
+        values, unit = rounded_figure(result, kind)
         ranked_ = [k for k in np.flatnonzero(is_whole).tolist() if np.isfinite(values[k, ~lost[-1]]).all()]
         tops = {names[k]: float(np.abs(values[k, ~lost[-1]]).max(initial=0.0)) for k in ranked_}
         least = sorted(tops, key=tops.__getitem__)[:2]
@@ -305,6 +312,8 @@ def _over_nodes(result: Result, good: Flags) -> Iterator[Sentence]:
         bad = np.where(good, sign * variable.values, -np.inf)
         node = np.unravel_index(int(np.argmax(bad)), bad.shape)
         if not np.isfinite(bad[node]) or variable.values[node] == 0.0:
+            continue
+        if name in WORDS and variable.values[node] <= rounding(result, variable.units):
             continue
         where = _node(result, node)
         head = variable.long_name if sign < 0.0 else extreme(variable.long_name)
