@@ -26,6 +26,8 @@ const NEAR: f64 = 0.05;
 
 /// Times that offsets are drawn which the exact closure may take outside their sets.
 const DRAWS: usize = 8;
+/// Of specimens that are solved side by side and that a load leaves open, how many are solved by themselves at least.
+const ASKED: usize = 2;
 
 impl Job<'_> {
     /// Solves specimens with what has been drawn for them, of which the first has the given number.
@@ -57,7 +59,7 @@ impl Job<'_> {
     }
 
     /// Specimens that the forces of the load alone decide, side by side without courses. What these leave open is solved by
-    /// itself.
+    /// itself: mostly it stays open, and in all specimens, so that some are asked first.
     fn pressed<'d>(
         &self,
         together: &Together<'_>,
@@ -84,18 +86,21 @@ impl Job<'_> {
             system.is_observable(c, &c.output.parameters, &nothing, &balance, &self.observable)
         };
         let of_all = first(&self.system);
+        let (mut asked, mut is_decided) = (0, false);
         let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<PressedSpecimen>))| {
-            let observable = |pressed: &PressedSpecimen| {
-                pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all }
-            };
             let pressed = pressed?;
-            if observable(&pressed) {
-                return self.loaded(specimen);
+            let is_open = pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all };
+            if is_open && (is_decided || asked < ASKED) {
+                asked += 1;
+                let found = self.loaded(specimen);
+                is_decided |= found.as_ref().is_some_and(|found| found.status == Status::Ok);
+                return found;
             }
             let PressedSpecimen { displacements, offsets, error, .. } = pressed;
             let offsets = system.elements.iter().zip(&offsets);
             offsets.for_each(|(element, offset)| self.put(element, offset, &mut specimen));
             (specimen.displacements, specimen.error, specimen.factor) = (displacements, Some(error), 0.0);
+            specimen.status = if is_open { Status::Undetermined } else { Status::Ok };
             Some(specimen)
         };
         systems.iter().zip(specimens.into_iter().zip(pressed)).map(take).collect()
