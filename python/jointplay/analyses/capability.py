@@ -19,7 +19,7 @@ from jointplay.basics.arrays import Floats
 TAIL, MIDDLE = 0.00135, 0.5
 LEVELS = np.array([TAIL, MIDDLE, 1.0 - TAIL])
 #: share of the room between the limits below which a width is rounding: what does not scatter has no capability
-NO_WIDTH = 1e-12
+NO_WIDTH = 1e-8
 #: with fewer specimens the outer quantiles are beyond all of them
 FEWEST = round(1.0 / TAIL)
 

@@ -195,6 +195,7 @@ def shares(values: Array) -> Array:
     """Parts over their sum, row by row; nan where they add up to nothing."""
     total = np.nansum(values, axis=1, keepdims=True)
     size = np.nansum(np.abs(values), axis=1, keepdims=True)
-    defined = np.abs(total) > 1e-12 * size
+    # Parts that cancel to fewer digits are rounding: backlash takes up what the drive beside it is off by.
+    defined = np.abs(total) > 1e-9 * size
     found: Array = np.divide(values, total, out=np.full(values.shape, np.nan), where=defined)
     return found
