@@ -92,9 +92,10 @@ def check(m: jp.Mechanism, result: Any, question: str, tolerance: float = TOLERA
         here = result.sel(source=name)
         source = one(m, name)
         allowed, status = float(here.allowed), str(here.status.item())
-        if status == "not_enough":
+        if status in ("not_enough", "needs_play"):
             assert math.isnan(allowed)
             assert not keeps(base.with_(source.resized(0.0)), question, **options)
+            assert keeps(base, question, **options) == (status == "needs_play")
             continue
         assert keeps(base.with_(source.resized(allowed)), question, **options), (name, allowed)
         assert float(here.slack) == pytest.approx(allowed - source.size, abs=1e-12)

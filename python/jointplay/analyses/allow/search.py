@@ -103,7 +103,7 @@ class AllowSearch:
         """Search."""
         without = self.at(0.0)
         found = self._bracketed(without)
-        if found.status != "not_enough" and not self.use_everywhere(found.allowed).holds:
+        if np.isfinite(found.allowed) and not self.use_everywhere(found.allowed).holds:
             # Another configuration than those that were near is the one that binds.
             self.near = None
             self.known = {size: use for size, use in self.known.items() if not use.holds or size == 0.0}
