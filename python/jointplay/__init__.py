@@ -51,7 +51,8 @@ if TYPE_CHECKING:
     from .plot.animation import animate
     from .result.spreadsheets import frame, table
     from .result.write import save
-    from .show.reporting import report, view
+    from .show.reporting import report
+    from .show.reporting.notebook import view
 
     __version__: str
 
@@ -125,7 +126,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "loads": "model.mechanism",
     "read": "exchange.reading",
     "report": "show.reporting",
-    "view": "show.reporting",
+    "view": "show.reporting.notebook",
     "save": "result.write",
     "table": "result.spreadsheets",
 }

@@ -20,9 +20,8 @@ from jointplay.errors import InputError
 from jointplay.plot.animation import motion_of
 from jointplay.plot.words import MOST_TIMES
 from jointplay.result import from_dataset
-from jointplay.show.reporting.answers import IN_PLANE
+from jointplay.show.reporting.answers import IN_PLANE, thinned
 from jointplay.show.reporting.figures import numbers
-from jointplay.show.reporting.maps import thinned
 from verify_reports import FEW, column, files, in_browser, in_text, scenes
 
 #: two outputs in three load cases, elastic members with an assembly, in space, strained; all of them: verify_reports.py

@@ -188,7 +188,7 @@ def test_figures_have_a_decimal_comma() -> None:
     axes.set_title("Press 2.5")
     axes.legend()
     with decimals.using(","):
-        decimals.in_figure(figure)
+        figures.with_sign(figure)
         figure.draw_without_rendering()
         ticks = [text.get_text() for text in (*axes.get_xticklabels(), *axes.get_yticklabels())]
     assert "0,4" in ticks

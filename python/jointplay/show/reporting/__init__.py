@@ -7,23 +7,24 @@ Letter.
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
 
-import jointplay.plot  # noqa: F401  says what is missing where matplotlib is
 from jointplay.analyses import random
 from jointplay.analyses.nominal import Progress
 from jointplay.basics import files
 from jointplay.basics.progress import bar
 from jointplay.basics.typed import typed
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, not_known, require
 from jointplay.model.mechanism import Mechanism
 
 from . import decimals, former, printing
 from .answers import ask, usual
-from .notebook import View, view
-from .page import PageLook, page
 
-__all__ = ["View", "check_path", "report", "view", "write"]
+require("matplotlib", "plot", "report")
+
+__all__ = ["check_path", "report", "write"]
 
 EXTENSIONS = (".html", ".pdf")
 #: sizes of sheets, as style sheets call them
@@ -114,9 +115,13 @@ def write(
     if paper is not None and paper not in PAPERS:
         raise InputError(not_known(paper, "a size of sheets", PAPERS), key="paper")
     before = None if against is None else former.read(against)
-    look = PageLook(command, before, decimals.checked(decimal), paper or ("a4" if is_pdf else ""))
-    answers = ask(m, samples, seed, progress)
-    text = page(answers, look)
+    sign, sheet = decimals.checked(decimal), paper or ("a4" if is_pdf else "")
+    with ThreadPoolExecutor(1) as beside:
+        # Loading what draws takes as long as half of the answers, during which the core leaves Python alone.
+        drawing = beside.submit(import_module, f"{__name__}.page")
+        answers = ask(m, samples, seed, progress)
+    page = drawing.result()
+    text = page.page(answers, page.PageLook(command, before, sign, sheet))
     content = printing.pdf(text) if is_pdf else text.encode()
     files.put(memoryview(content), path)
     return answers.is_good

@@ -1,7 +1,9 @@
 """What a report is made of: the answers to all questions that the file allows, and why others were not asked."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ from jointplay.analyses import (
     structural,
     worst,
 )
+from jointplay.analyses import map as maps
 from jointplay.analyses.displaced import Displaced, shifts
 from jointplay.analyses.nominal import Nominal, Progress, carried, nominal
 from jointplay.basics import poses
@@ -31,8 +34,6 @@ from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings, times
 from jointplay.result import Result, Variable, blame, parts, size, stack
 from jointplay.result.verdict import is_good
-
-from . import maps
 
 #: questions with a verdict, in the order in which they are told
 JUDGED = ("worst", "loaded", "random", "structural", "forces")
@@ -52,6 +53,8 @@ IN_PLANE, IN_SPACE = 36, 66
 STRAINED_IN_PLANE, STRAINED_IN_SPACE = 24, 42
 #: sizes that are tried for all outputs of a page to find how large they may be; none of another source after that
 LOOKS_IN_PLANE, LOOKS_IN_SPACE = 30, 24
+#: nodes of a map that a reader waits for, and the most where each of them is a search
+MOST_NODES, MOST_SEARCHED = 1500, 200
 #: part of the largest error to which errors of the same offsets agree
 SAME = 1e-6
 
@@ -136,7 +139,7 @@ def ask(m: Mechanism, samples: int | None, seed: int, progress: Progress | None 
     step()
     if m.data.grid is not None:
         try:
-            answers.map = maps.compute(m)
+            answers.map = _map(m)
         except InputError as problem:
             chapters[0].reasons["map"] = str(problem.problem)
     step()
@@ -211,6 +214,34 @@ def _sizes(m: Mechanism, known: Result | None) -> Result:
     found = [*map(at, factors)]
     along = Variable(("factor",), np.array(factors), "", "factor of all sizes")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
+
+
+def _map(m: Mechanism) -> Result:
+    """The error over the grid of the file, on so many of its nodes as a reader waits for.
+
+    It is the error under load; without loads the largest one.
+    """
+    is_quick = m.has_loads and m.first.core.isostatic
+    grid = thinned(m, MOST_NODES if is_quick else MOST_SEARCHED)
+    found = maps.compute(m, "loaded", grid, details=False) if m.has_loads else maps.compute(m, "worst", grid)
+    assert found is not None
+    return found
+
+
+def thinned(m: Mechanism, most: int) -> dict[str, Any]:
+    """The grid of the file with evenly chosen nodes of every axis, so that there are not more than so many."""
+    assert m.data.grid is not None
+    nodes = {name: np.array(along.nodes) for name, along in m.data.grid.items()}
+    axes = sorted((name for name in nodes if len(nodes[name]) > 1), key=lambda name: len(nodes[name]))
+    grid: dict[str, Any] = {name: float(values[0]) for name, values in nodes.items() if len(values) == 1}
+    chosen, left = {}, float(most)
+    for k, name in enumerate(axes):
+        # What a short axis does not need is left to the others.
+        count = min(len(nodes[name]), max(2, math.floor(left ** (1.0 / (len(axes) - k)))))
+        picks = np.unique(np.linspace(0, len(nodes[name]) - 1, count).round().astype(int))
+        chosen[name] = nodes[name][picks].tolist()
+        left /= count
+    return {name: grid.get(name, chosen.get(name)) for name in nodes}
 
 
 def specimens(m: Mechanism, at: Nominal, seed: int = 0) -> Floats | None:

@@ -8,13 +8,8 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
-
-from matplotlib.figure import Figure
-from matplotlib.ticker import Formatter
 
 from jointplay.errors import InputError, not_known
-from jointplay.plot.style import texts_of
 
 #: decimal signs, with the dialect of tables in text
 DIALECTS = {".": "comma", ",": "semicolon"}
@@ -80,40 +75,3 @@ def _written(found: re.Match[str]) -> str:
     if found["whole"] is not None:
         return f"{found['whole']},{found['part']}"
     return found[0] if found[0].startswith("<") else found[0].replace(",", NARROW)
-
-
-def in_figure(figure: Figure) -> None:
-    """Write the ticks, legends and labels of a figure with the decimal sign in use; titles may be those of a file."""
-    if current() == ".":
-        return
-    titles = set()
-    for axes in figure.axes:
-        titles |= {axes.title, getattr(axes, "_left_title", None), getattr(axes, "_right_title", None)}
-        for axis in (getattr(axes, name) for name in ("xaxis", "yaxis", "zaxis") if hasattr(axes, name)):
-            axis.set_major_formatter(_OfTicks(axis.get_major_formatter()))
-    for text in texts_of(figure):
-        if text not in titles:
-            text.set_text(in_text(text.get_text()))
-
-
-class _OfTicks(Formatter):
-    """Ticks as another formatter writes them, with the decimal sign in use."""
-
-    def __init__(self, own: Formatter) -> None:
-        self._own = own
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return in_text(self._own(x, pos))
-
-    def format_ticks(self, values: list[float]) -> list[str]:
-        """The texts of all ticks."""
-        return [*map(in_text, self._own.format_ticks(values))]
-
-    def get_offset(self) -> str:
-        """What stands at the end of the axis."""
-        return in_text(self._own.get_offset())
-
-    def set_axis(self, axis: Any) -> None:
-        """Of which axis the ticks are."""
-        super().set_axis(axis)
-        self._own.set_axis(axis)

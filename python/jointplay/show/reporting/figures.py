@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.offsetbox import OffsetBox
 from matplotlib.textpath import TextToPath
+from matplotlib.ticker import Formatter
 
 from jointplay.plot import style, ticks
-from jointplay.plot.style import USUAL_STYLE, LayoutEngine, StyledFigure, as_far_as_it_goes, escape_texts
+from jointplay.plot.style import USUAL_STYLE, LayoutEngine, StyledFigure, as_far_as_it_goes, escape_texts, texts_of
 from jointplay.result import Result
 from jointplay.result.write import to_csv
 
@@ -44,12 +45,49 @@ def svg(figure: Figure) -> str:
     """A figure as the source of a picture."""
     if isinstance(figure, StyledFigure) and figure.is_laid_out:
         figure.set_layout_engine("none")
-    decimals.in_figure(figure)
+    with_sign(figure)
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
     with style.settings({**USUAL_STYLE.rc, "svg.fonttype": "path"}), as_far_as_it_goes():
         content = _PageCanvas(figure).written()
     return "data:image/svg+xml;base64," + base64.b64encode(content.encode()).decode()
+
+
+def with_sign(figure: Figure) -> None:
+    """Write the ticks, legends and labels of a figure with the decimal sign in use; titles may be those of a file."""
+    if decimals.current() == ".":
+        return
+    titles = set()
+    for axes in figure.axes:
+        titles |= {axes.title, getattr(axes, "_left_title", None), getattr(axes, "_right_title", None)}
+        for axis in (getattr(axes, name) for name in ("xaxis", "yaxis", "zaxis") if hasattr(axes, name)):
+            axis.set_major_formatter(_OfTicks(axis.get_major_formatter()))
+    for text in texts_of(figure):
+        if text not in titles:
+            text.set_text(decimals.in_text(text.get_text()))
+
+
+class _OfTicks(Formatter):
+    """Ticks as another formatter writes them, with the decimal sign in use."""
+
+    def __init__(self, own: Formatter) -> None:
+        self._own = own
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return decimals.in_text(self._own(x, pos))
+
+    def format_ticks(self, values: list[float]) -> list[str]:
+        """The texts of all ticks."""
+        return [*map(decimals.in_text, self._own.format_ticks(values))]
+
+    def get_offset(self) -> str:
+        """What stands at the end of the axis."""
+        return decimals.in_text(self._own.get_offset())
+
+    def set_axis(self, axis: Any) -> None:
+        """Of which axis the ticks are."""
+        super().set_axis(axis)
+        self._own.set_axis(axis)
 
 
 class _PageCanvas(FigureCanvasSVG):

@@ -1,13 +1,9 @@
 """The map of a report: the error over the grid of the file, with slices where it has three axes."""
 
-import math
-from typing import Any
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
-from jointplay.analyses import map as maps
 from jointplay.model.mechanism import Mechanism
 from jointplay.plot.ticks import subplot
 from jointplay.result import Result, parts, quantity
@@ -17,8 +13,6 @@ from jointplay.result.table.html import folded, paragraphs, table
 
 from .figures import blank, numbers, picture
 
-#: nodes of a map that a reader waits for, and the most where each of them is a search
-MOST_NODES, MOST_SEARCHED = 1500, 200
 #: of a map with two axes, inches
 SIZE = (5.2, 4.0)
 #: variables whose numbers the page has
@@ -26,34 +20,6 @@ KEPT = (
     *("error", "undetermined", "worst_position", "worst_rotation"),
     *("limit", "limit_met", "status", "contact_change"),
 )
-
-
-def compute(m: Mechanism) -> Result:
-    """The error over the grid of the file, on so many of its nodes as a reader waits for.
-
-    It is the error under load; without loads the largest one.
-    """
-    is_quick = m.has_loads and m.first.core.isostatic
-    grid = thinned(m, MOST_NODES if is_quick else MOST_SEARCHED)
-    found = maps.compute(m, "loaded", grid, details=False) if m.has_loads else maps.compute(m, "worst", grid)
-    assert found is not None
-    return found
-
-
-def thinned(m: Mechanism, most: int) -> dict[str, Any]:
-    """The grid of the file with evenly chosen nodes of every axis, so that there are not more than so many."""
-    assert m.data.grid is not None
-    nodes = {name: np.array(along.nodes) for name, along in m.data.grid.items()}
-    axes = sorted((name for name in nodes if len(nodes[name]) > 1), key=lambda name: len(nodes[name]))
-    grid: dict[str, Any] = {name: float(values[0]) for name, values in nodes.items() if len(values) == 1}
-    chosen, left = {}, float(most)
-    for k, name in enumerate(axes):
-        # What a short axis does not need is left to the others.
-        count = min(len(nodes[name]), max(2, math.floor(left ** (1.0 / (len(axes) - k)))))
-        picks = np.unique(np.linspace(0, len(nodes[name]) - 1, count).round().astype(int))
-        chosen[name] = nodes[name][picks].tolist()
-        left /= count
-    return {name: grid.get(name, chosen.get(name)) for name in nodes}
 
 
 def content(m: Mechanism, result: Result) -> str:
