@@ -9,6 +9,7 @@ import pytest
 
 import jointplay as jp
 from helpers.allocations import SAMPLES, cheaper, problem
+from helpers.builders import planar
 from jointplay.analyses.allocate import MOST_DIGITS, compute
 from jointplay.analyses.allocate.items import items_of
 from jointplay.analyses.allocate.looks import limits_of
@@ -249,7 +250,7 @@ def test_changes_make_the_mechanism_that_was_found(tmp_path, capsys):
 
 
 #: a press with loads whose rod has a price by formula, and a slider with a drive error that has none
-PRESS = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "kN"})
+PRESS = planar(force="kN")
 PRESS.revolute("main", ground=(0, 0), crank=(0, 0), clearance=jp.fit("H7/f7", diameter=50))
 PRESS.revolute("crankpin", crank=(25, 0), rod=(0, 0), clearance=jp.fit("H7/f7", diameter=40))
 PRESS.revolute("wrist", rod=(160, 0), ram=(0, 0), clearance=jp.fit("H7/g6", diameter=30))
@@ -272,7 +273,7 @@ PRESS.cost(
 )
 PRESS.cost("wrist", choices=[{"fit": "H7/g6", "cost": 30}, {"fit": "H7/f7", "cost": 18}, {"fit": "H8/e8", "cost": 10}])
 PRESS.cost("rod", model="reciprocal", b=0.3, from_=0.005, to=0.1)
-SLIDE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDE = planar()
 SLIDE.prismatic("P", ground={"at": (0, 0), "axis": 0}, s={"at": (0, 0), "axis": 0})
 SLIDE.drive("d", joint="P", values=[100], error=0.085)
 SLIDE.dimension("arm", body="s", between=["P", "output"], tolerance=0.03)

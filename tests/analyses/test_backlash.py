@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
-from helpers.builders import planar
+from helpers.builders import planar, spatial
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
 from jointplay.analyses.friction import REST, SIDES
@@ -19,7 +19,7 @@ from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 
 #: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
-LEG = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
+LEG = planar(gravity=(0, -9.81))
 LEG.revolute("hip", ground=(0, 0), thigh=(0, 0))
 LEG.revolute("knee", thigh=(213, 0), calf=(0, 0))
 LEG.body("thigh", mass=0.5, centre=(100, 0))
@@ -413,7 +413,7 @@ def test_two_pairs_of_wheels_lose_the_sum() -> None:
 
 
 #: a motor moves a shoulder and, by half as much the other way, an elbow
-COUPLED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+COUPLED = planar()
 COUPLED.revolute("shoulder", ground=(0, 0), upper=(0, 0))
 COUPLED.revolute("elbow", upper=(200, 0), lower=(0, 0))
 COUPLED.drive(
@@ -587,7 +587,7 @@ class TestMessages:
 
 
 #: an arm that gravity turns neither way about its upright axis, in which a pin has play
-UPRIGHT = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, 0, -9.81))
+UPRIGHT = spatial(gravity=(0, 0, -9.81))
 UPRIGHT.revolute(
     "J", bodies=["ground", "arm"], at=(0, 0, 0), axis=(0, 0, 1), clearance=jp.radial(0.005, axial=0.01, length=60)
 )
@@ -649,7 +649,7 @@ def test_an_arm_on_an_upright_axis_that_winds_up_is_in_the_middle_of_its_play() 
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)
 
 
-STAGE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STAGE = planar()
 STAGE.prismatic(
     "P",
     bodies=["ground", "a"],

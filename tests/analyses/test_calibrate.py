@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.built import DATA, MACHINES, Machine, actual, displaced, readings, specimen
 from helpers.calibrated_elsewhere import FIXED, NOISE, by_pybotics, planted_arm
 from jointplay.analyses.calibrate import compute, fitter_of
@@ -651,7 +652,7 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
 
 
 def test_sizes_are_found_where_nothing_else_is_unknown() -> None:
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
     b.drive("q", joint="J", values=(0, 1))
     b.output(body="arm", at=(100, 0))

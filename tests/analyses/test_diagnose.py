@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay import Mechanism, examples
 from jointplay.cli import run
 
@@ -230,7 +231,7 @@ class TestBothSides:
         np.testing.assert_allclose(sizes.estimate.sel(unknown=["q1.backlash", "q2.backlash"]), [0.05, 0.06], rtol=1e-3)
 
 
-ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM = planar()
 ARM.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
 ARM.drive("q", joint="J", values=(0, 1))
 ARM.output(body="arm", at=(100, 0))

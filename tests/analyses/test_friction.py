@@ -199,7 +199,7 @@ def test_unknown_direction():
         jp.loaded(SLIDER_CRANK, approach="sideways")
 
 
-SPATIAL_LEVER = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+SPATIAL_LEVER = spatial()
 SPATIAL_LEVER.revolute(
     "pin",
     ground={"at": (0, 0, 0), "axis": (0, 0, 1), "side": (1, 0, 0)},

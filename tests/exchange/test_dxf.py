@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.cli import run
 from jointplay.exchange.drafting import to_dxf
 
@@ -413,7 +414,7 @@ def test_a_pin_in_space_is_a_circle_across_its_axis() -> None:
 
 def test_bodies_keep_their_layers_whatever_they_are_called(tmp_path: Path) -> None:
     """Layers do not know small letters from capital ones, and some names have a meaning."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     names = ["ground", "arm", "ARM", "0", "_x", "a:b|c", "Glied-\u00e4"]
     for k, (one, other) in enumerate(itertools.pairwise(names)):
         b.revolute(f"J{k}", on={one: (100, 0), other: (0, 0)})

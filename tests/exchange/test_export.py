@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.cli import run
 from jointplay.exchange.contact_model import PIECES
 from jointplay.exchange.contacts import to_mjcf
@@ -118,7 +119,7 @@ def test_loads_that_turn_with_a_body_and_springs_are_there() -> None:
 
 def test_pins_without_clearance_and_latched_ones() -> None:
     """A hinge that is locked keeps its angle, and its pin its play."""
-    text = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
+    text = planar(gravity=(0, -9.81))
     text.revolute("A", ground=(0, 0), arm=(0, 0))
     text.fixed("B", arm={"at": (200, 0), "axis": 30}, tool=(0, 0), clearance=jp.radial(0.1))
     text.fixed("C", tool=(40, 0), tip=(0, 0))
