@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
+from helpers.arms import leg
 from helpers.builders import planar, spatial
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
@@ -18,15 +19,8 @@ from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 
-#: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
-LEG = planar(gravity=(0, -9.81))
-LEG.revolute("hip", ground=(0, 0), thigh=(0, 0))
-LEG.revolute("knee", thigh=(213, 0), calf=(0, 0))
-LEG.body("thigh", mass=0.5, centre=(100, 0))
-LEG.body("calf", mass=0.2, centre=(100, 0))
-LEG.drive("q1", joint="hip", values=[-45], backlash=1)
-LEG.drive("q2", joint="knee", values=[-90], backlash=2)
-LEG.output(body="calf", at=(213, 0))
+#: the hip is pushed back and the knee forth by the weights
+LEG = leg(-45, -90)
 HIP, KNEE = math.radians(-45.0), math.radians(-90.0)
 G = 9.81
 
