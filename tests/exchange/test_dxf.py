@@ -435,10 +435,7 @@ def test_what_cannot_be_drawn_is_said() -> None:
         to_dxf(example("four-bar").with_({"drives.theta1.values": [22.7, 180.0]}), 1)
 
 
-def test_drawings_come_and_go_on_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_drawings_come_and_go_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     saved(four_bar(), tmp_path)
     options = ["--clearance", "revolute={radial=0.05}", "--drives", "A=0:90:4", "--output-point", "C"]
     assert run(["import", "linkage.dxf", *options]) == 0
