@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import jointplay as jp
+from helpers.answers import refusal
 from helpers.builders import spatial
 from helpers.crossed import bevel, crossed, hypoid, loose, worm
 from jointplay.errors import InputError
@@ -332,9 +333,7 @@ def test_a_wheel_may_have_its_bearing_elsewhere(more: str) -> None:
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named_with_what_is_valid(mistake: str) -> None:
     text, old, new, said = MISTAKES[mistake]
-    changed = text.replace(old, new)
-    assert changed != text
-    with pytest.raises(InputError) as caught:
-        jp.loads(changed, "file.toml")
-    assert said in str(caught.value), str(caught.value)
-    assert str(caught.value).startswith("file.toml: joints.m")
+    assert old in text
+    found = refusal(text.replace(old, new))
+    assert said in found
+    assert found.startswith("file.toml: joints.m")

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.answers import require_refused
 from helpers.builders import planar
 from helpers.oracles.beam import INERTIA, MEMBER, TORSION, E, G, beam
 from jointplay import _core
@@ -391,10 +392,7 @@ MISTAKES: list[tuple[str, str, str, str, str]] = [
 
 @pytest.mark.parametrize(("text", "body", "joint", "key", "said"), MISTAKES)
 def test_a_mistake_is_named(text: str, body: str, joint: str, key: str, said: str) -> None:
-    with pytest.raises(InputError) as caught:
-        jp.loads(text.replace("GIVES", joint).replace("SAYS", body), "file.toml")
-    assert str(caught.value).startswith(f"file.toml: {key}: ")
-    assert said in str(caught.value)
+    require_refused(text.replace("GIVES", joint), "SAYS", body, key, said)
 
 
 def test_an_angular_body_is_to_be_split() -> None:

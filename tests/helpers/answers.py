@@ -53,3 +53,12 @@ def refusal(text: str) -> str:
     assert str(caught.value).startswith("file.toml: ")
     assert str(caught.value).isprintable(), "one line, no control characters"
     return str(caught.value)
+
+
+def require_refused(text: str, old: str, new: str, key: str, said: str) -> None:
+    """With a change a mechanism file does not do, which is told with the key and in these words."""
+    assert old in text
+    begin = f"file.toml: {key}: " if key else "file.toml: "
+    found = refusal(text.replace(old, new, 1))
+    assert found.startswith(begin), found
+    assert said in found.removeprefix(begin), found
