@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers.builders import planar
-from helpers.strategies import mechanisms
+from helpers.strategies import mechanisms, searching
 from jointplay.analyses.allow import compute
 from jointplay.analyses.allow import keeps as is_kept
 from jointplay.analyses.allow.asked import ASSEMBLY, Asked, Use
@@ -144,12 +144,7 @@ def test_allowed_size_is_where_a_sweep_of_the_size_crosses_the_limit() -> None:
         assert last <= allowed <= last + sizes[1]
 
 
-SEARCH = settings(
-    max_examples=6,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(6)
 
 
 @SEARCH

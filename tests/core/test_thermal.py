@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
@@ -13,14 +13,9 @@ from helpers.builders import planar
 from helpers.oracles import brute
 from helpers.oracles.forces import grown
 from helpers.oracles.reading import read
-from helpers.strategies import given_offsets, mechanisms, turn
+from helpers.strategies import given_offsets, mechanisms, searching, turn
 
-SEARCH = settings(
-    max_examples=10,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(10)
 
 
 @SEARCH

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
@@ -16,7 +16,7 @@ from helpers.answers import example
 from helpers.builders import planar
 from helpers.dead_centre import at_dead_centre
 from helpers.several import together
-from helpers.strategies import mechanisms
+from helpers.strategies import mechanisms, searching
 from jointplay.analyses import allow, loaded, worst
 from jointplay.analyses import given as of_given
 from jointplay.cli import run
@@ -25,12 +25,7 @@ from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, outcome, percent, verdict
 
-SEARCH = settings(
-    max_examples=15,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(15)
 FITS = jp.examples.text("four-bar-fits")
 
 
