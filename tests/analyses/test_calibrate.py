@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from helpers.builders import planar
+from helpers.arms import PUSHED
 from helpers.built import DATA, MACHINES, Machine, actual, displaced, readings, specimen
 from helpers.calibrated_elsewhere import FIXED, NOISE, by_pybotics, planted_arm
 from jointplay.analyses.calibrate import compute, fitter_of
@@ -652,17 +652,10 @@ def test_the_command_writes_the_machine_and_says_whether_readings_fit(
 
 
 def test_sizes_are_found_where_nothing_else_is_unknown() -> None:
-    b = planar()
-    b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
-    b.drive("q", joint="J", values=(0, 1))
-    b.output(body="arm", at=(100, 0))
-    b.load("push", force=(10, 0))
-    b.load("pull", force=(-10, 0))
-    m = b.mechanism()
     cos, sin = np.cos(np.radians([0.0, 0.0, 1.0, 1.0])), np.sin(np.radians([0.0, 0.0, 1.0, 1.0]))
     sides = 0.02 * np.array([1.0, -1.0, 1.0, -1.0])
     x, y = (100.0 * cos + sides).tolist(), (100.0 * sin).tolist()
     table = {"configuration": [0, 0, 1, 1], "load_case": ["push", "pull"] * 2, "x [mm]": x, "y [mm]": y}
-    found = jp.calibrate(m, table, sigma={"length": 1e-4}, sizes=True, frame="known")
+    found = jp.calibrate(PUSHED, table, sigma={"length": 1e-4}, sizes=True, frame="known")
     assert found.fitted.values == pytest.approx([0.02], abs=1e-3)
     assert found.output_after.values == pytest.approx(0.0, abs=1e-12)

@@ -21,6 +21,20 @@ ARM = _arm()
 PLAYED = ARM.with_({"joints.pivot.clearance.radial": 0.1})
 
 
+def _pushed() -> jp.Mechanism:
+    b = planar()
+    b.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
+    b.drive("q", joint="J", values=(0, 1))
+    b.output(body="arm", at=(100, 0))
+    b.load("push", force=(10, 0))
+    b.load("pull", force=(-10, 0))
+    return b.mechanism()
+
+
+#: with play in its pivot; loads press it to either side
+PUSHED = _pushed()
+
+
 def leg(hip: float, knee: float) -> jp.Builder:
     """Thigh and calf of 213 mm with weights, and with backlash of both drives, at their angles."""
     b = planar(gravity=(0, -9.81))
