@@ -42,6 +42,14 @@ def person(folder: Path, browser: Browser) -> Iterator[Person]:
 
 
 @pytest.fixture
+def newcomer(folder: Path, browser: Browser) -> Iterator[Person]:
+    """Somebody in front of a studio in which nothing is open yet."""
+    with somebody(folder, browser, "") as one:
+        one.page.wait("document.querySelectorAll('#start button').length > 20")
+        yield one
+
+
+@pytest.fixture
 def drawer(folder: Path, browser: Browser) -> Iterator[Person]:
     """Somebody in front of an empty drawing."""
     with somebody(folder, browser, "") as one:
