@@ -14,6 +14,7 @@ import pytest
 
 import jointplay as jp
 from helpers.commands import refused
+from helpers.geometry import meeting
 from jointplay.cli import run
 
 #: mm of the unit of the files
@@ -77,15 +78,6 @@ def moved(text: str, **options: Any) -> np.ndarray:
 
 def turned(point: complex, about: complex, degrees: np.ndarray) -> np.ndarray:
     return about + (point - about) * np.exp(1j * np.radians(degrees))
-
-
-def meeting(one: np.ndarray, other: np.ndarray | complex, drawn: tuple[complex, complex, complex]) -> np.ndarray:
-    """Where circles about two points meet, with the radii and on the side of the drawing."""
-    start, end, point = drawn
-    near, far, base = abs(point - start), abs(point - end), abs(other - one)
-    along = (near**2 - far**2 + base**2) / (2 * base)
-    side = np.sign(((point - start) / (end - start)).imag)
-    return one + (along + side * 1j * np.sqrt(near**2 - along**2)) * (other - one) / base
 
 
 def test_a_four_bar_with_a_link_that_nothing_joins(capsys: pytest.CaptureFixture[str]) -> None:

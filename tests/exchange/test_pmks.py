@@ -10,6 +10,7 @@ import pytest
 
 import jointplay as jp
 from helpers.commands import refused
+from helpers.geometry import meeting
 from jointplay.basics.foreign import EXTENSIONS
 from jointplay.cli import run
 from jointplay.exchange.registry import READERS
@@ -85,15 +86,6 @@ def decoded(payload: str) -> dict[str, complex]:
 
     records = [record.split(",") for record in payload.split("..")[0].split(".")[4:]]
     return {name: complex(number(x), number(y)) for _, name, x, y, _ in records}
-
-
-def meeting(first: complex, second: complex, drawn: tuple[complex, complex, complex]) -> complex:
-    """Where circles about two points meet, with the radii and on the side of the drawing."""
-    one, other, point = drawn
-    near, far, base = abs(point - one), abs(point - other), abs(second - first)
-    along = (near**2 - far**2 + base**2) / (2 * base)
-    side = np.sign(((point - one) / (other - one)).imag)
-    return first + (along + side * 1j * np.sqrt(near**2 - along**2)) * (second - first) / base
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
