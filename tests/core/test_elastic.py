@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import jointplay as jp
 from helpers.answers import refusal, require_refused
 from helpers.builders import planar
-from helpers.oracles.beam import INERTIA, MEMBER, TORSION, E, G, beam
+from helpers.oracles.beam import HEAD, INERTIA, MEMBER, SPATIAL, TORSION, E, G, beam, pin
 from jointplay import _core
 from jointplay.analyses.check import compute
 from jointplay.analyses.singularities import compute as compute_singularities
@@ -22,12 +22,6 @@ from jointplay.errors import InputError
 from jointplay.result.table import tables
 
 Array = NDArray[np.float64]
-HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
-SPATIAL = HEAD + 'space = "spatial"\n'
-
-
-def pin(name: str, on: str, more: str = "", kind: str = "revolute") -> str:
-    return f'[joints.{name}]\ntype = "{kind}"\non = {{ {on} }}\n{more}\n'
 
 
 def compliance(m: jp.Mechanism, joint: str) -> Array:
