@@ -9,6 +9,7 @@ import pytest
 
 import jointplay as jp
 from helpers.allocations import SAMPLES, cheaper, problem
+from helpers.builders import planar
 from jointplay.analyses.allocate import MOST_DIGITS, compute
 from jointplay.analyses.allocate.items import items_of
 from jointplay.analyses.allocate.looks import limits_of
@@ -249,7 +250,7 @@ def test_changes_make_the_mechanism_that_was_found(tmp_path, capsys):
 
 
 #: a press with loads whose rod has a price by formula, and a slider with a drive error that has none
-PRESS = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "kN"})
+PRESS = planar(force="kN")
 PRESS.revolute("main", ground=(0, 0), crank=(0, 0), clearance=jp.fit("H7/f7", diameter=50))
 PRESS.revolute("crankpin", crank=(25, 0), rod=(0, 0), clearance=jp.fit("H7/f7", diameter=40))
 PRESS.revolute("wrist", rod=(160, 0), ram=(0, 0), clearance=jp.fit("H7/g6", diameter=30))
@@ -272,7 +273,7 @@ PRESS.cost(
 )
 PRESS.cost("wrist", choices=[{"fit": "H7/g6", "cost": 30}, {"fit": "H7/f7", "cost": 18}, {"fit": "H8/e8", "cost": 10}])
 PRESS.cost("rod", model="reciprocal", b=0.3, from_=0.005, to=0.1)
-SLIDE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDE = planar()
 SLIDE.prismatic("P", ground={"at": (0, 0), "axis": 0}, s={"at": (0, 0), "axis": 0})
 SLIDE.drive("d", joint="P", values=[100], error=0.085)
 SLIDE.dimension("arm", body="s", between=["P", "output"], tolerance=0.03)
@@ -378,22 +379,25 @@ def test_no_plan_of_random_mechanisms_is_cheaper_by_a_hundredth(seed, formulas):
     assert cost <= 1.01 * best
 
 
-def test_what_even_the_tightest_sizes_miss_is_a_status(tmp_path, capsys):
-    m = example("press", limits__position=0.01)
-    result = jp.allocate(m)
+def test_what_even_the_tightest_sizes_miss_is_a_status():
+    result = jp.allocate(example("press", limits__position=0.01))
     assert result.status == "infeasible"
     assert result["size"].values[3:] == pytest.approx([0.01, 0.005])
-    path = tmp_path / "press.toml"
-    path.write_text(jp.examples.text("press", {"limits.position": "0.01"}))
-    assert run(["allocate", str(path)]) == 1
-    assert "No sizes hold the limits: even the tightest ones use" in capsys.readouterr().out
 
 
-def test_limits_that_all_sizes_hold_cost_the_least(tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("settings", "code", "said"),
+    [
+        ({"limits.position": "0.01"}, 1, "No sizes hold the limits: even the tightest ones use"),
+        ({"limits.position": "9", "limits.angle": "9"}, 0, "All sources have their cheapest size"),
+        ({"joints.crankpin.on.crank": "[400, 0]"}, 1, "No sizes are found: configuration"),
+    ],
+)
+def test_the_command_says_why_sizes_are_as_they_are(tmp_path, capsys, settings, code, said):
     path = tmp_path / "press.toml"
-    path.write_text(jp.examples.text("press", {"limits.position": "9", "limits.angle": "9"}))
-    assert run(["allocate", str(path)]) == 0
-    assert "All sources have their cheapest size" in capsys.readouterr().out
+    path.write_text(jp.examples.text("press", settings))
+    assert run(["allocate", str(path)]) == code
+    assert said in capsys.readouterr().out
 
 
 def test_a_curve_falls_as_limits_are_loosened_and_passes_through_the_cost():
@@ -510,14 +514,6 @@ def test_over_constrained_mechanisms_are_refused_with_the_reason():
     m = example("redundant-bar", limits__position=1.0)
     with pytest.raises(jp.InputError, match="sum over the sources"):
         jp.allocate(m.with_({"costs": {"*": choices((0.01, 2), (0.02, 1))}}))
-
-
-def test_a_path_that_cannot_be_assembled_has_no_sizes(tmp_path, capsys):
-    path = tmp_path / "m.toml"
-    text = jp.examples.text("press", {"joints.crankpin.on.crank": "[400, 0]"})
-    path.write_text(text)
-    assert run(["allocate", str(path)]) == 1
-    assert "No sizes are found: configuration" in capsys.readouterr().out
 
 
 def test_ctrl_c_leaves_the_best_sizes_that_hold(monkeypatch):

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
-from helpers.strategies import mechanisms
+from helpers.builders import planar
+from helpers.strategies import mechanisms, searching
 from jointplay.analyses.allow import compute
 from jointplay.analyses.allow import keeps as is_kept
 from jointplay.analyses.allow.asked import ASSEMBLY, Asked, Use
@@ -26,7 +27,7 @@ from jointplay.result.verdict import is_good
 
 TOLERANCE = 1e-4
 #: a mechanism whose worst case is a sum: the play of J2 shifts the output, that of J1 as well
-CHAIN = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CHAIN = planar()
 CHAIN.revolute("J1", ground=(0, 0), upper=(0, 0), clearance=jp.radial(0.03))
 CHAIN.revolute("J2", upper=(100, 0), lower=(0, 0), clearance=jp.radial(0.02))
 CHAIN.drive("a", joint="J1", values=(0, 30, 60))
@@ -36,14 +37,14 @@ CHAIN.output(body="lower", at=(80, 0))
 CHAIN.limits(position=0.1)
 
 #: a pin that the load presses down in its hole
-LOADED_PIN = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+LOADED_PIN = planar()
 LOADED_PIN.revolute("A", ground=(0, 0), c=(0, 0), clearance=jp.fit("H7/f7", diameter=20))
 LOADED_PIN.drive("d", joint="A", values=[0])
 LOADED_PIN.output(body="c", at=(50, 0))
 LOADED_PIN.load(force=(0, -10))
 LOADED_PIN.limits(y=0.025)
 
-SLIDER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDER = planar()
 SLIDER.prismatic(
     "guide", ground={"at": (0, 0), "axis": 0}, slider={"at": (0, 0), "axis": 0}, clearance=jp.gap(0.02, length=40)
 )
@@ -143,12 +144,7 @@ def test_allowed_size_is_where_a_sweep_of_the_size_crosses_the_limit() -> None:
         assert last <= allowed <= last + sizes[1]
 
 
-SEARCH = settings(
-    max_examples=6,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(6)
 
 
 @SEARCH
@@ -517,7 +513,7 @@ def test_command_writes_and_draws(tmp_path: Path) -> None:
 @pytest.mark.parametrize("question", ["worst", "random"])
 def test_where_nothing_is_used_it_is_of_what_has_a_limit(limits: dict[str, float], question: str) -> None:
     """It was x that used 0 % of its limit, and x had none."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 1e-13})
     b.drive("q", joint="pivot", values=[0, 45])
     b.output(body="arm", at=(200, 0))

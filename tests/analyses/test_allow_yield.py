@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.analyses.allocate import compute as allocate
 from jointplay.analyses.allow import compute, keeps
 from jointplay.analyses.allow.asked import Use
@@ -16,7 +17,7 @@ from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.table.allow import overview
 
-ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM = planar()
 ARM.revolute("J1", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.05))
 ARM.drive("a", joint="J1", values=[0])
 ARM.dimension("reach", body="arm", between=["J1", "output"], tolerance=0.001)
@@ -57,7 +58,7 @@ def test_teeth_that_jam_are_told_as_such_and_not_as_an_error_that_is_too_large()
 
 def test_what_a_larger_size_misses_is_named_not_what_others_miss_at_any_size():
     """At zero degrees the error of the drive moves y alone, yet x was named, which the reach misses more often."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "rad", "force": "N"})
+    b = planar(angle="rad")
     b.revolute("J1", ground=(0, 0), arm=(0, 0))
     b.drive("a", joint="J1", values=[0], error=5e-5)
     b.dimension("reach", body="arm", between=["J1", "output"], tolerance=0.01, law="uniform")
@@ -138,7 +139,7 @@ def test_limits_are_not_shown_where_a_configuration_has_no_pose(tmp_path, capsys
 
 def test_a_share_of_specimens_is_said_to_be_of_one_output():
     """Each of two arms missed its limit with 0.5 % of the specimens, which were called all that are outside."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     for k, (name, value) in enumerate((("U", 30), ("V", 60))):
         b.revolute(f"J{name}", ground=(300 * k, 0), **{name.lower(): (0, 0)})
         b.drive(f"q{name}", joint=f"J{name}", values=[value], error={"sigma": 0.02})

@@ -369,7 +369,7 @@ def test_what_cannot_be_closed_is_a_status() -> None:
 
 # --- ends where the next member will come -----------------------------------------------------------------------------
 
-BRACKET = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+BRACKET = planar()
 BRACKET.fixed("A", bodies=["ground", "panel"], at=(0, 0), angle={"deviation": 0.05})
 BRACKET.revolute("B", bodies=["panel", "outer"], at=(200, 0), clearance=jp.radial(0.02))
 BRACKET.drive("hinge", joint="B", values=[0])

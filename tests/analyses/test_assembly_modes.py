@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.fourbar import FourBar
 from helpers.strategies import four_bar_text
 
@@ -66,7 +67,7 @@ def five_bar(lengths: tuple[float, ...], drives: Floats) -> jp.Mechanism:
     left, right, left_rod, right_rod, ground = lengths
     both = modes(lengths, drives[:1])[0, 0]
     pins = [left * np.exp(1j * drives[0, 0]), ground + right * np.exp(1j * drives[0, 1])]
-    build = jp.Builder(space="planar", units={"length": "m", "angle": "rad", "force": "N"})
+    build = planar(length="m", angle="rad")
     build.revolute("A", ground=(0, 0), left=(0, 0))
     build.revolute("B", left=(left, 0), left_rod=(0, 0))
     build.revolute("C", left_rod=(left_rod, 0), right_rod=(right_rod, 0))
@@ -146,7 +147,7 @@ def test_from_far_to_the_end_of_a_range_and_back(seed: int) -> None:
 def test_a_range_that_was_followed_to_one_end_only_is_told() -> None:
     """Within a turn of the pinion a crank behind 20 : 400 gears gets to one end of its range only."""
     fb, first = FourBar(80.0, 110.0, 67.0, D=163 + 0j), math.radians(80)
-    build = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    build = planar()
     build.revolute("P", ground=(-105, 0), pinion=(0, 0))
     build.revolute("J1", ground=(0, 0), crank=(0, 0))
     build.gear("G", pinion=(0, 0), crank=(0, 0), teeth=[20, 400], radii=[5, 100])

@@ -8,6 +8,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from jointplay.analyses.assemble.report import place
 from jointplay.analyses.assemble.state import Held
 from jointplay.analyses.assemble.steps import steps
@@ -245,7 +246,7 @@ def test_perfect_parts_without_play_go_together_without_anything(question: str) 
 def test_what_a_load_bends_is_there_in_all_questions() -> None:
     # A cantilever of two beams, 300 mm and 200 mm, under 5 N across its end: F l^3 / (3 E I), whatever is off.
     section = {"E": 210000.0, "area": 60.0, "inertia": 500.0}
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.fixed("wall", bodies=["ground", "inner"], at=(0, 0), angle={"tolerance": 0.01})
     b.fixed("seam", bodies=["inner", "outer"], at=(300, 0))
     b.output(body="outer", at=(500, 0))

@@ -8,8 +8,9 @@ import pytest
 import jointplay as jp
 from helpers.answers import example
 from helpers.assemblies import assembly
+from helpers.builders import planar
 
-GROUND_BAR = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+GROUND_BAR = planar()
 GROUND_BAR.revolute("A", bodies=["ground", "bar"], at=(0, 0), clearance=jp.radial(0.5))
 GROUND_BAR.revolute("B", bodies=["ground", "bar"], at=(100, 0), clearance=jp.radial(0.5))
 GROUND_BAR.dimension("AB", body="ground", between=["A", "B"], tolerance=0.2)

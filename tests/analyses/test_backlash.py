@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import brentq, minimize, minimize_scalar
 
 import jointplay as jp
-from helpers.builders import planar
+from helpers.arms import leg
+from helpers.builders import planar, spatial
 from helpers.oracles.primal import Primal
 from helpers.oracles.reading import read
 from jointplay.analyses.friction import REST, SIDES
@@ -18,15 +19,8 @@ from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 
-#: thigh and calf of 213 mm; the hip is pushed back and the knee forth by the weights
-LEG = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
-LEG.revolute("hip", ground=(0, 0), thigh=(0, 0))
-LEG.revolute("knee", thigh=(213, 0), calf=(0, 0))
-LEG.body("thigh", mass=0.5, centre=(100, 0))
-LEG.body("calf", mass=0.2, centre=(100, 0))
-LEG.drive("q1", joint="hip", values=[-45], backlash=1)
-LEG.drive("q2", joint="knee", values=[-90], backlash=2)
-LEG.output(body="calf", at=(213, 0))
+#: the hip is pushed back and the knee forth by the weights
+LEG = leg(-45, -90)
 HIP, KNEE = math.radians(-45.0), math.radians(-90.0)
 G = 9.81
 
@@ -413,7 +407,7 @@ def test_two_pairs_of_wheels_lose_the_sum() -> None:
 
 
 #: a motor moves a shoulder and, by half as much the other way, an elbow
-COUPLED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+COUPLED = planar()
 COUPLED.revolute("shoulder", ground=(0, 0), upper=(0, 0))
 COUPLED.revolute("elbow", upper=(200, 0), lower=(0, 0))
 COUPLED.drive(
@@ -587,7 +581,7 @@ class TestMessages:
 
 
 #: an arm that gravity turns neither way about its upright axis, in which a pin has play
-UPRIGHT = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, 0, -9.81))
+UPRIGHT = spatial(gravity=(0, 0, -9.81))
 UPRIGHT.revolute(
     "J", bodies=["ground", "arm"], at=(0, 0, 0), axis=(0, 0, 1), clearance=jp.radial(0.005, axial=0.01, length=60)
 )
@@ -649,7 +643,7 @@ def test_an_arm_on_an_upright_axis_that_winds_up_is_in_the_middle_of_its_play() 
     np.testing.assert_allclose(result.undetermined.sel(component="rz"), 0.01, rtol=1e-3)
 
 
-STAGE = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STAGE = planar()
 STAGE.prismatic(
     "P",
     bodies=["ground", "a"],

@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -135,15 +136,9 @@ def test_parts_of_a_loaded_platform_are_what_its_error_gains_by_growth(seed: int
     assert elastic or without >= 6
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_parts_of_loaded_bodies_in_space(seed: int) -> None:
-    case = Case(stack(seed))
-    case.check(case.loaded, sizes(case.loaded(case.spec)[0]), 1e-3)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_parts_of_loaded_elastic_bodies_in_space(seed: int) -> None:
-    case = Case(elastic_stack(seed))
+@pytest.mark.parametrize(("made", "seed"), [*product([stack], range(6)), *product([elastic_stack], range(4))])
+def test_parts_of_loaded_bodies_in_space(made: Callable[[int], Spec], seed: int) -> None:
+    case = Case(made(seed))
     case.check(case.loaded, sizes(case.loaded(case.spec)[0]), 1e-3)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from jointplay import cli
 from jointplay.analyses.compare import compute
 from jointplay.analyses.nominal import follow, nominal
@@ -161,7 +162,7 @@ def test_the_command_takes_many_files(
 
 def test_rounding_is_no_rotation():
     """A sweep and a comparison told a largest rotation of 1e-15 degrees where `error` said that there is none."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 0.05})
     b.drive("q", joint="pivot", values=[0, 45, 90])
     b.output(body="arm", at=(200, 0))

@@ -9,6 +9,8 @@ from scipy.optimize import least_squares
 
 import jointplay as jp
 from helpers.answers import distance, example
+from helpers.arms import leg
+from helpers.builders import planar
 from jointplay.analyses import compensate
 from jointplay.result.conclusions import conclude
 
@@ -223,7 +225,7 @@ def test_within_ranges_of_drives_what_is_left_is_least(seed: int) -> None:
 
 
 def pendulum(value: float = -90.0, **clearance: float) -> jp.Builder:
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("pivot", ground=(0, 0), arm=(0, 0), **({"clearance": clearance} if clearance else {}))
     b.drive("q", joint="pivot", values=[value], backlash=0.2)
     b.output(body="arm", at=(200, 0))
@@ -259,21 +261,13 @@ def test_where_neither_flank_helps_the_command_stays_as_it_is() -> None:
 
 
 def test_two_drives_inside_their_backlash_go_to_their_flanks() -> None:
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, gravity=(0, -9.81))
-    b.revolute("hip", ground=(0, 0), thigh=(0, 0))
-    b.revolute("knee", thigh=(213, 0), calf=(0, 0))
-    b.body("thigh", mass=0.5, centre=(100, 0))
-    b.body("calf", mass=0.2, centre=(100, 0))
-    b.drive("q1", joint="hip", values=[-89.8], backlash=1)
-    b.drive("q2", joint="knee", values=[0.1], backlash=2)
-    b.output(body="calf", at=(213, 0))
-    result = jp.compensate(b.mechanism())
+    result = jp.compensate(leg(-89.8, 0.1).mechanism())
     assert result.error_position.item() > 0.5
     assert result.residual_position.item() < 1e-6
 
 
 def test_a_drive_that_the_backlash_of_a_gear_keeps_from_its_arm_goes_through_it() -> None:
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("shaft", ground=(0, 0), pinion=(0, 0))
     b.revolute("pivot", ground=(60, 0), wheel=(0, 0))
     b.gear("mesh", pinion=(0, 0), wheel=(0, 0), teeth=(20, 40), module=2, clearance={"backlash": 0.2})

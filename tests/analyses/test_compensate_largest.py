@@ -7,11 +7,12 @@ from scipy.optimize import minimize, minimize_scalar
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from jointplay.analyses import compensate
 from jointplay.result import from_dataset
 from jointplay.result.conclusions import conclude
 
-SLIDER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+SLIDER = planar()
 SLIDER.prismatic("guide", bodies=["ground", "carriage"], at=(0, 0), axis=(1, 0))
 SLIDER.revolute("pin", carriage=(0, 0), arm=(0, 0), clearance=jp.radial(0.3))
 SLIDER.drive("s", joint="guide", values=(10, 20), backlash={"plus": 0.5, "minus": 0.1})
@@ -188,7 +189,7 @@ def test_a_range_is_named_where_it_holds_the_drive():
 
 
 def test_without_loads_nothing_is_said_to_be_left_open_by_a_load() -> None:
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("pivot", ground=(0, 0), arm=(0, 0), clearance={"radial": 0.1})
     b.drive("q", joint="pivot", values=[30])
     b.output(body="arm", at=(200, 0))

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
+from helpers.arms import PUSHED
 from jointplay import Mechanism, examples
 from jointplay.cli import run
 
@@ -230,26 +231,18 @@ class TestBothSides:
         np.testing.assert_allclose(sizes.estimate.sel(unknown=["q1.backlash", "q2.backlash"]), [0.05, 0.06], rtol=1e-3)
 
 
-ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
-ARM.revolute("J", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.01))
-ARM.drive("q", joint="J", values=(0, 1))
-ARM.output(body="arm", at=(100, 0))
-ARM.load("push", force=(10, 0))
-ARM.load("pull", force=(-10, 0))
-
-
 @pytest.mark.parametrize("size", [0.015, 0.004, -0.004, -0.01])
 def test_a_size_is_half_of_what_the_pin_moves_even_where_noise_makes_that_negative(size: float) -> None:
     x = [100.0 + size, 100.0 - size]
     table = {"configuration": [0, 0], "load_case": ["push", "pull"], "x [mm]": x, "y [mm]": [0, 0]}
-    found = jp.diagnose(ARM.mechanism(), table, sigma={"length": 0.02})
+    found = jp.diagnose(PUSHED, table, sigma={"length": 0.02})
     assert found.group_size.item() == pytest.approx(size, abs=1e-6)
     assert found.group_standard_error.item() == pytest.approx(0.02 / np.sqrt(2.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("sum_", [0.11, 0.08, 0.041])
 def test_a_sum_is_found_though_the_smaller_size_of_it_ends_at_zero(sum_: float) -> None:
-    chain = ARM.mechanism().with_(
+    chain = PUSHED.with_(
         {
             "joints.J.clearance.radial": 0.001,
             "joints.K": {"type": "revolute", "on": {"arm": [100, 0], "hand": [0, 0]}, "clearance": {"radial": 0.1}},

@@ -7,16 +7,8 @@ import pytest
 
 import jointplay as jp
 from helpers.builders import planar
-from helpers.oracles.beam import AREA, INERTIA, MEMBER, TORSION, E, G, beam
+from helpers.oracles.beam import AREA, HEAD, INERTIA, MEMBER, SPATIAL, TORSION, E, G, beam, pin
 from helpers.orders import NEAR, order
-
-HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
-SPATIAL = HEAD + 'space = "spatial"\n'
-
-
-def pin(name: str, on: str, more: str = "", kind: str = "revolute") -> str:
-    return f'[joints.{name}]\ntype = "{kind}"\non = {{ {on} }}\n{more}\n'
-
 
 #: N mm^2
 RIGIDITY = E * INERTIA

@@ -53,15 +53,19 @@ def _loose(radius, play, law="uniform", **options):
     return m
 
 
+def _keep_to_their_clearances(core, sources, count):
+    drives = np.zeros((1, 1))
+    poses, drawn = _drawn(core, count, drives)
+    np.testing.assert_array_equal(drawn["kept_status"], OK)
+    assert _outside(sources, drawn["kept_parameters"]).max() <= 1e-9
+    _is_closed(core, drives, poses, drawn)
+
+
 def test_specimens_of_the_bundled_planetary_gear_keep_to_their_clearances():
     """One specimen of ten had an offset up to 14 % outside its clearance: the section of a flank's play was linear in
     the offsets, and what moved the centres of the wheels was corrected afterwards."""
     spec = jp.loads(jp.examples.text("planetary-gear")).core_spec
-    core, drives = in_core(spec), np.zeros((1, 1))
-    poses, drawn = _drawn(core, 4000, drives)
-    np.testing.assert_array_equal(drawn["kept_status"], OK)
-    assert _outside(spec["sources"], drawn["kept_parameters"]).max() <= 1e-9
-    _is_closed(core, drives, poses, drawn)
+    _keep_to_their_clearances(in_core(spec), spec["sources"], 4000)
 
 
 @pytest.mark.parametrize("law", ["uniform", "normal"])
@@ -69,11 +73,7 @@ def test_specimens_of_the_bundled_planetary_gear_keep_to_their_clearances():
 def test_specimens_keep_to_their_clearances_however_far_bearings_open_the_flanks(radius, play, law):
     """By a tenth of the play, by all of it, and where most offsets of the bearings would let teeth overlap."""
     m = _loose(radius, play, law)
-    core, drives = m.core(), np.zeros((1, 1))
-    poses, drawn = _drawn(core, 600, drives)
-    np.testing.assert_array_equal(drawn["kept_status"], OK)
-    assert _outside(m.sources, drawn["kept_parameters"]).max() <= 1e-9
-    _is_closed(core, drives, poses, drawn)
+    _keep_to_their_clearances(m.core(), m.sources, 600)
 
 
 def test_ratio_errors_leave_tight_specimens_inside_their_clearances():

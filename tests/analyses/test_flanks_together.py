@@ -3,6 +3,7 @@
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.wheels import compared
 
 #: a crossed belt beside a gear; three meshes, normal laws and a rigid bearing; eccentric wheels; a rigid bearing; a
@@ -19,7 +20,7 @@ def test_flanks_between_the_same_wheels_scatter_together(seed: int) -> None:
     assert worst < 5.0
 
 
-TWOMESH = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+TWOMESH = planar()
 TWOMESH.revolute("A", ground=(0, 0), pinion=(0, 0), clearance=jp.radial(0.02))
 TWOMESH.revolute("B", ground=(60, 0), wheel=(0, 0), clearance=jp.radial(0.02))
 TWOMESH.gear("m1", pinion=(0, 0), wheel=(0, 0), teeth=(20, 40), module=2, clearance=jp.backlash(0.04))

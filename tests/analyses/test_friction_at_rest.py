@@ -102,7 +102,7 @@ def test_what_is_open_without_friction_is_so_where_friction_holds_nothing(build)
     assert (result.friction_high >= result.error + 0.999 * open_).all()
 
 
-PENDULUM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+PENDULUM = planar()
 PENDULUM.revolute(
     "pin", ground=(0, 0), lever=(0, 0), clearance=jp.radial(0.5), friction={"coefficient": 0.2, "diameter": 40}
 )

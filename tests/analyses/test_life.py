@@ -641,8 +641,9 @@ def test_ages_are_numbers_of_cycles(cycles: list[float]) -> None:
         jp.life(BUSH, cycles=cycles)
 
 
-def test_measured_growth_needs_no_load() -> None:
-    m = BUSH.with_({"joints.J.wear": {"growth": 1e-6}, "loads": None, "limits.position": 0.1})
+@pytest.mark.parametrize("change", [{"loads": None}, {"drives.q": {"joint": "J", "values": [0]}}])
+def test_measured_growth_needs_neither_a_load_nor_a_path(change: dict[str, Any]) -> None:
+    m = BUSH.with_({"joints.J.wear": {"growth": 1e-6}, "limits.position": 0.1, **change})
     assert jp.life(m).life.item() == pytest.approx(0.08 / 1e-6, rel=2e-4)
 
 
@@ -743,11 +744,6 @@ def test_clearances_that_stay_as_they_are_are_named() -> None:
     m = CRANK.with_(worn({"pin": {"growth": 1e-7}}))
     assert jp.life(m).attrs["without_wear"] == "shaft, wrist, guide"
     assert any(note.startswith("Without wear, as they are: shaft, wrist") for note in tables(compute(m))[0].notes)
-
-
-def test_measured_growth_needs_no_path() -> None:
-    m = BUSH.with_({"drives.q": {"joint": "J", "values": [0]}, "joints.J.wear": {"growth": 1e-6}})
-    assert jp.life(m.with_({"limits.position": 0.1})).life.item() == pytest.approx(0.08 / 1e-6, rel=2e-4)
 
 
 def test_a_mechanism_that_cannot_be_assembled_has_no_life() -> None:

@@ -16,6 +16,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
+from helpers.answers import same
 from helpers.processes import working
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.analyses.map.store.checks import sealed
@@ -24,18 +25,6 @@ from jointplay.cli import run
 GRID = {"x": {"from": -120, "to": 120, "count": 25}, "y": {"from": -120, "to": 120, "count": 25}, "angle": 0}
 AXES = ["-g", "x=-120:120:25", "-g", "y=-120:120:25", "-g", "angle=0"]
 FORMATS = ["map.zarr", "map.nc"]
-
-
-def same(ours: xr.Dataset, theirs: xr.Dataset) -> None:
-    """Every bit of every variable and coordinate, and all attributes but the mark of files."""
-    assert {*ours.variables} == {*theirs.variables}
-    for name in ours.variables:
-        a, b = ours[name], theirs[name]
-        assert a.dims == b.dims, name
-        assert a.attrs == b.attrs, name
-        assert a.values.tobytes() == b.values.astype(a.dtype).tobytes(), name
-    attributes = [{k: v for k, v in d.attrs.items() if k != "fingerprint"} for d in (ours, theirs)]
-    assert attributes[0] == attributes[1]
 
 
 @pytest.fixture(autouse=True)

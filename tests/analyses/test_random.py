@@ -3,7 +3,6 @@ Carlo."""
 
 import json
 import math
-import os
 import subprocess
 import sys
 from typing import Any
@@ -18,6 +17,7 @@ from helpers.oracles import statistics
 from helpers.oracles.fourbar import FourBar
 from helpers.oracles.reading import read
 from helpers.oracles.sets import Source
+from helpers.processes import digests
 from helpers.strategies import four_bar_text, mechanism, random_four_bar
 
 LAWS = ("uniform", "boundary", "normal")
@@ -171,32 +171,8 @@ def test_seeds_matter_and_repeat() -> None:
     assert (one.error_mean != other.error_mean).any("component").all()
 
 
-SCRIPT = """
-import hashlib, sys, jointplay as jp
-out = hashlib.sha256()
-result = jp.random(jp.loads(sys.stdin.read()), samples=30_000, seed=7)
-for name in sorted(result.data_vars):
-    values = result[name].values
-    out.update(values.tobytes() if values.dtype.kind in "fiu" else str(values.tolist()).encode())
-print(out.hexdigest())
-"""
-
-
 def test_bit_identical_for_any_number_of_threads_and_width_of_registers() -> None:
-    text, digests = mechanism("stephenson", 2, configurations=2), set()
-    for threads, width in (("1", "plain"), ("2", "avx2"), ("7", "avx512")):
-        environment = {**os.environ, "RAYON_NUM_THREADS": threads, "JOINTPLAY_WIDTH": width}
-        run = subprocess.run(
-            [sys.executable, "-c", SCRIPT],
-            input=text,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        digests.add(run.stdout.strip())
-    assert len(digests) == 1
-    assert digests.pop()
+    assert len(digests(mechanism("stephenson", 2, configurations=2), 30_000)) == 1
 
 
 def near_its_limit() -> tuple[FourBar, float]:

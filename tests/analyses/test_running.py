@@ -680,7 +680,7 @@ TENDON = """<mujoco><option gravity="0 -9.81 0" timestep="2e-6" integrator="impl
 <site site="pin"/><site site="hole"/></spatial></tendon></mujoco>"""
 
 
-FOUR_BAR = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N", "turning_speed": "rad/s"})
+FOUR_BAR = planar(turning_speed="rad/s")
 FOUR_BAR.revolute("A", ground=(0, 0), crank=(0, 0))
 FOUR_BAR.revolute("B", crank=(30, 0), coupler=(0, 0))
 FOUR_BAR.revolute("C", coupler=(110, 0), rocker=(80, 0), clearance=jp.radial(0.02))
@@ -962,7 +962,7 @@ def test_an_acceleration_is_in_the_angle_unit_whatever_the_unit_of_speeds_is() -
     """Its description did not say so, and a speed beside it is in turns per minute."""
     torques = []
     for unit in ("deg/s", "rad/s", "1/min"):
-        b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N", "turning_speed": unit})
+        b = planar(turning_speed=unit)
         b.revolute("pivot", ground=(0, 0), arm=(0, 0))
         b.body("arm", mass=1.0, centre=(100, 0))
         b.drive("q", joint="pivot", values=[0], speed=0, acceleration=180)

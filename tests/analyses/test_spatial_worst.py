@@ -1,13 +1,13 @@
 """The worst case in space: no direction is missed, certificates hold, no sample goes beyond."""
 
 import json
-import math
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from helpers.answers import EXAMPLES, example
+from helpers.geometry import unit_vectors
 from helpers.oracles.supports import support
 from jointplay import _core
 from jointplay.analyses.nominal import nominal
@@ -16,14 +16,6 @@ from jointplay.model.mechanism import Mechanism
 Array = NDArray[np.float64]
 SPATIAL = [name for name in EXAMPLES if example(name).pose_size == 7]
 DIRECTIONS = 200_000
-
-
-def unit_vectors(count: int) -> Array:
-    """Directions spread evenly over the sphere, along a spiral."""
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, math.pi * (1 + math.sqrt(5)) * k
-    r = np.sqrt(1 - z * z)
-    return np.column_stack([r * np.cos(turn), r * np.sin(turn), z])
 
 
 def few(m: Mechanism) -> tuple[Array, Array]:

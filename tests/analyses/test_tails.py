@@ -13,6 +13,7 @@ from scipy import special, stats
 import jointplay as jp
 from helpers.answers import example
 from helpers.arms import ARM, PLAYED
+from helpers.builders import planar
 from helpers.oracles.rare import case, loop_case
 from jointplay.analyses import subset, tails
 from jointplay.analyses.nominal import nominal
@@ -208,7 +209,7 @@ def test_replicates_that_disagree_leave_what_was_counted() -> None:
 
 
 #: a slider whose limit is rarely missed, and an arm on it whose limit is what its drive can just reach
-FOUR_SIGMA = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+FOUR_SIGMA = planar()
 FOUR_SIGMA.prismatic("P0", ground={"at": (0, 0), "axis": 0}, s0={"at": (0, 0), "axis": 0})
 FOUR_SIGMA.revolute("R", s0=(0, 0), arm=(0, 0))
 FOUR_SIGMA.drive("q0", joint="P0", values=[100], error={"sigma": 0.01})

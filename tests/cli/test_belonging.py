@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.analyses.questions import options_of
 from jointplay.cli import run
 from jointplay.questions import asked_by
 
-ARM = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM = planar()
 ARM.revolute("J1", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.05))
 ARM.drive("q", joint="J1", values=[10])
 ARM.output(body="arm", at=(200, 0))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.commands import refused
 from jointplay.cli import run
 
 ROBOTS = Path(__file__).parents[2] / "docs" / "robots"
@@ -34,16 +35,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         yield
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    """What is said of a command that is refused: one line."""
-    assert run([*words]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("error: ")
-    assert said.err.count("\n") == 1
-    return said.err
 
 
 @pytest.mark.parametrize("number", ["1e200", "-1e308", "1e13", "1e-320", "1e160"])

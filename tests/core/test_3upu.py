@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.geometry import unit_vectors
 from helpers.oracles.upu import Upu
 
 Array = NDArray[np.float64]
@@ -211,14 +212,6 @@ def test_leg_lengths_correct_the_position_and_no_rotation() -> None:
     few = jp.compensate(shrunk(m, 1e-3)).isel(configuration=0)
     np.testing.assert_allclose(few.correction.values, correction, rtol=1e-4)  # 1e3 / 1e-3
     np.testing.assert_allclose(few.residual.values[3:], few.error.values[3:], rtol=1e-4)
-
-
-def unit_vectors(count: int) -> Array:
-    """Directions spread evenly over the sphere, along a spiral."""
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, math.pi * (1 + math.sqrt(5)) * k
-    r = np.sqrt(1 - z * z)
-    return np.column_stack([r * np.cos(turn), r * np.sin(turn), z])
 
 
 def test_the_largest_error_of_all() -> None:

@@ -76,13 +76,18 @@ def _of_play(mechanism):
     return 4.0 * np.finfo(float).eps * mechanism.length / min(filter(None, plays), default=np.inf)
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_loaded_equals_the_plain_solver_on_every_width(name):
+def _loaded_path(name):
+    """A mechanism with loads, in the core too, and drives and poses along its path."""
     mechanism = example(name)
     if not mechanism.has_loads:
         pytest.skip("no load")
-    core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.trace(drives)["poses"]
+    drives = _dense_path(mechanism, 130)
+    return mechanism, mechanism.core, drives, mechanism.core.trace(drives)["poses"]
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_loaded_equals_the_plain_solver_on_every_width(name):
+    mechanism, core, drives, poses = _loaded_path(name)
     result = _on_every_width(lambda: core.loaded(drives, poses))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
@@ -110,11 +115,7 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_loaded_with_drives_beside_the_nominal_ones_equals_the_plain_solver(name):
     """What a correction asks: errors against the nominal pose, with the drives elsewhere."""
-    mechanism = example(name)
-    if not mechanism.has_loads:
-        pytest.skip("no load")
-    core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.trace(drives)["poses"]
+    mechanism, core, drives, poses = _loaded_path(name)
     drives = drives + 1e-3 * drive_units(mechanism) * np.sin(np.arange(drives.size)).reshape(drives.shape)
     result = _on_every_width(lambda: core.loaded(drives, poses, offset=False, details=False))
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
@@ -132,11 +133,7 @@ def test_loaded_with_drives_beside_the_nominal_ones_equals_the_plain_solver(name
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_first_order_equals_the_plain_solver_on_every_width(name):
-    mechanism = example(name)
-    if not mechanism.has_loads:
-        pytest.skip("no load")
-    core, drives = mechanism.core, _dense_path(mechanism, 130)
-    poses = core.trace(drives)["poses"]
+    mechanism, core, drives, poses = _loaded_path(name)
     result = _on_every_width(lambda: core.loaded(drives, poses, exact=False))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1], exact=False) for i in range(len(drives))]

@@ -30,6 +30,18 @@ def play(link: Linkage, seed: int) -> dict[str, float]:
     return {k: (0.0 if k.endswith(".value") else float(v)) for k, v in zip(link.labels, u, strict=True)}
 
 
+def require_drawn(text: str, seed: int) -> None:
+    """All poses of a file, without play and with random offsets, are those of a sketch."""
+    mechanism_, link = jp.loads(text), read(text)
+    u = play(link, seed)
+    nominal = jp.solve(mechanism_).nominal.values
+    error = jp.given(mechanism_, given_offsets(link, u)).error.values
+    for k, q in enumerate(link.follow()):
+        drives = link.configurations[k]
+        agree(nominal[k], sketch.output_pose(link, q, drives))
+        agree(nominal[k] + error[k], sketch.output_pose(link, q, drives, u))
+
+
 def test_the_sketch_draws_the_paper_s_four_bar() -> None:
     """Two independent checks against each other: the sketch and the circles."""
     link, theta = read(paper_text()), math.radians(PAPER_ANGLES[3])
@@ -42,24 +54,9 @@ def test_the_sketch_draws_the_paper_s_four_bar() -> None:
 
 def test_paper_four_bar_with_radial_links() -> None:
     """The paper's own check: radial links in a CAD sketch, here in random directions at every position."""
-    mechanism_, link = jp.loads(paper_text()), read(paper_text())
-    u = play(link, 1)
-    nominal = jp.solve(mechanism_).nominal.values
-    error = jp.given(mechanism_, given_offsets(link, u)).error.values
-    for k, q in enumerate(link.follow()):
-        drives = link.configurations[k]
-        agree(nominal[k], sketch.output_pose(link, q, drives))
-        agree(nominal[k] + error[k], sketch.output_pose(link, q, drives, u))
+    require_drawn(paper_text(), 1)
 
 
 @pytest.mark.parametrize(("kind", "seed"), [*product(KINDS, range(3))])
 def test_random_mechanisms_drawn_in_a_sketch(kind: str, seed: int) -> None:
-    text = mechanism(kind, seed)
-    mechanism_, link = jp.loads(text), read(text)
-    u = play(link, seed)
-    nominal = jp.solve(mechanism_).nominal.values
-    error = jp.given(mechanism_, given_offsets(link, u)).error.values
-    for k, q in enumerate(link.follow()):
-        drives = link.configurations[k]
-        agree(nominal[k], sketch.output_pose(link, q, drives))
-        agree(nominal[k] + error[k], sketch.output_pose(link, q, drives, u))
+    require_drawn(mechanism(kind, seed), seed)

@@ -6,6 +6,7 @@ import pytest
 import jointplay as jp
 from helpers.builders import planar, spatial
 from helpers.couplings import GROUND, OK, SINGULAR, Machine, pair, planetary
+from helpers.lanes import require_lanes_as_one_by_one
 from helpers.oracles.trains import Train
 
 TURN = 2 * np.pi
@@ -503,25 +504,7 @@ def test_lanes_answer_as_one_by_one(seed):
     """Path, load to both orders, samples and worst case of random trains; nothing is left to the plain solver."""
     core = _random_train(seed)
     drives = _path(3, 130)
-    poses = _followed(core, drives)
-    for exact in (True, False):
-        together = core.loaded(drives, poses, exact=exact)
-        assert together["fallbacks"] == 0
-        for k in (0, 64, 129):
-            alone = core.loaded(drives[k : k + 1], poses[k : k + 1], exact=exact)
-            for name in ("error", "error_first_order", "offset", "contribution"):
-                np.testing.assert_allclose(together[name][k], alone[name][0], atol=1e-12, err_msg=name)
-            np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], rtol=1e-9, atol=1e-9)
-            assert together["status"][k] == alone["status"][0] == OK
-    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), keep=True)
-    assert drawn["fallbacks"][0] == 0
-    u = drawn["kept_parameters"]
-    given = core.given(np.repeat(drives[:1], 640, 0), np.repeat(poses[:1], 640, 0), u)
-    np.testing.assert_allclose(drawn["kept_errors"], given["error"], atol=1e-12)
-    worst, plain = core.worst(drives[:1], poses[:1]), core.worst(drives[:1], poses[:1], lanes=False)
-    for name in ("position", "component"):
-        np.testing.assert_allclose(worst[name], plain[name], atol=1e-12)
-    assert np.hypot(*given["error"][:, :2].T).max() <= worst["position"][0] * (1 + 1e-9)
+    require_lanes_as_one_by_one(core, drives, _followed(core, drives))
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -9,8 +9,10 @@ import pytest
 from scipy.optimize import brentq
 
 import jointplay as jp
+from helpers.answers import refusal
 from helpers.builders import spatial
 from helpers.crossed import bevel, crossed, hypoid, loose, worm
+from helpers.lanes import require_lanes_as_one_by_one
 from jointplay.errors import InputError
 
 ALPHA = math.radians(20.0)
@@ -235,23 +237,7 @@ def test_lanes_answer_as_one_by_one(seed: int) -> None:
     """Load and samples by recorded programs are those of the plain solver; no sample is beyond the worst case."""
     m = jp.loads(loose(seed)).with_({"drives": {"q": {"joint": "f", "from": 0, "to": 500, "count": 70}}})
     core, drives = m.core, np.deg2rad(np.linspace(0.0, 500.0, 70))[:, None]
-    poses = core.trace(drives)["poses"]
-    together = core.loaded(drives, poses)
-    assert together["fallbacks"] == 0
-    for k in (0, 33, 69):
-        alone = core.loaded(drives[k : k + 1], poses[k : k + 1])
-        np.testing.assert_allclose(together["error"][k], alone["error"][0], atol=1e-11)
-        np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], rtol=1e-8, atol=1e-8)
-        assert together["status"][k] == alone["status"][0] == 0
-    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), keep=True)
-    assert drawn["fallbacks"][0] == 0
-    u = drawn["kept_parameters"]
-    given = core.given(np.repeat(drives[:1], 640, 0), np.repeat(poses[:1], 640, 0), u)
-    np.testing.assert_allclose(drawn["kept_errors"], given["error"], atol=1e-11)
-    worst, plain = core.worst(drives[:1], poses[:1]), core.worst(drives[:1], poses[:1], lanes=False)
-    for name in ("position", "component"):
-        np.testing.assert_allclose(worst[name], plain[name], atol=1e-10)
-    assert np.linalg.norm(given["error"][:, :3], axis=1).max() <= worst["position"][0] * (1 + 1e-9)
+    require_lanes_as_one_by_one(core, drives, core.trace(drives)["poses"])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -332,9 +318,7 @@ def test_a_wheel_may_have_its_bearing_elsewhere(more: str) -> None:
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named_with_what_is_valid(mistake: str) -> None:
     text, old, new, said = MISTAKES[mistake]
-    changed = text.replace(old, new)
-    assert changed != text
-    with pytest.raises(InputError) as caught:
-        jp.loads(changed, "file.toml")
-    assert said in str(caught.value), str(caught.value)
-    assert str(caught.value).startswith("file.toml: joints.m")
+    assert old in text
+    found = refusal(text.replace(old, new))
+    assert said in found
+    assert found.startswith("file.toml: joints.m")

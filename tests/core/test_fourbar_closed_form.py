@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.oracles.fourbar import FourBar, paper_four_bar
 from helpers.oracles.rotatability import pin_boundary
 from helpers.strategies import PAPER_ANGLES, four_bar_text, paper_text, random_four_bar, turn
@@ -249,7 +250,7 @@ def test_loaded_pin_is_the_farthest_point_of_its_region_along_the_force(seed: in
 
 def test_a_dead_centre_is_singular_and_what_lies_beyond_it_is_not_assembled() -> None:
     """A slider that drives the crank: at 30 + 100 mm crank and rod are stretched, at 131 mm they do not reach."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("A", ground=(0, 0), crank=(0, 0))
     b.revolute("B", crank=(30, 0), rod=(0, 0))
     b.revolute("C", rod=(100, 0), slider=(0, 0))

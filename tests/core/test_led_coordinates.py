@@ -10,7 +10,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import jointplay as jp
+from helpers.answers import require_refused
 from helpers.builders import planar, spatial
+from helpers.lanes import require_lanes_as_one_by_one
 from jointplay.errors import InputError
 
 UNITS = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
@@ -200,18 +202,7 @@ def test_every_question_answers_as_the_plain_solver(table: bool) -> None:
     m = loop(**law)
     core, drives = m.core, np.deg2rad(np.linspace(60.0, 110.0, 70))[:, None]
     poses = core.trace(drives)["poses"]
-    together = core.loaded(drives, poses)
-    for k in (0, 40):
-        alone = core.loaded(drives[k : k + 1], poses[k : k + 1])
-        np.testing.assert_allclose(together["error"][k], alone["error"][0], atol=1e-11)
-        np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], rtol=1e-7, atol=1e-8)
-    drawn = core.random(drives[:1], poses[:1], 320, 7, np.array([0.5]), keep=True)
-    u = drawn["kept_parameters"]
-    given = core.given(np.repeat(drives[:1], 320, 0), np.repeat(poses[:1], 320, 0), u)
-    np.testing.assert_allclose(drawn["kept_errors"], given["error"], atol=1e-11)
-    worst = core.worst(drives[:1], poses[:1])
-    assert np.linalg.norm(given["error"][:, :2], axis=1).max() <= worst["position"][0] * (1 + 1e-9)
-    assert drawn["fallbacks"][0] == 0
+    require_lanes_as_one_by_one(core, drives, poses)
     told = core.sensitivity(drives[:1], poses[:1])["source"][0]
     step = 1e-7
     for p in range(told.shape[1]):
@@ -381,12 +372,7 @@ MISTAKES: dict[str, tuple[str, str, str, str]] = {
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named_with_what_is_valid(mistake: str) -> None:
     old, new, key, said = MISTAKES[mistake]
-    text = cam("polynomial = [0, 1]")
-    assert old in text
-    with pytest.raises(InputError) as caught:
-        jp.loads(text.replace(old, new, 1), "file.toml")
-    assert str(caught.value).startswith(f"file.toml: {key}: "), str(caught.value)
-    assert said in str(caught.value), str(caught.value)
+    require_refused(cam("polynomial = [0, 1]"), old, new, key, said)
 
 
 def test_what_is_left_of_a_follower_in_other_answers() -> None:

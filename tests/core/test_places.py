@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import jointplay as jp
 from helpers.answers import EXAMPLES as ALL
 from helpers.answers import example
-from helpers.builders import planar
+from helpers.builders import planar, spatial
 from helpers.layouts import KINDS
 from helpers.places import deviating, turned
 from helpers.strategies import mechanism
@@ -320,7 +320,7 @@ def slopes(m: jp.Mechanism) -> np.ndarray:
 
 def test_deviations_of_the_flange_of_a_wrist_by_hand() -> None:
     """A tool of 100 mm behind a flange in the centre of the wrist: alpha of 0.1 deg takes its tip 0.17451 mm aside."""
-    b = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = spatial()
     b.revolute("J6", bodies=["ground", "hand"], at=(0, 0, 0), axis=(0, 1, 0))
     b.fixed("flange", bodies=["hand", "tool"], at=(0, 0, 0), axis=(0, 0, 1))
     b.drive("q6", joint="J6", values=[0])
@@ -457,7 +457,7 @@ def test_a_link_that_turns_a_locked_joint_is_its_angle(question: str, seed: int)
     same(first[[name for name in first.data_vars if name in kept]], second)
 
 
-GUIDES = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+GUIDES = planar()
 GUIDES.prismatic(
     "guide", ground={"at": (0, 0), "axis": 0}, slider={"at": (0, 0), "axis": 0}, clearance=jp.gap(0.02, length=30)
 )
@@ -495,7 +495,7 @@ def test_the_direction_of_a_redundant_guide_is_the_angle_of_its_bracket(question
     assert abs(share - other) < 5 * np.sqrt(2 * share * (1 - share) / 20_000)
 
 
-ARM = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+ARM = spatial()
 ARM.revolute("J", ground={"at": (0, 0, 0), "axis": (0, 0, 1)}, arm={"at": (0, 0, 0), "axis": (0, 0, 1)})
 ARM.drive("q", joint="J", values=[0])
 ARM.output(body="arm", at=(100, 0, 0))
@@ -598,7 +598,7 @@ PLANAR: dict[str, tuple[dict[str, Any], str]] = {
     "an output that turns": ({"links.l": {"body": "slider", "between": ["C", "output"], "angle": 1}}, "the output turns with its body"),
     "another's output": ({"links.l": {"body": "crank", "between": ["A", "output"], "x": 1}}, "the output is on 'slider'"),
 }  # fmt: skip
-CRANK = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CRANK = planar()
 CRANK.revolute("A", ground=(0, 0), crank=(0, 0))
 CRANK.revolute("B", crank=(40, 0), rod=(0, 0))
 CRANK.revolute("C", rod=(120, 0), slider=(0, 0))

@@ -1,20 +1,15 @@
 """Properties that hold for every mechanism, over random assembled ones (hypothesis)."""
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers.oracles import brute
 from helpers.oracles.reading import read
-from helpers.strategies import given_offsets, mechanisms, turn
+from helpers.strategies import given_offsets, mechanisms, searching, turn
 
-SEARCH = settings(
-    max_examples=10,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(10)
 
 
 @SEARCH

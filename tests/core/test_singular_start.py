@@ -3,9 +3,10 @@
 import numpy as np
 
 import jointplay as jp
+from helpers.builders import planar
 
 #: a five-bar whose two upper links are drawn in one line: the joint between them can go up or down
-STRETCHED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STRETCHED = planar()
 STRETCHED.revolute("A", ground=(0, 0), left=(0, 0))
 STRETCHED.revolute("B", left=(100, 0), low=(0, 0))
 STRETCHED.revolute("C", low=(100, 0), high=(0, 0))

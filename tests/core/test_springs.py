@@ -9,6 +9,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import example, refusal
+from helpers.builders import planar, spatial
 from helpers.oracles.forces import SprungLinkage
 from helpers.oracles.linkage import Point
 from helpers.oracles.load_optimiser import load_pose
@@ -141,7 +142,7 @@ BALANCE = {"on": {"ground": [-5, 0], "arm": [0, 0]}, "stiffness": 2, "free_lengt
 
 def test_a_spring_in_space_by_hand() -> None:
     """An arm on a ball joint with play hangs on a spring: the play follows the sum of weight and spring force."""
-    b = jp.Builder(space="spatial", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = spatial()
     b.prismatic("J", ground={"at": (0, 0, 0), "axis": (1, 0, 0)}, slider={"at": (0, 0, 0), "axis": (1, 0, 0)})
     b.fixed("B", slider=(0, 0, 0), arm=(0, 0, 0), stiffness={"along": 100, "side": 100, "normal": 100})
     b.drive("q", joint="J", values=(0, 10))
@@ -158,7 +159,7 @@ def test_a_spring_in_space_by_hand() -> None:
         np.testing.assert_allclose(100 * d, 150 * (length - 20) * apart / length, rtol=1e-7, atol=1e-7)
 
 
-CANTILEVER = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+CANTILEVER = planar()
 CANTILEVER.fixed("A", ground=(0, 0), beam=(0, 0))
 CANTILEVER.body("beam", E=210000, area=80, inertia=1067)
 CANTILEVER.output(body="beam", at=(500, 0))

@@ -4,22 +4,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers.answers import OVER_CONSTRAINED, example, refusal
+from helpers.builders import planar
 from helpers.oracles import brute
 from helpers.oracles.forces import grown
 from helpers.oracles.reading import read
-from helpers.strategies import given_offsets, mechanisms, turn
+from helpers.strategies import given_offsets, mechanisms, searching, turn
 
-SEARCH = settings(
-    max_examples=10,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(10)
 
 
 @SEARCH
@@ -61,9 +57,7 @@ def test_when_everything_grows_alike_the_figure_grows() -> None:
 
 def test_a_slider_crank_by_hand() -> None:
     """x = r cos q + sqrt(l^2 - r^2 sin^2 q), with the crank of steel and the rod of aluminium, 60 K warmer."""
-    b = jp.Builder(
-        space="planar", units={"length": "mm", "angle": "deg", "force": "N"}, temperature=60, expansion=12e-6
-    )
+    b = planar(temperature=60, expansion=12e-6)
     b.revolute("A", ground=(0, 0), crank=(0, 0))
     b.revolute("B", crank=(40, 0), rod=(0, 0))
     b.revolute("C", rod=(120, 0), slider=(0, 0))

@@ -103,6 +103,13 @@ def test_a_setting_can_bring_a_table() -> None:
         ("four-bar", {"drives.theta1.values": "[1, 2"}, "drives.theta1.values: a list in brackets is needed"),
         ("four-bar", {"loads.0.moment": "1\nforce = 2"}, "loads.0.moment: a number is needed"),
         ("four-bar", {"format.x": "1"}, "format is 1 and has no 'x' below it"),
+        ("3-upu", {"base_radus": "1"}, "did you mean 'base_radius'? Known: base_radius, platform_radius, height"),
+        ("3-upu", {"layout": "delta"}, "3-upu: layout: 'delta' is not known here; known: tsai, snu"),
+        ("3-upu", {"height": "0"}, "3-upu: height: a number, more than 0, is needed, not 0"),
+        ("3-upu", {"radial": "-1"}, "3-upu: radial: a number, 0 or more, is needed, not -1"),
+        ("3-upu", {"joints.base9.clearance.radial": "1"}, "'base9' is not a joint"),
+        ("stewart-gough", {"base_spread": "120"}, "stewart-gough: base_spread: the pairs are 120 deg apart"),
+        ("delta", {"height": "900"}, "delta: height: arm and rod cannot reach the platform, 905.5"),
     ],
 )
 def test_a_wrong_setting_is_refused(name: str, settings: dict[str, str], said: str) -> None:

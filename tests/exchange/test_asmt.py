@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import jointplay as jp
 from helpers.asmt import Assembly
+from helpers.commands import refused
 from helpers.freecad import Floats, Pose, assembled, pose, random_pose
 from jointplay.basics import poses
 from jointplay.cli import run
@@ -212,12 +213,9 @@ def test_a_damaged_file_is_refused_in_one_sentence(
     text = crank().text()
     assert old in text
     Path("a.asmt").write_text(text.replace(old, new, 1), encoding="utf-8")
-    assert run(["import", "a.asmt"]) == 2
-    message = capsys.readouterr().err
+    message = refused(capsys, "import", "a.asmt")
     assert message.startswith("error: a.asmt: ")
-    assert message.count("\n") == 1
     assert said in message
-    assert not Path("a.toml").exists()
 
 
 def test_files_that_are_cut_anywhere_end_in_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -237,8 +235,7 @@ def test_more_parts_than_any_machine_has_are_refused_at_once(capsys: pytest.Capt
     Path("a.asmt").write_text(
         assembly.text().replace("\tKinematicIJs", part * 30_000 + "\tKinematicIJs"), encoding="utf-8"
     )
-    assert run(["import", "a.asmt"]) == 2
-    assert "a number of parts that is read" in capsys.readouterr().err
+    assert "a number of parts that is read" in refused(capsys, "import", "a.asmt")
 
 
 def test_formulas_that_are_not_read_are_named() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.cli import run
 from jointplay.exchange.drafting import to_dxf
 
@@ -413,7 +414,7 @@ def test_a_pin_in_space_is_a_circle_across_its_axis() -> None:
 
 def test_bodies_keep_their_layers_whatever_they_are_called(tmp_path: Path) -> None:
     """Layers do not know small letters from capital ones, and some names have a meaning."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     names = ["ground", "arm", "ARM", "0", "_x", "a:b|c", "Glied-\u00e4"]
     for k, (one, other) in enumerate(itertools.pairwise(names)):
         b.revolute(f"J{k}", on={one: (100, 0), other: (0, 0)})
@@ -434,10 +435,7 @@ def test_what_cannot_be_drawn_is_said() -> None:
         to_dxf(example("four-bar").with_({"drives.theta1.values": [22.7, 180.0]}), 1)
 
 
-def test_drawings_come_and_go_on_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_drawings_come_and_go_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     saved(four_bar(), tmp_path)
     options = ["--clearance", "revolute={radial=0.05}", "--drives", "A=0:90:4", "--output-point", "C"]
     assert run(["import", "linkage.dxf", *options]) == 0

@@ -16,6 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 import jointplay as jp
+from helpers.commands import refused
 from jointplay.basics import poses
 from jointplay.cli import run
 from jointplay.exchange.options import Options
@@ -294,9 +295,8 @@ def test_includes_and_meshes_that_are_missing(tmp_path: Path) -> None:
         imported(written(tmp_path, text.replace("<sensor>", '<sensor><jointpos joint="K"/>'), "a.xml"), Options())
 
 
-def test_what_mujoco_warns_of_is_a_remark_and_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_mujoco_warns_of_is_a_remark_and_no_file(tmp_path: Path) -> None:
     """By itself it writes MUJOCO_LOG.TXT where it is called."""
-    monkeypatch.chdir(tmp_path)
     text = MECHANISM.format(more="").replace('size=".1" mass="2"', 'size=".1" mass="2" rgba="nan 0 0 1"')
     try:
         found = imported(written(tmp_path, text, "a.xml"), Options())
@@ -489,8 +489,7 @@ def test_proposed_values_are_as_many_as_those_that_are_given() -> None:
     assert every.shape == (6, 6)
 
 
-def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_robots_are_asked_all_questions() -> None:
     play = "revolute={radial=0.02,axial=0.02,length=30}"
     assert run(["import", str(EXAMPLES / "arm.urdf"), "--output-point", "tool0", "--clearance", play]) == 0
     assert run(["error", "arm.toml", "--samples", "64"]) == 0
@@ -556,18 +555,10 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
 
 @pytest.mark.parametrize(("name", "text", "old", "new", "problem"), BAD, ids=range(len(BAD)))
 def test_what_cannot_be_read_is_said_in_one_line(
-    name: str,
-    text: str,
-    old: str,
-    new: list[str],
-    problem: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    name: str, text: str, old: str, new: list[str], problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     written(tmp_path, text.replace(old, *new) if old else text, name)
-    refused(["import", name], problem, capsys)
+    assert re.search(problem, refused(capsys, "import", name))
 
 
 OPTIONS: list[tuple[list[str], str]] = [
@@ -599,35 +590,16 @@ OPTIONS: list[tuple[list[str], str]] = [
 
 @pytest.mark.parametrize(("options", "problem"), OPTIONS, ids=lambda value: " ".join(value) if value else "")
 def test_options_that_do_not_fit_are_named(
-    options: list[str],
-    problem: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    options: list[str], problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.urdf").write_text((EXAMPLES / "arm.urdf").read_text(encoding="utf-8"), encoding="utf-8")
-    refused(["import", "arm.urdf", *options], problem, capsys)
+    assert re.search(problem, refused(capsys, "import", "arm.urdf", *options))
 
 
-def refused(arguments: list[str], problem: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """One line, exit code 2, and no file."""
-    before = sorted(Path().iterdir())
-    assert run(arguments) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert re.search(problem, said), said
-    assert sorted(Path().iterdir()) == before
-
-
-def test_a_file_is_replaced_only_by_force(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_file_is_replaced_only_by_force(capsys: pytest.CaptureFixture[str]) -> None:
     arm = str(EXAMPLES / "arm.urdf")
     assert run(["import", arm]) == 0
-    capsys.readouterr()
-    refused(["import", arm], "exists already; --force replaces it", capsys)
+    assert "exists already; --force replaces it" in refused(capsys, "import", arm)
     assert run(["import", arm, "--force"]) == 0
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import jointplay as jp
 import verify_robots
+from helpers.commands import refused
 from helpers.oracles.robots import MuJoCo
 from jointplay.exchange.lost import with_lost_motion
 from jointplay.exchange.options import Options
@@ -166,13 +167,11 @@ BACKLASH = [
 
 @pytest.mark.parametrize(("given", "problem"), BACKLASH)
 def test_lost_motion_that_is_none_is_refused(given: str, problem: str, capsys: pytest.CaptureFixture[str]) -> None:
-    from jointplay.cli import run
 
     Path("arm.xml").write_text(
         ARM.format(0, '<joint name="hip"/>', 0, '<joint name="knee"/>', MOTORS), encoding="utf-8"
     )
-    assert run(["import", "arm.xml", "--backlash", given]) == 2
-    assert re.search(problem, capsys.readouterr().err)
+    assert re.search(problem, refused(capsys, "import", "arm.xml", "--backlash", given))
 
 
 # --- couplings -------------------------------------------------------------------------------------------------------

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.brep import damaged
+from helpers.commands import refused
 from helpers.freecad import Document, links, pose
-from jointplay.cli import run
 from jointplay.exchange.brep import PartShape, Unreadable
 from jointplay.exchange.options import Options
 from jointplay.exchange.reading import imported
@@ -93,18 +94,14 @@ def test_edges_that_are_splines_are_those_of_the_kernel() -> None:
 @pytest.mark.parametrize("name", ["block-with-hole", "fork"])
 def test_damaged_shapes_are_unreadable_or_close(name: str) -> None:
     """A number that is changed anywhere, a word that is gone, an end too early: nothing but `Unreadable`."""
-    whole = text(name)
-    words = list(re.finditer(r"\S+", whole))
-    generator = np.random.default_rng(5)
-    for number in generator.integers(20, len(words), 25).tolist():
-        word = words[number]
-        for new in ("", "7", "-1e60", "nan"):
-            try:
-                found = solid(PartShape(whole[: word.start()] + new + whole[word.end() :]))
-            except Unreadable:
-                continue
-            assert np.isfinite([found.volume, *found.centre, *found.inertia.ravel()]).all()
-            assert found.volume > 0.0
+    whole, generator = text(name), np.random.default_rng(5)
+    for changed in damaged(whole, generator):
+        try:
+            found = solid(PartShape(changed))
+        except Unreadable:
+            continue
+        assert np.isfinite([found.volume, *found.centre, *found.inertia.ravel()]).all()
+        assert found.volume > 0.0
     for end in generator.integers(100, len(whole), 10).tolist():
         with pytest.raises(Unreadable):
             solid(PartShape(whole[:end].rstrip("0123456789 +-")))
@@ -184,14 +181,9 @@ def test_parts_without_a_volume_are_named() -> None:
 )
 def test_densities_that_nothing_has_are_refused(density: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assembly(text("block-with-hole")).write("a.FCStd")
-    assert run(["import", "a.FCStd", "--density", density]) == 2
-    message = capsys.readouterr().err
-    assert message.count("\n") == 1
-    assert said in message
-    assert not Path("a.toml").exists()
+    assert said in refused(capsys, "import", "a.FCStd", "--density", density)
 
 
 def test_a_density_is_of_assemblies(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.pyslvs").write_text("M[]", encoding="utf-8")
-    assert run(["import", "a.pyslvs", "--density", "7850"]) == 2
-    assert "is of assemblies with shapes" in capsys.readouterr().err
+    assert "is of assemblies with shapes" in refused(capsys, "import", "a.pyslvs", "--density", "7850")

@@ -11,6 +11,7 @@ import xarray as xr
 from jsonschema import Draft202012Validator
 
 import jointplay as jp
+from helpers.answers import require_refused
 from helpers.strategies import mechanism
 from jointplay.cli import run
 from jointplay.file.schema import json_schema
@@ -251,10 +252,7 @@ def test_a_measured_specimen_has_its_sizes() -> None:
 def test_what_is_wrong_is_said_with_its_place(clearance: str, key: str, said: str) -> None:
     for variables in ("", "[variables]\nH7 = 1\ng6 = 2\n"):
         text = CRANK.replace("CLEARANCE", clearance).replace("UNIT", "mm").replace("REACH", "0.5")
-        with pytest.raises(jp.InputError) as refused:
-            jp.loads(text.replace("[joints.A]", f"{variables}[joints.A]"), "m.toml")
-        assert said in refused.value.problem
-        assert refused.value.key == f"joints.A.clearance{key}"
+        require_refused(text, "[joints.A]", f"{variables}[joints.A]", f"joints.A.clearance{key}", said)
 
 
 def test_in_space_nothing_is_guessed_of_a_bearing() -> None:

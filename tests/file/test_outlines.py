@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from jointplay.file.schema.bodies import MOST_CORNERS, MOST_LINES
 
 SQUARE = [[0, 0], [50, 0], [50, 20], [0, 20]]
@@ -94,7 +95,7 @@ def test_it_turns_with_the_copy_of_a_body_that_is_drawn_assembled() -> None:
 
 
 def test_it_is_written_by_the_builder_and_read_again() -> None:
-    build = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    build = planar()
     build.revolute("J1", ground=(0, 0), arm=(0, 0))
     build.drive("q", joint="J1", values=[30])
     build.output(body="arm", at=(50, 0))

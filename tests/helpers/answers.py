@@ -53,3 +53,23 @@ def refusal(text: str) -> str:
     assert str(caught.value).startswith("file.toml: ")
     assert str(caught.value).isprintable(), "one line, no control characters"
     return str(caught.value)
+
+
+def require_refused(text: str, old: str, new: str, key: str, said: str) -> None:
+    """With a change a mechanism file does not do, which is told with the key and in these words."""
+    assert old in text
+    begin = f"file.toml: {key}: " if key else "file.toml: "
+    found = refusal(text.replace(old, new, 1))
+    assert found.startswith(begin), found
+    assert said in found.removeprefix(begin), found
+
+
+def same(ours: xr.Dataset, theirs: xr.Dataset, own: tuple[str, ...] = ("fingerprint",)) -> None:
+    """Every bit of every variable and coordinate, and all attributes but those of each run."""
+    assert {*ours.variables} == {*theirs.variables}
+    for name in ours.variables:
+        a, b = ours[name], theirs[name]
+        assert (a.dims, a.attrs) == (b.dims, b.attrs), name
+        assert a.values.tobytes() == b.values.astype(a.dtype).tobytes(), name
+    attributes = [{k: v for k, v in d.attrs.items() if k not in own} for d in (ours, theirs)]
+    assert attributes[0] == attributes[1]

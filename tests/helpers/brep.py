@@ -1,6 +1,7 @@
 """Shapes in the text format of Open CASCADE, written from what they are made of, in mm."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -169,3 +170,11 @@ def segments_of(line: Sequence[tuple[float, float] | Arc]) -> list[tuple[Floats,
         if np.hypot(*(following - end)) > 1e-9:
             found.append((end, following, None))
     return found
+
+
+def damaged(text: str, generator: np.random.Generator) -> Iterator[str]:
+    """A text in which a word is another one or gone, a hundred times."""
+    words = list(re.finditer(r"\S+", text))
+    for number in generator.integers(20, len(words), 25).tolist():
+        for new in ("", "7", "-1e60", "nan"):
+            yield text[: words[number].start()] + new + text[words[number].end() :]

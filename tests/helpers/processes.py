@@ -1,4 +1,4 @@
-"""The command as a process of its own."""
+"""The command, and answers, as processes of their own."""
 
 import os
 import signal
@@ -10,6 +10,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 COMMAND = [sys.executable, "-m", "jointplay"]
+#: all numbers of an answer as one
+DIGEST = """
+import hashlib, sys, jointplay as jp
+out = hashlib.sha256()
+result = jp.random(jp.loads(sys.stdin.read()), samples=int(sys.argv[1]), seed=7)
+for name in sorted(result.data_vars):
+    values = result[name].values
+    out.update(values.tobytes() if values.dtype.kind in "fiu" else str(values.tolist()).encode())
+print(out.hexdigest())
+"""
 
 
 def _listen() -> None:
@@ -51,3 +61,15 @@ def worked(process: subprocess.Popen[str], seconds: float, *, ends: bool = False
             return
         time.sleep(0.02)
     assert ends, "it ended or did not get going"
+
+
+def digests(text: str, samples: int) -> set[str]:
+    """What random specimens of a file answer with one and more threads, and every width of registers."""
+    found = set()
+    for threads, width in (("1", "plain"), ("2", "avx2"), ("7", "avx512")):
+        environment = {**os.environ, "RAYON_NUM_THREADS": threads, "JOINTPLAY_WIDTH": width}
+        command = [sys.executable, "-c", DIGEST, str(samples)]
+        run = subprocess.run(command, input=text, env=environment, capture_output=True, text=True, check=True)
+        found.add(run.stdout.strip())
+    assert all(found)
+    return found

@@ -13,6 +13,7 @@ import jointplay as jp
 from helpers.builders import spatial
 from helpers.rods import rod_and_slider
 from helpers.slider_crank import slider_crank
+from jointplay.analyses import friction
 from jointplay.analyses.displaced import at_offsets
 from jointplay.analyses.nominal import nominal
 from jointplay.basics import poses
@@ -217,3 +218,13 @@ def _sliding(m: jp.Mechanism, at: Any, origin: dict[int, np.ndarray], rates: dic
         return rates[body][0] + rates[body][1] * np.cross([0.0, 0.0, 1.0], arm)
 
     return float((speed(p2) - speed(p1)) @ axis)
+
+
+def powers(m: jp.Mechanism, approach: str) -> tuple[np.ndarray, np.ndarray]:
+    """What friction takes from the drives, by equilibrium, and in the joints, at their speeds at nominal poses."""
+    at = nominal(m)
+    without = m.core.loaded(at.drives, at.poses, True, True, True, partly=True, loads=None)
+    asked = friction.setting(m, at, None, without, "middle", None)
+    state = friction.sliding(asked, approach)
+    speeds = asked.speeds * friction.SIDES[approach]
+    return ((state.found["drive_force"] - without["drive_force"]) * speeds).sum(axis=1), -state.friction.sum(axis=1)

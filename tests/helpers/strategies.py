@@ -9,6 +9,7 @@ import math
 from typing import Any
 
 import numpy as np
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from helpers.layouts import DEGENERATE, KINDS, Layout
@@ -105,6 +106,12 @@ def near_singular(kind: str, seed: int, least: float, **options: Any) -> str:
                 return text
             low, high = (middle, high) if side * value > least else (low, middle)
     raise AssertionError(f"no {kind} so near a singularity in 20 draws from seed {seed}")
+
+
+def searching(examples: int) -> settings:
+    """So many examples, the same ones in every run, however long each takes."""
+    slow = [HealthCheck.too_slow, HealthCheck.data_too_large]
+    return settings(max_examples=examples, deadline=None, derandomize=True, suppress_health_check=slow)
 
 
 def mechanisms(kinds: tuple[str, ...] = tuple(KINDS), **options: Any) -> st.SearchStrategy[str]:

@@ -21,16 +21,23 @@ SHIFT = 8
 
 
 @contextmanager
+def running(server: Server) -> Iterator[Server]:
+    """A server at work, until the block ends."""
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        thread.join()
+
+
+@contextmanager
 def served(folder: Path, first: str = "four-bar.toml", patience: float = 0.0) -> Iterator[Server]:
     """A studio of a folder, until the block ends; of random specimens it asks only as many as the patience allows."""
-    with mock.patch.object(answers, "PATIENCE", patience), Server(Studio(Folder(folder), first)) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
+    patched = mock.patch.object(answers, "PATIENCE", patience)
+    with patched, Server(Studio(Folder(folder), first)) as server, running(server):
+        yield server
 
 
 def number(name: str) -> str:

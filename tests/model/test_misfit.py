@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay.model.mobility import examine
 
-THREE_CRANKS = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+THREE_CRANKS = planar()
 THREE_CRANKS.revolute("A", ground=(0, 0), a=(0, 0), clearance=jp.radial(0.02))
 THREE_CRANKS.revolute("B", ground=(200, 0), b=(0, 0), clearance=jp.radial(0.02))
 THREE_CRANKS.revolute("C", ground=(400, 0), c=(0, 0), clearance=jp.radial(0.02))

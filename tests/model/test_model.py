@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.model.mechanism import changed, loads
@@ -77,7 +78,7 @@ def test_sources_keep_apart_by_name() -> None:
     assert m.parameters[-1] == "drive J1.value"
 
 
-MIXED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+MIXED = planar()
 MIXED.revolute("A", bodies=["ground", "bar"], at=(0, 0), clearance=jp.radial(0.1))
 MIXED.revolute("B", bodies=["bar", "next"], at=(100, 0), clearance=jp.diametral(0.3, law="boundary"))
 MIXED.revolute("C", bodies=["next", "last"], at=(200, 0))

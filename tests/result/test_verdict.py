@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import jointplay as jp
 from helpers.answers import example
+from helpers.builders import planar
 from helpers.dead_centre import at_dead_centre
 from helpers.several import together
-from helpers.strategies import mechanisms
+from helpers.strategies import mechanisms, searching
 from jointplay.analyses import allow, loaded, worst
 from jointplay.analyses import given as of_given
 from jointplay.cli import run
@@ -24,12 +25,7 @@ from jointplay.result.conclusions import conclude
 from jointplay.result.table import tables
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, outcome, percent, verdict
 
-SEARCH = settings(
-    max_examples=15,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SEARCH = searching(15)
 FITS = jp.examples.text("four-bar-fits")
 
 
@@ -340,7 +336,7 @@ def test_no_source_is_blamed_for_what_first_order_does_not_tell(
 @pytest.mark.parametrize("question", ["worst", "given", "loaded"])
 def test_a_known_deviation_is_to_be_corrected_and_not_to_be_tightened(question: str) -> None:
     """It has no tolerance: "to tighten first: q1 95 %" asked for the impossible."""
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.revolute("a", ground=(0, 0), u=(0, 0), clearance={"radial": 0.02})
     b.drive("q1", joint="a", values=[0], deviation=0.1)
     b.output(body="u", at=(200, 0))

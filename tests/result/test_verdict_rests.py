@@ -8,6 +8,7 @@ import pytest
 
 import jointplay as jp
 from helpers import verdict_files as files
+from helpers.builders import planar
 from jointplay.analyses import sweep
 from jointplay.analyses.nominal import Interrupted
 from jointplay.cli import run
@@ -329,7 +330,7 @@ def test_rows_where_the_machine_cannot_be_are_named_wherever_limits_are_said_to_
 
 
 #: a slider-crank that is stretched at 150 mm
-STRETCHED = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+STRETCHED = planar()
 STRETCHED.revolute("A", ground=(0, 0), c=(0, 0), clearance=jp.radial(0.01))
 STRETCHED.revolute("B", c=(50, 0), r=(0, 0), clearance=jp.radial(0.01))
 STRETCHED.revolute("C", r=(100, 0), s=(0, 0))

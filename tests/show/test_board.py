@@ -12,7 +12,7 @@ from PIL import Image
 
 import jointplay as jp
 from helpers.browser import Browser, Page, needs_browser
-from helpers.studio import EXACT, SHIFT, Person, choose, number, put, served
+from helpers.studio import EXACT, SHIFT, Person, choose, number, put
 from jointplay import examples
 from jointplay.analyses.nominal import Nominal
 from jointplay.errors import InputError
@@ -122,14 +122,19 @@ def places(m: jp.Mechanism, at: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
+def standing(text: str, k: int) -> tuple[jp.Mechanism, np.ndarray, np.ndarray, dict[str, tuple[float, float, float]]]:
+    """A mechanism at a configuration of its path: its drives, poses, and the bodies as the page shows them, in mm."""
+    m, session = jp.loads(text), drafts.read(text, "m.toml").session
+    assert session is not None
+    poses = session.path.poses[k]
+    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    return m, session.path.drives[k], poses, shown
+
+
 def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
     """In the four-bar, whose bodies have axes of their own, at any configuration."""
-    m = jp.loads(FOUR_BAR)
-    session = drafts.read(FOUR_BAR, "m.toml").session
-    assert session is not None
     for k in (0, 5):
-        poses = session.path.poses[k]
-        shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+        m, drives, poses, shown = standing(FOUR_BAR, k)
         edits, _ = gestures.edits(m.raw, shown, {"gesture": "move", "at": {"joint": "J2"}, "to": [90, 40]})
         text = FOUR_BAR
         for steps, value in edits:
@@ -139,7 +144,7 @@ def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
         for name, place in after.items():
             np.testing.assert_allclose(place, [90, 40] if name.startswith("J2") else before[name], atol=1e-7)
         # And this is a configuration of the changed mechanism at the same drive value.
-        moved = jp.loads(text).with_({"drives.theta1.values": [float(session.path.drives[k, 0] / np.pi * 180.0)]})
+        moved = jp.loads(text).with_({"drives.theta1.values": [float(drives[0] / np.pi * 180.0)]})
         angles = dict(zip(m.bodies, poses[:, 2], strict=True))
         start = {f"start.{body}": {"angle": float(np.degrees(angle))} for body, angle in angles.items()}
         np.testing.assert_allclose(jp.solve(moved.with_(start)).nominal[0, :2], before["J3 a"], atol=1e-6)
@@ -147,11 +152,7 @@ def test_a_dragged_joint_goes_where_it_is_dragged_and_all_others_stay() -> None:
 
 def test_bars_that_keep_their_lengths_take_along_what_they_carry() -> None:
     """In the four-bar, whose bodies have axes of their own, at a configuration of its path; crank and coupler turn."""
-    m = jp.loads(FOUR_BAR)
-    session = drafts.read(FOUR_BAR, "m.toml").session
-    assert session is not None
-    poses = session.path.poses[5]
-    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    m, _, poses, shown = standing(FOUR_BAR, 5)
     text = document.edited(FOUR_BAR, ("output",), {"body": "coupler", "at": [30, 10]})
     text = document.edited(text, ("bodies", "coupler"), {"mass": 1, "centre": [75, 5]})
     raw = toml.parse(text)
@@ -277,10 +278,7 @@ def test_a_joint_that_is_deleted_takes_its_drive_and_leaves_the_ends_of_bars() -
 
 def test_a_guide_that_is_dragged_keeps_its_coordinate() -> None:
     text = examples.text("slider-crank")
-    m, session = jp.loads(text), drafts.read(text, "m.toml").session
-    assert session is not None
-    poses = session.path.poses[3]
-    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    m, _, poses, shown = standing(text, 3)
     for steps, value in gestures.edits(m.raw, shown, {"gesture": "move", "at": {"joint": "guide"}, "to": [10, 0]})[0]:
         text = document.edited(text, steps, value)
     before, after = places(m, poses), places(jp.loads(text), poses)
@@ -416,11 +414,7 @@ def test_a_weld_has_no_price() -> None:
 
 def test_a_weld_of_bodies_that_are_turned_keeps_them_as_they_are_shown() -> None:
     """In the four-bar J2 is welded at a configuration of the path: the bodies stay turned as they are there."""
-    m = jp.loads(FOUR_BAR)
-    session = drafts.read(FOUR_BAR, "m.toml").session
-    assert session is not None
-    poses = session.path.poses[5]
-    shown = {n: (x / 1e-3, y / 1e-3, angle) for n, (x, y, angle) in zip(m.bodies, poses.tolist(), strict=True)}
+    _, _, poses, shown = standing(FOUR_BAR, 5)
     text = FOUR_BAR
     for told in ({"gesture": "weld", "at": {"joint": "J2"}}, {"gesture": "delete", "what": {"joint": "J4"}}):
         for steps, value in gestures.edits(toml.parse(text), shown, told)[0]:
@@ -533,26 +527,22 @@ class TestAPerson:
         assert raw["joints"] == {"J1": {"type": "revolute", "bodies": ["bar1", "bar2"], "at": [0, 0]}}
         assert raw["board"]["free"] == {"bar1": [[-40, 0]], "bar2": [[40, 20]]}
 
-    def test_begins_with_a_template_and_draws_on_it(self, folder: Path, browser: Browser) -> None:
+    def test_begins_with_a_template_and_draws_on_it(self, newcomer: Person) -> None:
         """A second rod on a slider-crank that has axes of its own in every body."""
-        with served(folder, "") as server:
-            page = browser.page(server.address, width=1280, height=800)
-            page.wait("document.querySelectorAll('#start button').length > 20")
-            person = Person(page)
-            find = "(one) => one.textContent.startsWith('slider-crankSlider')"
-            page.run(f"[...document.querySelectorAll('#start button')].find({find}).click()")
-            page.wait("document.body.classList.contains('opened') && document.body.dataset.shown > 0")
-            text = person.text
-            point = "board.board.joints.find(({ name }) => name === 'crankpin').point"
-            pin = page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.scene.places[0][{point}])")
-            person.use("b", pin, (150, 90))
-            raw = toml.parse(person.text)
-            assert [*raw["joints"]["crankpin"]["on"]] == ["crank", "rod", "bar1"]
-            np.testing.assert_allclose(raw["joints"]["crankpin"]["on"]["bar1"], pin, atol=1e-3)
-            assert raw["joints"]["crankpin"]["on"]["crank"] == [50, 0]
-            assert [line for line in text.splitlines() if line not in person.text.splitlines()] == [
-                "on   = { crank = [50, 0], rod = [0, 0] }"
-            ]
+        find = "(one) => one.textContent.startsWith('slider-crankSlider')"
+        newcomer.page.run(f"[...document.querySelectorAll('#start button')].find({find}).click()")
+        newcomer.page.wait("document.body.classList.contains('opened') && document.body.dataset.shown > 0")
+        text = newcomer.text
+        point = "board.board.joints.find(({ name }) => name === 'crankpin').point"
+        pin = newcomer.page.run(f"import('./studio.js').then(({{ board }}) => board.viewer.scene.places[0][{point}])")
+        newcomer.use("b", pin, (150, 90))
+        raw = toml.parse(newcomer.text)
+        assert [*raw["joints"]["crankpin"]["on"]] == ["crank", "rod", "bar1"]
+        np.testing.assert_allclose(raw["joints"]["crankpin"]["on"]["bar1"], pin, atol=1e-3)
+        assert raw["joints"]["crankpin"]["on"]["crank"] == [50, 0]
+        assert [line for line in text.splitlines() if line not in newcomer.text.splitlines()] == [
+            "on   = { crank = [50, 0], rod = [0, 0] }"
+        ]
 
     def test_chooses_a_fit_which_stays_one(self, person: Person) -> None:
         choose(person.page, {"file": "four-bar-fits.toml"})

@@ -332,36 +332,32 @@ def test_a_clearance_is_a_bearing_with_a_price(person: Person) -> None:
     assert jp.loads(person.text).value("joints.J1.clearance") == {"bearing": "C3", "bore": 25}
 
 
-def test_the_guide_leads_through_a_first_drawing(folder: Path, browser: Browser) -> None:
-    with served(folder, "") as server:
-        page = browser.page(server.address, width=1280, height=800)
-        page.wait("document.querySelectorAll('#start button').length > 20")
-        drawer = Person(page)
-        page.run("document.querySelectorAll('#start button')[1].click()")
-        page.wait("!document.getElementById('tour').hidden")
-        said = []
+def test_the_guide_leads_through_a_first_drawing(newcomer: Person) -> None:
+    newcomer.page.run("document.querySelectorAll('#start button')[1].click()")
+    newcomer.page.wait("!document.getElementById('tour').hidden")
+    said = []
 
-        def step() -> None:
-            said.append(int(page.text("#tour").split(" of ")[0]))
+    def step() -> None:
+        said.append(int(newcomer.page.text("#tour").split(" of ")[0]))
 
-        step()
-        drawer.use("b", (-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40))
-        step()
-        drawer.use("g", (-60, -40), (40, -40))
-        step()
-        drawer.use("d", (-60, -40))
-        step()
-        drawer.use("o", (50, 30))
-        step()
-        drawer.press("a", 2)
-        drawer.pick("#way", "radial")
-        drawer.fill("radial", "0,05")
-        step()
-        drawer.fill("limits.position", "0,5")
-        step()
-        assert said == [1, 2, 3, 4, 5, 6, 7]
-        drawer.tap("#tour button")
-        assert page.run("document.getElementById('tour').hidden")
+    step()
+    newcomer.use("b", (-60, -40), (-30, 0), (-30, 0), (50, 30), (50, 30), (40, -40))
+    step()
+    newcomer.use("g", (-60, -40), (40, -40))
+    step()
+    newcomer.use("d", (-60, -40))
+    step()
+    newcomer.use("o", (50, 30))
+    step()
+    newcomer.press("a", 2)
+    newcomer.pick("#way", "radial")
+    newcomer.fill("radial", "0,05")
+    step()
+    newcomer.fill("limits.position", "0,5")
+    step()
+    assert said == [1, 2, 3, 4, 5, 6, 7]
+    newcomer.tap("#tour button")
+    assert newcomer.page.run("document.getElementById('tour').hidden")
 
 
 def test_the_mechanism_plays_and_the_file_stays(person: Person) -> None:
@@ -410,52 +406,48 @@ def test_a_page_to_mail_plays_without_a_server_and_is_taken_back(
     assert person.text == text
 
 
-def test_a_four_bar_is_drawn_by_keys_alone(folder: Path, browser: Browser) -> None:
-    with served(folder, "") as server:
-        page = browser.page(server.address, width=1280, height=800)
-        page.wait("document.querySelectorAll('#start button').length > 20")
-        drawer = Person(page)
-        drawer.tab("document.activeElement.textContent.startsWith('an empty drawing')")
-        drawer.press("Enter")
-        page.wait("document.body.classList.contains('opened')")
-        drawer.press("b")
-        for text in ("0;0", "40<90", "0;40", "100<20", "93,97;74,2", "80;0"):
-            for key in text:
-                drawer.press(key)
-            drawer.press("Enter")
-        raw = toml.parse(drawer.text)
-        assert len(raw["joints"]) == 1, "the third bar begins beside the second"
-        # The first corner is joined; the last bar is drawn anew from the end of the second.
-        drawer.press("z", 2)
-        drawer.press("v")
-        for _ in range(3):
-            drawer.press("n")
-        assert page.run(NOTE) == "bar2, point 1"
-        drawer.press("b")
-        drawer.press("Enter")
-        for key in "100;-74,2":
-            drawer.press(key)
-        drawer.press("Enter")
-        raw = toml.parse(drawer.text)
-        assert [joint["bodies"] for joint in raw["joints"].values()] == [["bar1", "bar2"], ["bar2", "bar3"]]
-        drawer.press("g")
-        for _ in range(2):
-            while "point 1" not in page.run(NOTE):
-                drawer.press("n")
-            drawer.press("Enter")
-        while "ground" not in page.run(NOTE):
-            drawer.press("n")
-        drawer.press("d")
-        drawer.press("Enter")
-        while not page.run(NOTE).startswith("J2"):
-            drawer.press("n")
-        drawer.press("o")
-        drawer.press("Enter")
-        drawer.tab("document.activeElement.dataset.key === 'limits.position'")
-        drawer.type("0,5")
-        drawer.press("Enter")
-        page.wait("document.querySelector('#line .held')")
-        assert jp.loads(drawer.text).value("output.at") == "J2"
+def test_a_four_bar_is_drawn_by_keys_alone(newcomer: Person) -> None:
+    newcomer.tab("document.activeElement.textContent.startsWith('an empty drawing')")
+    newcomer.press("Enter")
+    newcomer.page.wait("document.body.classList.contains('opened')")
+    newcomer.press("b")
+    for text in ("0;0", "40<90", "0;40", "100<20", "93,97;74,2", "80;0"):
+        for key in text:
+            newcomer.press(key)
+        newcomer.press("Enter")
+    raw = toml.parse(newcomer.text)
+    assert len(raw["joints"]) == 1, "the third bar begins beside the second"
+    # The first corner is joined; the last bar is drawn anew from the end of the second.
+    newcomer.press("z", 2)
+    newcomer.press("v")
+    for _ in range(3):
+        newcomer.press("n")
+    assert newcomer.page.run(NOTE) == "bar2, point 1"
+    newcomer.press("b")
+    newcomer.press("Enter")
+    for key in "100;-74,2":
+        newcomer.press(key)
+    newcomer.press("Enter")
+    raw = toml.parse(newcomer.text)
+    assert [joint["bodies"] for joint in raw["joints"].values()] == [["bar1", "bar2"], ["bar2", "bar3"]]
+    newcomer.press("g")
+    for _ in range(2):
+        while "point 1" not in newcomer.page.run(NOTE):
+            newcomer.press("n")
+        newcomer.press("Enter")
+    while "ground" not in newcomer.page.run(NOTE):
+        newcomer.press("n")
+    newcomer.press("d")
+    newcomer.press("Enter")
+    while not newcomer.page.run(NOTE).startswith("J2"):
+        newcomer.press("n")
+    newcomer.press("o")
+    newcomer.press("Enter")
+    newcomer.tab("document.activeElement.dataset.key === 'limits.position'")
+    newcomer.type("0,5")
+    newcomer.press("Enter")
+    newcomer.page.wait("document.querySelector('#line .held')")
+    assert jp.loads(newcomer.text).value("output.at") == "J2"
 
 
 def test_one_goes_back_to_a_step_of_a_list(drawer: Person) -> None:

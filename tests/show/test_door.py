@@ -9,30 +9,20 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 import jointplay as jp
 from helpers.processes import working
+from helpers.studio import running
 from jointplay.show.serving import door
 from jointplay.show.serving.folder import Folder
 from jointplay.show.serving.replies import HEADERS
 from jointplay.show.serving.server import Server, Studio
 
 HOST = "Host: 127.0.0.1:1\r\n"
-
-
-@contextmanager
-def running(server: Server) -> Iterator[Server]:
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.shutdown()
-        thread.join()
 
 
 @pytest.fixture

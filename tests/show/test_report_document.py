@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import jointplay as jp
 from helpers.browser import needs_browser, opened
+from helpers.builders import planar
 from jointplay import cli, examples
 from jointplay.errors import InputError
 from jointplay.show.reporting import decimals, figures, former, ordering, printing, signing
@@ -76,7 +77,7 @@ def test_numbers_and_dates_need_no_quotes() -> None:
     assert m.data.document is not None
     assert (m.data.document.revision, m.data.document.date) == ("2", "2026-11-28")
     assert m.complete_text == text
-    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    b = planar()
     b.document(author="A. Meier")
 
 

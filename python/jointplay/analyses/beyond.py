@@ -78,22 +78,29 @@ def _starts(
     flat = np.clip(trial, *ranges).reshape(-1, len(unit))
     values = errors(flat, np.repeat(active[row], trial.shape[1]))[0]
     values = values.reshape(*trial.shape[:2], -1, len(rounding))
+    values[:, 1:][~within[:, 1:]] = np.nan
     rows, starts = [], []
-    for n, (r, d) in enumerate(zip(row.tolist(), drive.tolist(), strict=True)):
-        for side in (range(1, len(STEPS) + 1), range(len(STEPS) + 1, 2 * len(STEPS) + 1)):
-            last, flat_before = 0, bool(still[r, d])
-            for k in side:
-                if not within[n, k] or not np.isfinite(values[n, k]).all():
-                    break
-                if (np.abs(values[n, k] - values[n, last]) <= rounding).all():
-                    flat_before = True
-                elif flat_before:
-                    rows.append(active[r])
-                    starts.append(trial[n, k])
-                    inside[r, d] = still[r, d]
-                    break
-                last = k
+    for n, (r, d) in enumerate(zip(row, drive, strict=True)):
+        for side in np.arange(1, trial.shape[1]).reshape(2, -1):
+            way = [0, *side]
+            end = _end_of_play(values[n, way], rounding, still[r, d])
+            if end is not None:
+                rows.append(active[r])
+                starts.append(trial[n, way[end]])
+                inside[r, d] = still[r, d]
     return inside, np.array(rows, dtype=np.intp), np.array(starts).reshape(-1, len(unit))
+
+
+def _end_of_play(values: Floats, rounding: Floats, is_flat: bool) -> int | None:
+    """Which of the values, step by step, is the first that changes after some that did not; None where none does."""
+    for k in range(1, len(values)):
+        if not np.isfinite(values[k]).all():
+            return None
+        if (np.abs(values[k] - values[k - 1]) <= rounding).all():
+            is_flat = True
+        elif is_flat:
+            return k
+    return None
 
 
 def does_not_act(slope: Floats, unit: Floats, rounding: Floats) -> NDArray[np.bool_]:

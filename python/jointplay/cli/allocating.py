@@ -9,7 +9,7 @@ import typer
 from . import INTERRUPTED, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, File, PointName, Settings, ShownChanges
+from .options import RESULTS, File, PointName, Settings, ShownChanges, writes
 from .printing import prints
 
 
@@ -46,15 +46,7 @@ def allocate(
     options: GivenOptions = NO_OPTIONS,
     output_point: PointName = None,
     settings: Settings = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help=f"Write the file with these sizes: .toml; or the result: {RESULTS}",
-        ),
-    ] = None,
+    output: Annotated[Path | None, writes(f"Write the file with these sizes: .toml; or the result: {RESULTS}")] = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find the cheapest sizes with which the limits hold.

@@ -10,15 +10,12 @@ from jointplay.errors import InputError
 
 from . import DONE, answer
 from .drawing import Dots, FigureFile, FigureSize, StyleName
-from .options import File, LoadCase, PointName, Settings
+from .options import File, LoadCase, PointName, Settings, writes
 
 
 def animate(
     file: File,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it: .html, .gif, or .mp4 (needs ffmpeg)."),
-    ] = None,
+    output: Annotated[Path | None, writes("Write it: .html, .gif, or .mp4 (needs ffmpeg).")] = None,
     fps: Annotated[int, typer.Option("--fps", metavar="N", help="Frames per second.")] = 12,
     frames: Annotated[
         int | None,

@@ -14,7 +14,7 @@ from jointplay.errors import InputError, shown
 
 from . import INTERRUPTED, answer, arguments
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, File, FrameAxes, OutputPath, PlayContact, Seed, Settings
+from .options import RESULTS, File, FrameAxes, OutputPath, PlayContact, Seed, Settings, writes
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -80,15 +80,7 @@ def calibrate(
         typer.Option("--posterior", help="-o .toml: tolerances become what is left open, with its correlations."),
     ] = False,
     settings: Settings = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help=f"Write the file as built: .toml; or the result: {RESULTS}",
-        ),
-    ] = None,
+    output: Annotated[Path | None, writes(f"Write the file as built: .toml; or the result: {RESULTS}")] = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Find the deviations of a built machine from readings.
@@ -144,12 +136,7 @@ def plan(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help="Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx, .md, .tex, .html.",
-        ),
+        writes("Write a table to fill in: .csv; or the result: .nc, .zarr, .json, .parquet, .xlsx, .md, .tex, .html."),
     ] = None,
 ) -> int:
     """Say which readings determine most of a built machine.

@@ -10,7 +10,7 @@ from jointplay.errors import InputError, shown
 
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, File, LimitsHold, PointName, Seed, Settings, ShownChanges
+from .options import RESULTS, File, LimitsHold, PointName, Seed, Settings, ShownChanges, writes
 from .printing import prints
 
 
@@ -51,15 +51,7 @@ def design(
     changes: ShownChanges = False,
     output_point: PointName = None,
     settings: Settings = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help=f"Write the file with these values: .toml; or the result: {RESULTS}",
-        ),
-    ] = None,
+    output: Annotated[Path | None, writes(f"Write the file with these values: .toml; or the result: {RESULTS}")] = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:
     """Choose dimensions that make an error small.

@@ -12,7 +12,7 @@ from jointplay.file.schema.values import is_finite
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
-from .options import File, LoadCase, Offset, PointName, Settings
+from .options import File, LoadCase, Offset, PointName, Settings, writes
 from .streams import hold
 
 #: options of the export that messages name
@@ -42,9 +42,7 @@ def import_(
             autocompletion=completing.foreign,
         ),
     ],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
-    ] = None,
+    output: Annotated[Path | None, writes("Where to write it; NAME.toml if left out.")] = None,
     output_point: Annotated[
         str | None,
         typer.Option("--output-point", metavar="NAME", help="Link, site, point or joint that is the output."),
@@ -182,10 +180,7 @@ def _values(given: list[str] | None, option: str) -> dict[str, Any]:
 
 def export(
     file: File,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF), .dxf or .csv."),
-    ] = None,
+    output: Annotated[Path | None, writes("Where to write it: .xml (MJCF), .dxf or .csv.")] = None,
     configuration: Annotated[
         int | None,
         typer.Option(

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from . import DONE, NOT_OK, answer, arguments, completing
-from .options import File, OutputPath, Settings
+from .options import File, OutputPath, Settings, writes
 from .printing import prints
 from .streams import hold
 
@@ -19,9 +19,7 @@ def new(
         ),
     ] = None,
     settings: Settings = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
-    ] = None,
+    output: Annotated[Path | None, writes("Where to write it; NAME.toml if left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Write a bundled example to start from, or list them."""
@@ -58,7 +56,7 @@ def check(file: File, settings: Settings = None, output: OutputPath = None) -> i
 
 
 def schema(
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PATH", help="Write it there.")] = None,
+    output: Annotated[Path | None, writes("Write it there.")] = None,
 ) -> int:
     """Print the JSON Schema of the file, for editors.
 

@@ -15,7 +15,7 @@ from jointplay.errors import InputError
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import COLOURED, NO_FIGURE, FigureFile, with_figure
-from .options import File, LoadCase, PointName, Scheduler, Settings
+from .options import File, LoadCase, PointName, Scheduler, Settings, writes
 from .printing import prints
 
 if TYPE_CHECKING:
@@ -53,12 +53,7 @@ def map_(
     output_point: PointName = None,
     load_case: LoadCase = None,
     settings: Settings = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="PATH", help="Write it in chunks, to .zarr or .nc; run again, it continues."
-        ),
-    ] = None,
+    output: Annotated[Path | None, writes("Write it in chunks, to .zarr or .nc; run again, it continues.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")

@@ -25,6 +25,11 @@ def option_of(kind: Any, *names: str, **settings: Any) -> Any:
     return Annotated[kind, typer.Option(*names, **settings)]
 
 
+def writes(said: str) -> Any:
+    """The option that says where a command writes."""
+    return typer.Option("--output", "-o", metavar="PATH", help=said)
+
+
 def exchanged(run: Command, command: Command, places: Mapping[str, Mapping[str, tuple[Any, Any]]]) -> Command:
     """What runs a command, with parameters in place of some of those of the command: annotation and default by name."""
     signature = inspect.signature(command, eval_str=True)
@@ -142,15 +147,7 @@ ShownChanges = Annotated[
 ]
 #: the files that a result can be written as
 RESULTS = ".nc, .zarr, .csv, .json, .parquet, .xlsx, .md, .tex, .html."
-OutputPath = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="PATH",
-        help=f"Write the result: {RESULTS}",
-    ),
-]
+OutputPath = Annotated[Path | None, writes(f"Write the result: {RESULTS}")]
 Offset = Annotated[
     list[str] | None,
     typer.Option(

@@ -13,7 +13,7 @@ from jointplay.errors import InputError
 from . import INTERRUPTED, answer, arguments
 from .belonging import NO_OPTIONS, GivenOptions, asks
 from .drawing import NO_FIGURE, FigureFile, with_figure
-from .options import RESULTS, File, LoadCase, PointName, Settings
+from .options import RESULTS, File, LoadCase, PointName, Settings, writes
 from .printing import prints
 
 #: extensions of the boundary alone
@@ -62,13 +62,7 @@ def workspace(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help=f"Write its boundary: .dxf (plane), .stl (space); or the result: {RESULTS}",
-        ),
+        Path | None, writes(f"Write its boundary: .dxf (plane), .stl (space); or the result: {RESULTS}")
     ] = None,
     plot: FigureFile = NO_FIGURE,
 ) -> int:

@@ -11,7 +11,7 @@ import typer
 from jointplay.basics.progress import bar
 
 from . import DONE, NOT_OK, answer
-from .options import File, LoadCase, PointName, Seed, Settings
+from .options import File, LoadCase, PointName, Seed, Settings, writes
 
 
 class Decimal(StrEnum):
@@ -30,10 +30,7 @@ class Paper(StrEnum):
 
 def report(
     file: File,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .html, or .pdf. [default: FILE.html]"),
-    ] = None,
+    output: Annotated[Path | None, writes("Where to write it: .html, or .pdf. [default: FILE.html]")] = None,
     samples: Annotated[
         int | None,
         typer.Option(

@@ -81,9 +81,7 @@ def drawing(path: Path) -> Drawing:
     Raises
     ------
     InputError
-        When it is no DXF, or is not flat.
-    InputError
-        When ezdxf is not installed.
+        When it is no DXF, or is not flat; when ezdxf is not installed.
     """
     document = _document(path)
     try:

@@ -94,10 +94,11 @@ def core_at(m: Mechanism, u: Floats) -> _core.Mechanism:
     return m.varied(sources=sources)
 
 
-def known_deviations(m: Mechanism) -> list[str]:
-    """Sources that are off by what the file says and have no size: there is nothing to tighten about them."""
+def known_deviations(m: Mechanism) -> dict[str, str]:
+    """What a result says of sources that the file says are off and have no size: nothing to tighten about them."""
     off = {int(s) for s in m.parameter_source[np.flatnonzero(m.centre)]}
-    return [source.name for s, source in enumerate(m.compiled_sources) if s in off and source.limits == (0.0, 0.0)]
+    known = [source.name for s, source in enumerate(m.compiled_sources) if s in off and source.limits == (0.0, 0.0)]
+    return {"known_deviations": ", ".join(known)} if known else {}
 
 
 def attributes(m: Mechanism, sizes: str = "middle") -> dict[str, str]:

@@ -40,8 +40,7 @@ def allocate(
     style : Style or {"light", "dark", "print"}, optional
     """
     part = _allocated(result)
-    own, unit = of_unit(part.labels("source_unit"), unit, "source")
-    names = [name for name, kept in zip(part.labels("source"), own, strict=True) if kept]
+    own, names, unit = of_unit(part.labels("source"), part.labels("source_unit"), unit, "source")
     before, size, cost, choice = (part.get(name)[own] for name in ("size_before", "size", "cost", "choice"))
     notes = [" ".join(filter(None, (str(c), f"cost {paid:.4g}"))) for c, paid in zip(choice, cost, strict=True)]
     return pairs(axes, style, names, {"before": before, "allocated": size}, None, notes, 1.25, unit)

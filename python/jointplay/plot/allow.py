@@ -45,8 +45,7 @@ def allow(
     part = light(result)
     if "allowed" not in part.data:
         raise InputError("is not the result of allow", key="result")
-    own, unit = of_unit(part.labels("source_unit"), unit, "source")
-    names = [name for name, kept in zip(part.labels("source"), own, strict=True) if kept]
+    own, names, unit = of_unit(part.labels("source"), part.labels("source_unit"), unit, "source")
     size, allowed, status, fit = (part.get(name)[own] for name in ("size", "allowed", "status", "fit"))
     largest = float(max(size.max(initial=0.0), _typical(allowed)))
     end = CUT * largest if largest > 0.0 else 1.0

@@ -43,12 +43,11 @@ def correction(
     if "correction" not in part.data:
         raise InputError("is not the result of compensate", key="result")
     drives = [str(name) for name in part.labels("drive")]
-    own, unit = of_unit([part.unit("correction", drive=name) for name in drives], unit, "drive")
+    _, wanted, unit = of_unit(drives, [part.unit("correction", drive=name) for name in drives], unit, "drive")
     with canvas(axes, style) as (figure, axes):
         x, words = along(part)
         axes.axhline(0.0, color=theme().ink, linewidth=0.6)
         held = False
-        wanted = [name for name, is_own in zip(drives, own, strict=True) if is_own]
         each = [(f"{label} {name}".strip(), name, one) for label, one in mechanisms(part) for name in wanted]
         # Of two mechanisms each has drives that the other one has not.
         each = [entry for entry in each if np.isfinite(entry[2].get("correction", drive=entry[1])).any()]

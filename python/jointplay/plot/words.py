@@ -217,8 +217,10 @@ def whole_numbers(axis: Axis, words: str, count: int) -> None:
         axis.set_major_locator(FixedLocator([0]) if count == 1 else MaxNLocator(integer=True))
 
 
-def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[np.bool_], str]:
-    """Which of several have a unit; that of the first one if none is named.
+def of_unit(
+    names: Sequence[str], units: Sequence[str], unit: str | None, what: str
+) -> tuple[NDArray[np.bool_], list[str], str]:
+    """Which of several have a unit, their names, and the unit: that of the first one if none is named.
 
     Raises
     ------
@@ -228,7 +230,8 @@ def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[
     unit = units[0] if unit is None else unit
     if unit not in units:
         raise InputError(not_known(unit, f"the unit of a {what}", list(dict.fromkeys(units))), key="unit")
-    return np.array([one == unit for one in units]), unit
+    own = np.array([one == unit for one in units])
+    return own, [name for name, kept in zip(names, own, strict=True) if kept], unit
 
 
 def which(result: Result, configuration: int) -> str:

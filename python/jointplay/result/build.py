@@ -271,8 +271,7 @@ class ResultBuilder:
         if dim == "source":
             kinds = np.array(self.m.source_kinds, dtype=str)
             self.coords["source_kind"] = Variable((dim,), kinds, "", "what the source is")
-            if known := known_deviations(self.m):
-                self.attrs["known_deviations"] = ", ".join(known)
+            self.attrs |= known_deviations(self.m)
         if dim == "parameter":
             sources = np.array([self.m.sources[int(k)] for k in self.m.parameter_source], dtype=str)
             self.coords["parameter_source"] = Variable((dim,), sources, "", "source of the parameter")

@@ -9,6 +9,14 @@ Array = NDArray[np.float64]
 E, G, AREA, INERTIA, TORSION = 210e3, 80e3, 80.0, 1067.0, 2000.0
 #: what the file says of such a member, bending apart
 MEMBER = f"[bodies.beam]\nE = {E}\narea = {AREA}\n"
+#: how a file begins, in the plane and in space
+HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
+SPATIAL = HEAD + 'space = "spatial"\n'
+
+
+def pin(name: str, on: str, more: str = "", kind: str = "revolute") -> str:
+    """A joint of a file."""
+    return f'[joints.{name}]\ntype = "{kind}"\non = {{ {on} }}\n{more}\n'
 
 
 def beam(axis: Array, side: Array, length: float, wrench: Array, inertias: tuple[float, float]) -> Array:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from helpers.geometry import unit_vectors
 from helpers.oracles import statistics, variances
 from helpers.oracles.cones import DIRECTIONS, TRANSLATIONS, Linearised
 from helpers.oracles.core_spec import MM, columns, unit
@@ -162,11 +163,10 @@ def _directions(size: int) -> Array:
     """Unit vectors, spread evenly: both signs, around a circle, or along a spiral over the sphere."""
     if size == 1:
         return np.array([[1.0], [-1.0]])
-    k = np.arange(MANY) + 0.5
-    if size == 2:
-        return np.column_stack([np.cos(2 * np.pi * k / MANY), np.sin(2 * np.pi * k / MANY)])
-    z, turn = 1 - 2 * k / MANY, np.pi * (1 + np.sqrt(5)) * k
-    return np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
+    if size == 3:
+        return unit_vectors(MANY)
+    turn = 2 * np.pi * (np.arange(MANY) + 0.5) / MANY
+    return np.column_stack([np.cos(turn), np.sin(turn)])
 
 
 def covariances(s: Subject) -> Found:

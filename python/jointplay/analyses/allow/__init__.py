@@ -322,8 +322,7 @@ def _result(every: _Every, done: Sequence[_One], question: str, share: float, op
     units = [builder.name(s.kind) if s.kind != "temperature" else "K" for s in sources]
     unit = units[0] if len(set(units)) == 1 else "see source_unit"
     builder.labels("source", [s.name for s in sources], "source")
-    if known := known_deviations(m):
-        builder.attrs["known_deviations"] = ", ".join(known)
+    builder.attrs |= known_deviations(m)
     kinds = [m.source_kinds[m.sources.index(s.sources[0])] for s in sources]
     for name, values, words in (
         ("source_unit", units, "unit along source"),

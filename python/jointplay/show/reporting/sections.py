@@ -260,11 +260,10 @@ def _reactions(chapter: Chapter) -> str:
 def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
-    shown = picture(_panels(chapter, "allow"), words, _all(result, "allow.csv"))
     found = set(result.labels("source"))
     rest = [one.name for one in sizings(chapter.m.first)[1] if one.name not in found]
     said = f"Of the sources with the largest shares; not looked for: {listed(rest)}, for which see `jointplay allow`."
-    return _concluded(result) + shown + paragraphs([said] if rest else [], "note") + _table(result)
+    return _pictured(chapter, "allow", words, paragraphs([said] if rest else [], "note"))
 
 
 def _forces(chapter: Chapter) -> str:
@@ -275,17 +274,13 @@ def _forces(chapter: Chapter) -> str:
 
 
 def _structural(chapter: Chapter) -> str:
-    result = chapter.results["structural"]
     words = "How far the nominal mechanism, without play, is from its target; dashed, the tolerance of the target."
-    picture_ = picture(_panels(chapter, "structural"), words, _all(result, "structural.csv"))
-    return _concluded(result) + picture_ + _table(result)
+    return _pictured(chapter, "structural", words)
 
 
 def _life(chapter: Chapter) -> str:
-    result = chapter.results["life"]
     words = "Clearances and errors while the joints wear, and the age from which on a limit is missed."
-    picture_ = picture(sheet(chapter.m.first, {"life": result}), words, _all(result, "life.csv"))
-    return _concluded(result) + picture_ + _table(result)
+    return _pictured(chapter, "life", words, drawn=sheet)
 
 
 def _compensation(chapter: Chapter) -> str:
@@ -303,10 +298,15 @@ def _compensation(chapter: Chapter) -> str:
 
 
 def _singularities(chapter: Chapter) -> str:
-    result = chapter.results["singularities"]
     words = "The configuration that is nearest to a singularity, and how near all are to singularities of each kind."
-    shown = picture(_panels(chapter, "singularities"), words, _all(result, "singularities.csv"))
-    return _concluded(result) + shown + _table(result)
+    return _pictured(chapter, "singularities", words)
+
+
+def _pictured(chapter: Chapter, asked: str, words: str, notes: str = "", drawn: Callable[..., Any] = separate) -> str:
+    """An answer with its figures, from which all of its numbers can be had, notes and its table."""
+    result = chapter.results[asked]
+    shown = picture(drawn(chapter.m.first, {asked: result}), words, {f"{asked}.csv": numbers(result, result.data)})
+    return _concluded(result) + shown + notes + _table(result)
 
 
 def _concluded(result: Result) -> str:
@@ -316,15 +316,6 @@ def _concluded(result: Result) -> str:
 
 def _table(result: Result, words: str = "Table") -> str:
     return folded(words, "".join(map(table, tables(result))))
-
-
-def _all(result: Result, name: str) -> dict[str, str]:
-    """All numbers of a result as a file."""
-    return {name: numbers(result, result.data)}
-
-
-def _panels(chapter: Chapter, question: str) -> list[Figure]:
-    return separate(chapter.m.first, {question: chapter.results[question]})
 
 
 def _not_asked(chapter: Chapter) -> str:
@@ -340,7 +331,7 @@ def assembly(answers: Answers) -> Section | None:
         figure = sheet(answers.m.first, {"assemble": answers.assembly})
         blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
     said = "Error and forces after every step of the assembly."
-    shown = picture(figure, said, _all(answers.assembly, "assembly.csv"))
+    shown = picture(figure, said, {"assembly.csv": numbers(answers.assembly, answers.assembly.data)})
     return Section("Assembly", _concluded(answers.assembly) + shown + folded("Tables", blocks))
 
 
