@@ -13,6 +13,7 @@ import jointplay as jp
 from helpers.answers import example
 from helpers.figures import outside, overlapping
 from jointplay.cli import run
+from jointplay.cli.drawing import OPTIONS, FigureFile
 from jointplay.plot import Drawn, Style, style
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
@@ -133,6 +134,16 @@ class TestStyle:
     def test_what_is_not_valid_is_refused(self, options: dict[str, Any], said: str) -> None:
         with pytest.raises(jp.InputError, match=re.escape(said)):
             Style(**options)
+
+    def test_every_option_of_the_command_says_something(self) -> None:
+        given = {
+            "size": "85mm", "dpi": 300, "style": "print", "panel": "position", "configuration": 1, "quantity": "x",
+            "font": "DejaVu Serif", "no_title": True, "legend": "none", "against": "length", "colours": "viridis",
+            "scale": "0:1", "log": True, "levels": "0.1,0.2",
+        }  # fmt: skip
+        assert {*given} == {*OPTIONS}
+        usual = FigureFile().choice()
+        assert [name for name, value in given.items() if FigureFile(options={name: value}).choice() == usual] == []
 
     @pytest.mark.parametrize("text", ["85 furlong", "x60mm", "85x", "", "1.2.3mm", "-3mm"])
     def test_sizes_that_are_none(self, text: str) -> None:
