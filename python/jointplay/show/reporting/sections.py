@@ -16,6 +16,7 @@ from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
+from jointplay.plot.figures import limits_of
 from jointplay.plot.sheet import separate, sheet
 from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
@@ -182,7 +183,9 @@ def _labelled(chapter: Chapter, questions: Sequence[str]) -> dict[str, Result]:
 def _errors(chapter: Chapter) -> str:
     curves = _labelled(chapter, tuple(WORDS))
     files = {f"{name}.csv": numbers(chapter.results[name], ERRORS[name]) for name in WORDS if name in chapter.results}
-    figures = [_drawn(plot.error, curves, quantity) for quantity in QUANTITIES]
+    components = next(iter(curves.values())).labels("component")
+    limited = [name for name in components if limits_of([*curves.values()], name)]
+    figures = [_drawn(plot.error, curves, quantity) for quantity in (*QUANTITIES, *limited)]
     said = "Size of the error by question; of random specimens the 95 % quantile. Limits are dashed."
     blocks = [folded(f"Table: {label}", table(found)) for label, part in curves.items() for found in tables(part)]
     return picture(figures, said, files) + "".join(blocks)
