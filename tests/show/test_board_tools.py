@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
-from helpers.studio import EXACT, NEWEST, Person, choose, number, put, served
+from helpers.studio import EXACT, NEWEST, SHIFT, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.errors import one_line
 from jointplay.file import toml
@@ -801,3 +801,83 @@ def test_an_axis_of_zeros_has_its_zero_alone(person: Person) -> None:
     assert page.run(labels) == [["0", "theta1 [deg]"]] * 2
     heights = "new Set([...document.querySelectorAll('#charts .dot')].map((one) => one.getAttribute('cy'))).size"
     assert page.run(heights) == 1
+
+
+BOX = "(({ left, right, top, bottom }) => [left, right, top, bottom])"
+REGION = "document.querySelector('#drawing .region path, #drawing .region polygon')?.getBoundingClientRect().width ?? 0"
+
+
+def test_errors_of_what_is_drawn_are_magnified_until_they_are_seen(drawer: Person) -> None:
+    drawer.judge()
+    drawer.press("v")
+    drawer.page.wait(f"{EXACT} && ({REGION}) > 5")
+    assert drawer.page.run("import('./studio.js').then(({ board }) => board.viewer.factor)") > 10
+
+
+def test_the_present_one_stands_beside_what_is_kept(person: Person) -> None:
+    person.page.wait(EXACT)
+    person.page.run("document.getElementById('variants').open = true, 0")
+    person.tap("#keep")
+    before = person.page.run(CELLS)
+    assert all(kept == present != "" for kept, present in before)
+    put(person.page, "joints.J2.clearance", 0.2)
+    person.page.wait(EXACT)
+    after = person.page.run(CELLS)
+    assert [kept for kept, _ in after] == [kept for kept, _ in before]
+    assert all(kept != present for kept, present in after[:2])
+
+
+CELLS = (
+    "[...document.querySelectorAll('#variants tbody tr')]"
+    ".map((row) => [...row.querySelectorAll('td')].map(({ textContent }) => textContent))"
+)
+
+
+def test_a_move_says_that_it_changes_nothing_and_marks_no_text(person: Person) -> None:
+    text = person.text
+    x, y = person.where("J2")
+    person.drag((x, y), (x - 20, y + 5), SHIFT)
+    assert "the file does not change" in person.page.text("#note")
+    assert person.page.run("getSelection().isCollapsed")
+    assert person.text == text
+
+
+def test_the_text_stands_beside_the_drawing(person: Person) -> None:
+    person.page.click("#file summary")
+    person.page.run("scrollTo(0, 0)")
+    _, edge, top, bottom = person.page.run(f"{BOX}({SVG})")
+    left, _, begin, end = person.page.run(f"{BOX}(document.getElementById('text').getBoundingClientRect())")
+    assert left >= edge
+    assert min(end, bottom) - max(begin, top) > 0.8 * (bottom - top)
+
+
+def test_the_length_of_a_bar_that_is_not_joined_yet_is_typed(drawer: Person) -> None:
+    drawer.use("b", (-60, -40), (-30, 0))
+    drawer.press("v")
+    drawer.pick("#parts", '{"body":"bar1"}')
+    drawer.fill("point 1 point 2", "25,0")
+    assert toml.parse(drawer.text)["board"]["free"]["bar1"] == [[-60, -40], pytest.approx([-45, -20])]
+
+
+def test_a_component_with_a_limit_has_its_curves(folder: Path, browser: Browser) -> None:
+    with served(folder, "four-bar-fits.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait(EXACT)
+        every = "[...document.querySelectorAll('#charts svg')]"
+        charts = f"{every}.map((svg) => [svg.ariaLabel, svg.querySelectorAll('.limit').length])"
+        titles = {"position": 1, "rotation": 0, "y": 2, "angle": 2}
+        assert page.run(charts) == [[f"{name} along the path", count] for name, count in titles.items()]
+        # Both ends of the worst case, between the ends of the axis.
+        low, high = page.run(f"[...{every}[2].querySelectorAll('.curve.worst')].map((one) => one.getBBox().y)")
+        assert 24 < high < low < 190 - 34
+
+
+def test_enter_leaves_a_number_of_a_slider(person: Person) -> None:
+    person.page.run(f"{number('loads.0.force.1')}.focus(), {number('loads.0.force.1')}.select(), 0")
+    text = person.text
+    person.type("-12,5")
+    person.press("Enter")
+    person.page.wait("!document.getElementById('undo').disabled")
+    person.press("z", 2)
+    person.page.wait("document.getElementById('undo').disabled")
+    assert (person.text, person.page.run(f"{number('loads.0.force.1')}.value")) == (text, "-10")

@@ -357,7 +357,10 @@ export class Board {
     const shape = ref.at && this.viewer.scene.shapes.find(({ kind, name }) => kind === "body" && name === ref.body);
     const index = point ?? shape?.points[0] ?? this.viewer.scene.output;
     const line = this.path.map((places) => places[index]).filter((place) => place?.every((v) => v !== null));
-    if (line.length > 1) this.followed(nearestOn(line.map((place) => this.viewer.project(place)), pixel));
+    if (line.length < 2) return this.said("Nothing moves yet: what is missing for a path stands below the drawing.");
+    this.followed(nearestOn(line.map((place) => this.viewer.project(place)), pixel));
+    this.said("The mechanism moves along its path; the file does not change.");
+    return null;
   }
 
   drag(held, event) {

@@ -6,8 +6,8 @@ import { short } from "./charts.js";
 const QUANTITIES = ["position", "rotation"];
 
 export class Variants {
-  constructor(place, { kept, restored, ghost, seen }) {
-    Object.assign(this, { place, kept, restored, ghost, told: seen, all: [], seen: null, count: 0 });
+  constructor(place, { kept, present, restored, ghost, seen }) {
+    Object.assign(this, { place, kept, present, restored, ghost, told: seen, all: [], seen: null, count: 0 });
     const bar = element("div", { className: "bar" }, place);
     element("button", { type: "button", id: "keep", textContent: "keep the present one" }, bar).addEventListener("click", () => this.keep());
     this.table = element("div", {}, place);
@@ -20,7 +20,7 @@ export class Variants {
 
   keep() {
     this.count += 1;
-    this.all.push({ name: `variant ${this.count}`, ...this.kept() });
+    this.all.push({ name: `variant ${this.count}`, ...this.kept(), ...structuredClone(this.present()) });
     this.show();
   }
 
@@ -55,21 +55,34 @@ export class Variants {
         this.show();
       });
     }
-    const body = element("tbody", {}, table);
-    const words = Object.assign({}, ...this.all.map((variant) => variant.words));
+    element("th", { textContent: "the present one, here" }, head);
+    this.body = element("tbody", {}, table);
+    this.filled();
+  }
+
+  /** The numbers of all that are kept, and of the present one. */
+  filled() {
+    if (!this.all.length) return;
+    const every = [...this.all, this.present()];
+    const words = Object.assign({}, ...every.map((variant) => variant.words));
+    const rows = [];
     for (const [question, told] of Object.entries(words)) {
       for (const quantity of QUANTITIES) {
-        const row = element("tr", {}, body);
-        element("th", { textContent: `${told.words}, ${quantity}` }, row);
-        for (const { numbers } of this.all) {
+        const cells = every.map(({ numbers }) => {
           const own = numbers[question]?.[quantity];
           const value = own?.most ?? own?.value;
-          element("td", { textContent: value == null ? "–" : `${short(value)} ${own.unit}${numbers[question].exact ? "" : ", not exact"}` }, row);
-        }
+          return value == null ? "" : `${short(value)} ${own.unit}${numbers[question].exact ? "" : ", not exact"}`;
+        });
+        rows.push([`${told.words}, ${quantity}`, cells]);
       }
-      const row = element("tr", {}, body);
-      element("th", { textContent: `${told.words}, along the path` }, row);
-      for (const { outcome } of this.all) element("td", { textContent: outcome[question] || "–" }, row);
+      rows.push([`${told.words}, along the path`, every.map(({ outcome }) => outcome[question] ?? "")]);
     }
+    // What none has been asked has no row.
+    const own = rows.filter(([, cells]) => cells.some(Boolean)).map(([name, cells]) => {
+      const row = element("tr");
+      row.append(element("th", { textContent: name }), ...cells.map((text) => element("td", { textContent: text || "–" })));
+      return row;
+    });
+    this.body.replaceChildren(...own);
   }
 }
