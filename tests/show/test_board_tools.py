@@ -881,3 +881,17 @@ def test_enter_leaves_a_number_of_a_slider(person: Person) -> None:
     person.press("z", 2)
     person.page.wait("document.getElementById('undo').disabled")
     assert (person.text, person.page.run(f"{number('loads.0.force.1')}.value")) == (text, "-10")
+
+
+def test_in_space_joints_are_chosen_where_they_are_seen(folder: Path, browser: Browser) -> None:
+    (folder / "stewart-gough.toml").write_text(examples.text("stewart-gough"))
+    with served(folder, "stewart-gough.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        spots = "board.board.joints.map(({ name }) => board.spot({ joint: name }))"
+        assert None not in page.run(f"import('./studio.js').then(({{ board }}) => {spots})")
+        person = Person(page)
+        person.press("n")
+        assert page.text("#inspector h2").startswith("base1: universal")
+        assert page.run("document.querySelectorAll('#drawing .b-chosen').length") == 1
+        assert "edit the drawing" not in page.text("#hint")

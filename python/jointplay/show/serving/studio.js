@@ -524,7 +524,7 @@ function copy(body) {
 function use(tool) {
   board.use(tool);
   for (const button of at("tools").querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", button.dataset.tool === tool);
-  at("hint").textContent = TOOLS[tool].hint;
+  at("hint").textContent = (!open.board.planar && TOOLS[tool].spatial) || TOOLS[tool].hint;
   scaling = null;
   at("typed").hidden = !["bar", "scale"].includes(tool);
   at("typed").placeholder = tool === "scale" ? "distance, such as 120" : "30<45 or 30;40";
