@@ -58,6 +58,14 @@ class TestPlot:
         assert "error in x [mm]" not in drawn
         assert [axes.get_ylabel() for axes in sheet(m, found, Drawn(panel="x")).axes] == ["error in x [mm]"]
 
+    def test_what_one_configuration_leaves_open_is_not_drawn_over_its_neighbours(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        loaded = jp.loaded(example("press"))
+        assert (loaded.status != "ok").values.nonzero()[0].tolist() == [5]
+        bars, band = plot.error(loaded, "rotation").axes[0].collections
+        assert [segment[:, 0].tolist() for segment in bars.get_segments()] == [[180.0, 180.0]]
+        assert {x for path in band.get_paths() for x in path.vertices[:, 0].tolist()} <= {180.0}
+
     def test_blame_bars_add_up(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
         for name in ("four-bar", "3-rrr"):

@@ -95,3 +95,13 @@ def test_several_questions_in_one_result_have_no_table(tmp_path):
     result = jp.worst(m).assign_attrs(question="loaded, worst")
     with pytest.raises(jp.InputError, match="a table is of one question; this is of 'loaded, worst'"):
         jp.table(result)
+
+
+def test_mechanisms_without_limits_are_compared_with_one_that_misses_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("four-bar", "p3r", "four-bar-fits"):
+        (tmp_path / f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
+    assert run(["compare", "four-bar.toml", "p3r.toml", "four-bar-fits.toml", "-o", "r.md"]) == 0
+    heads = (tmp_path / "r.md").read_text(encoding="utf-8")
+    assert "four-bar-fits beyond limit" in heads
+    assert "p3r beyond limit" not in heads

@@ -82,8 +82,7 @@ def error(
             x = np.arange(len(curve.values)) if axis == "configuration" else along(part)[0]
             text = " ".join(dict.fromkeys(word for word in f"{name} {curve.name}".split(" ") if word))
             if curve.low is not None and curve.high is not None:
-                band = {"color": look["color"], "alpha": 0.2, "linewidth": 0}
-                axes.fill_between(x, curve.low, curve.high, label="left open by the load", **band)
+                _left_open_beside(axes, x, curve.low, curve.high, look["color"])
             axes.plot(x, curve.values, label=text, **look)
             if "contact" in part.data:
                 mark_contact(axes, part.get("contact"), x, curve.values)
@@ -113,6 +112,14 @@ def _looks(found: Sequence[tuple[str, Result, Curve]]) -> list[dict[str, Any]]:
         again = sum(other is part for _, other, _ in found[:k])
         looks.append({**series(number + again * len(order)), "color": series(number)["color"]})
     return looks
+
+
+def _left_open_beside(axes: Axes, x: Array, low: Floats, high: Floats, colour: str) -> None:
+    """What the load leaves open: a bar where it is computed, and a band between two of them."""
+    is_open = high - low > 1e-9 * np.nanmax(np.abs([low, high]), initial=0.0)
+    look: dict[str, Any] = {"color": colour, "alpha": 0.2}
+    axes.vlines(x[is_open], low[is_open], high[is_open], label="left open by the load", linewidth=6, **look)
+    axes.fill_between(x, low, high, where=is_open, linewidth=0, **look)
 
 
 def mark_contact(axes: Axes, states: Array, x: Array, values: Floats) -> None:
