@@ -89,6 +89,39 @@ def test_workbook(folder):
     assert jp.load(folder / "r.xlsx") == jp.load(folder / "m.toml")
 
 
+def test_a_workbook_is_signed_and_has_sources_and_sizes(tmp_path, monkeypatch):
+    openpyxl = pytest.importorskip("openpyxl")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.toml").write_text(jp.examples.text("press"), encoding="utf-8")
+    run(
+        [
+            "error",
+            "m.toml",
+            "-q",
+            "worst",
+            "-s",
+            "document.author=A. Meier",
+            "-s",
+            "document.revision=B",
+            "-o",
+            "r.xlsx",
+        ]
+    )
+    book = openpyxl.load_workbook(tmp_path / "r.xlsx")
+    rows = [[*row] for row in book["answer"].iter_rows(values_only=True)]
+    assert [None, "name", "date", "signature"] in rows
+    assert [row[0] for row in rows[-3:]] == ["author", "checked by", "approved by"]
+    assert rows[-3][1] == "A. Meier"
+    assert ["revision", "B", None, None] in rows
+    for name in ("sources", "Sizes to order", "worst"):
+        assert (book[name].freeze_panes, bool(book[name].auto_filter.ref)) == ("A2", True)
+    found = pd.read_excel("r.xlsx", sheet_name="sources")
+    whole = found[found["#"].notna()].groupby("#")["position (%)"].sum()
+    np.testing.assert_allclose(whole, 100.0, atol=1.0)
+    sizes = pd.read_excel("r.xlsx", sheet_name="Sizes to order")
+    assert sizes["cost"].dropna().tolist() == [24.0, 21.0, 16.0, 18.5, 12.99]
+
+
 def test_several_questions_in_one_result_have_no_table(tmp_path):
     m = jp.loads(jp.examples.text("four-bar"))
     run(["new", "four-bar", "-o", str(tmp_path / "m.toml")])

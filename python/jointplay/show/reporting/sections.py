@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
-from jointplay.analyses import pressed
+from jointplay.analyses import ordering, pressed
 from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
@@ -27,7 +27,7 @@ from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.table.layout import NOTHING, Column, ResultTable
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
-from . import former, maps, ordering
+from . import former, maps
 from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
 from .figures import blank, download, numbers, picture, settings
