@@ -833,6 +833,31 @@ CELLS = (
 )
 
 
+def test_variants_survive_a_closed_page(folder: Path, browser: Browser) -> None:
+    with served(folder) as server:
+        person = Person(browser.page(server.address, width=1280, height=800))
+        person.page.wait(EXACT)
+        text = person.text
+        person.page.run("document.getElementById('variants').open = true, 0")
+        person.tap("#keep")
+        before = person.page.run(CELLS)
+        person.page.close()
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait(EXACT)
+        assert [kept for kept, _ in page.run(CELLS)] == [kept for kept, _ in before]
+        page.run("document.getElementById('variants').open = true, 0")
+        put(page, "joints.J2.clearance", 0.2)
+        page.wait(EXACT)
+        again = Person(page)
+        again.tap("#variants thead button")
+        assert page.run(f"{number('joints.J2.clearance')}.value") == "1"
+        assert again.text == text
+        # What is dropped is dropped, and another file has none of them.
+        choose(page, {"file": "four-bar-fits.toml"})
+        page.wait("document.getElementById('title').textContent.includes('too much play')")
+        assert page.run(CELLS) == []
+
+
 def test_a_move_says_that_it_changes_nothing_and_marks_no_text(person: Person) -> None:
     text = person.text
     x, y = person.where("J2")

@@ -750,7 +750,7 @@ async function begin(what) {
   open = found;
   tour.stop();
   Object.assign(board, { tool: "select", selected: null, pending: null, picture: pictureOf(`${folder}/${found.file || found.name}`) });
-  variants.clear();
+  variants.begin(`${folder}/${open.file || open.name}`, !open.file && !what.example);
   asked = { page: open.page, serial: 0, values: {}, drives: open.begin ?? [], question: open.questions ? first() : "worst", offsets: {} };
   poses = open.board.poses;
   magnified = false;
@@ -896,6 +896,7 @@ async function save() {
   await offer();
   at("name").value = found.file;
   history.save(`${folder}/${found.file}`, state);
+  variants.named(`${folder}/${found.file}`);
   said(`saved ${found.file}`);
   return true;
 }

@@ -1,8 +1,10 @@
-// States that are kept to compare with: their numbers side by side, their drawing as a ghost behind the present one.
+// States that are kept to compare with: their numbers side by side, their drawing as a ghost behind the present one. The browser
+// keeps them under the name of the file, as what is not saved.
 
 import { element } from "./sliders.js";
 import { short } from "./charts.js";
 
+const KEY = "jointplay.variants ";
 const QUANTITIES = ["position", "rotation"];
 
 export class Variants {
@@ -13,14 +15,33 @@ export class Variants {
     this.table = element("div", {}, place);
   }
 
-  clear() {
-    Object.assign(this, { all: [], seen: null, count: 0 });
+  /** Those of a file; of a new drawing there are none. */
+  begin(name, isNew) {
+    const all = (!isNew && read(KEY + name)) || [];
+    Object.assign(this, { name, all, seen: null, count: all.length });
     this.show();
+  }
+
+  /** The file has another name. */
+  named(name) {
+    this.name = name;
+    if (this.all.length) this.store();
+  }
+
+  store() {
+    try {
+      const kept = this.all.map((variant) => ({ ...variant, state: { ...variant.state, picture: undefined } }));
+      if (kept.length) localStorage.setItem(KEY + this.name, JSON.stringify(kept));
+      else localStorage.removeItem(KEY + this.name);
+    } catch {
+      // Where the browser keeps nothing, they are there as long as the page is.
+    }
   }
 
   keep() {
     this.count += 1;
     this.all.push({ name: `variant ${this.count}`, ...this.kept(), ...structuredClone(this.present()) });
+    this.store();
     this.show();
   }
 
@@ -39,7 +60,10 @@ export class Variants {
       const cell = element("th", {}, head);
       const name = element("input", { value: variant.name, size: 10 }, cell);
       name.setAttribute("aria-label", "name of the variant");
-      name.addEventListener("change", () => (variant.name = name.value));
+      name.addEventListener("change", () => {
+        variant.name = name.value;
+        this.store();
+      });
       const ghost = element("input", { type: "checkbox", checked: this.seen === variant }, element("label", { textContent: "ghost " }, cell));
       ghost.addEventListener("input", () => {
         this.seen = ghost.checked ? variant : null;
@@ -50,6 +74,7 @@ export class Variants {
       element("button", { type: "button", textContent: "go back to it" }, cell).addEventListener("click", () => this.restored(variant.state));
       element("button", { type: "button", textContent: "drop" }, cell).addEventListener("click", () => {
         this.all = this.all.filter((one) => one !== variant);
+        this.store();
         if (this.seen === variant) this.seen = null;
         this.shown();
         this.show();
@@ -84,5 +109,13 @@ export class Variants {
       return row;
     });
     this.body.replaceChildren(...own);
+  }
+}
+
+function read(key) {
+  try {
+    return JSON.parse(localStorage.getItem(key));
+  } catch {
+    return null;
   }
 }
