@@ -114,9 +114,8 @@ def _add_answers(
         for text in (one.text for one in each.lead):
             _put(sheet, sheet.max_row + 1, [each.title, text])
         _add(book, f"{number} {each.title}", each)
-    for each in (_sources(results), *more):
-        if each is not None:
-            _add(book, each.title, each)
+    for each in (*_sources(results), *more):
+        _add(book, each.title, each)
     room = Border(bottom=Side(style="thin"))
     for row, line in enumerate(_signing(attrs), start=sheet.max_row + 2):
         _put(sheet, row, line)
@@ -162,7 +161,7 @@ def _signing(attrs: Mapping[str, object]) -> list[tuple[str, ...]]:
     return [*(line for line in head if line[1].strip()), SIGNED, *signs]
 
 
-def _sources(results: Mapping[str, Result]) -> ResultTable | None:
+def _sources(results: Mapping[str, Result]) -> list[ResultTable]:
     """Whose share of the errors is how large, at every configuration."""
     rows: list[tuple[str, ...]] = []
     for question, result in results.items():
@@ -175,7 +174,7 @@ def _sources(results: Mapping[str, Result]) -> ResultTable | None:
                     told = (f"{100.0 * share:.1f}" if np.isfinite(share) else NOTHING for share in own)
                     rows.append((question, heading_, str(k), cause, *told))
     if not rows:
-        return None
+        return []
     heads = (("question", ""), ("of", ""), ("#", ""), ("source", ""), ("position", "%"), ("rotation", "%"))
     cells = list(zip(*rows, strict=True))
     columns = [
@@ -183,7 +182,7 @@ def _sources(results: Mapping[str, Result]) -> ResultTable | None:
         for (name, unit), one in zip(heads, cells, strict=True)
         if any(one)
     ]
-    return ResultTable("sources", tuple(columns), ("Shares of random specimens are in the variance.",))
+    return [ResultTable("sources", tuple(columns), ("Shares of random specimens are in the variance.",))]
 
 
 def _put(sheet: Worksheet, row: int, values: Sequence[float | str]) -> None:

@@ -92,7 +92,7 @@ def of_sweep(result: Result) -> Conclusion:
         cause = blamed(part, name, k) if name in WORDS else ""
         words = extreme(declared.words)
         span = f"{say(tops[high], unit)} with {value(high)}"
-        if known.all() and len(known) > 1 and np.ptp(tops) <= rounding(result, unit):
+        if known.all() and tops.size > 1 and np.ptp(tops) <= rounding(result, unit):
             span = f"{say(tops[high], unit)} whatever {key} is,"
         elif say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
