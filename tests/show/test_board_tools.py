@@ -808,10 +808,18 @@ REGION = "document.querySelector('#drawing .region path, #drawing .region polygo
 
 
 def test_errors_of_what_is_drawn_are_magnified_until_they_are_seen(drawer: Person) -> None:
-    drawer.judge()
+    factor = "import('./studio.js').then(({ board }) => board.viewer.factor)"
+    drawer.draw()
+    drawer.page.wait(EXACT)
+    # What is rounding is no error.
+    assert drawer.page.run(factor) == 1
+    drawer.press("a", 2)
+    drawer.pick("#way", "fit")
+    drawer.fill("diameter", "12")
+    drawer.pick("#fit", "H8/f7")
     drawer.press("v")
     drawer.page.wait(f"{EXACT} && ({REGION}) > 5")
-    assert drawer.page.run("import('./studio.js').then(({ board }) => board.viewer.factor)") > 10
+    assert 10 < drawer.page.run(factor) < 1000
 
 
 def test_the_present_one_stands_beside_what_is_kept(person: Person) -> None:

@@ -147,7 +147,7 @@ function show(found, mine) {
     board.now = mine.drives;
     viewer.update(found.scene);
     board.mark();
-    magnify(found.scene.factor);
+    if (Object.values(found.here ?? {}).some(({ position, rotation }) => position.value || rotation.value)) magnify();
   }
   if (found.transmission !== undefined) transmitted(found.transmission);
   document.body.dataset.shown = found.serial;
@@ -158,8 +158,8 @@ function show(found, mine) {
 }
 
 /** Errors are magnified as the largest ones ask for, those of the worst case; once, as soon as there are some. */
-async function magnify(factor) {
-  if (magnified || factor === 1) return;
+async function magnify() {
+  if (magnified) return;
   magnified = true;
   const mine = openings;
   const found = await post("now", { ...asked, question: "worst" }).catch(() => null);
