@@ -76,6 +76,12 @@ class TestPlot:
             assert 1 <= len(heights) <= 7
             np.testing.assert_allclose(heights.sum(axis=0), 100.0)
 
+    def test_what_makes_the_error_smaller_is_said_to_do_so(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        m = example("p3r")
+        words = [plot.blame(ask(m)).axes[0].get_ylabel() for ask in (jp.worst, jp.loaded)]
+        assert words == ["share [%]", "share [%]; below 0: makes it smaller"]
+
     def test_sweeps(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
         m = example("four-bar").with_({"limits": None})

@@ -182,7 +182,7 @@ def blame(
         else:
             axes.set_ylim(0.0, 100.0)
         _ticks(axes, part)
-        axes.set_ylabel("share [%]")
+        axes.set_ylabel("share [%]; below 0: makes it smaller" if below.min(initial=0.0) < -0.05 else "share [%]")
         asked = str(part.attrs.get("question", ""))
         title(axes, f"{asked}: sources of the {words_of(quantity)}")
         if bars:
