@@ -227,6 +227,23 @@ def test_several_bodies_share_a_pin(tmp_path: Path) -> None:
     assert m.value("output") == {"body": "c", "at": [0, 120]}
 
 
+def test_ends_that_nearly_touch_are_joined_within_a_distance(tmp_path: Path) -> None:
+    doc = four_bar()
+    (rocker,) = doc.modelspace().query('LINE[layer=="rocker"]')
+    rocker.dxf.start = (rocker.dxf.start.x + 0.05, rocker.dxf.start.y, 0.0)
+    path = saved(doc, tmp_path)
+    # As it is drawn the rocker holds nothing, and two more motions have to be driven.
+    open_ = jp.read(path)
+    assert "--within joins them" in " ".join(written(open_, tmp_path).replace("\n#", "").split())
+    assert len(open_.drives) == 3
+    assert jp.read(path, within=0.06).drives == ("A",)
+    assert run(["import", str(path), "--within", "0.06", "-o", str(tmp_path / "joined.toml")]) == 0
+    assert jp.load(tmp_path / "joined.toml").joints == ("A", "D", "B", "C")
+    for wrong in (-1.0, float("nan")):
+        with pytest.raises(jp.InputError, match="within: is a distance in mm"):
+            jp.read(path, within=wrong)
+
+
 def test_what_is_left_out_is_named(tmp_path: Path) -> None:
     doc = four_bar()
     space = doc.modelspace()

@@ -55,7 +55,8 @@ def write(path: Path) -> None:
     sheet = Image.new("RGB", (frames[0].width, 3 * frames[0].height))
     for k, part in enumerate((0, len(frames) // 2, -1)):
         sheet.paste(frames[part], (0, k * frames[0].height))
-    palette = sheet.quantize(COLOURS, dither=Image.Dither.NONE)
+    # Lines are few dots, whose colours count as well.
+    palette = sheet.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     shades = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames]
     kept = [one for k, one in enumerate(shades) if k == 0 or one.tobytes() != shades[k - 1].tobytes()]
     times = [SHOWN] * (len(kept) - 1) + [LAST]

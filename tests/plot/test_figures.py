@@ -13,6 +13,7 @@ import jointplay as jp
 from helpers.answers import example
 from helpers.figures import outside, overlapping
 from jointplay.cli import run
+from jointplay.cli.drawing import OPTIONS, FigureFile
 from jointplay.plot import Drawn, Style, style
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
@@ -133,6 +134,16 @@ class TestStyle:
     def test_what_is_not_valid_is_refused(self, options: dict[str, Any], said: str) -> None:
         with pytest.raises(jp.InputError, match=re.escape(said)):
             Style(**options)
+
+    def test_every_option_of_the_command_says_something(self) -> None:
+        given = {
+            "size": "85mm", "dpi": 300, "style": "print", "panel": "position", "configuration": 1, "quantity": "x",
+            "font": "DejaVu Serif", "no_title": True, "legend": "none", "against": "length", "colours": "viridis",
+            "scale": "0:1", "log": True, "levels": "0.1,0.2",
+        }  # fmt: skip
+        assert {*given} == {*OPTIONS}
+        usual = FigureFile().choice()
+        assert [name for name, value in given.items() if FigureFile(options={name: value}).choice() == usual] == []
 
     @pytest.mark.parametrize("text", ["85 furlong", "x60mm", "85x", "", "1.2.3mm", "-3mm"])
     def test_sizes_that_are_none(self, text: str) -> None:
@@ -307,14 +318,15 @@ class TestErrors:
         m = example("3-upu")
         loaded = jp.loaded(m)
         axes = jp.plot.error(loaded).axes[0]
-        band = axes.collections[0].get_paths()[0].vertices
+        drawn = {float(bar[0, 0]): sorted(bar[:, 1]) for bar in axes.collections[0].get_segments()}
+        assert drawn
         lengths = [c for c in m.components if c in ("x", "y", "z")]
         error, half = (loaded[name].sel(component=lengths).values for name in ("error", "undetermined"))
         farthest = np.linalg.norm(np.abs(error) + half, axis=1)
         nearest = np.linalg.norm(np.maximum(np.abs(error) - half, 0.0), axis=1)
         for k, ends in enumerate(zip(nearest, farthest, strict=True)):
-            at = band[np.isclose(band[:, 0], loaded[next(iter(m.drives))][k] if len(m.drives) == 1 else k), 1]
-            np.testing.assert_allclose([at.min(), at.max()], ends, atol=1e-12)
+            middle = [np.linalg.norm(error[k])] * 2
+            np.testing.assert_allclose(drawn.get(k, middle), ends, atol=1e-12)
 
     def test_a_component_has_its_sign_and_both_limits(self) -> None:
         m = example("four-bar").with_({"limits": {"x": [-2.0, 3.0]}})
@@ -417,6 +429,8 @@ class TestMechanisms:
     def test_several_poses(self) -> None:
         m = example("four-bar")
         axes = jp.plot.mechanism(m, 0, behind=[1, 2, 3], beside=[10]).axes[0]
+        said = axes.get_title(loc="left").replace("\n", " ")
+        assert said.endswith("configuration 0, theta1 = 22.7 deg (with names) to configuration 10, theta1 = 76.39 deg")
         cranks = [line for line in axes.lines if line.get_color() == "#0072b2"]
         assert sorted((line.get_alpha() is None) for line in cranks) == [False] * 3 + [True] * 2
 

@@ -53,6 +53,7 @@ def test_with_no_error_at_all_an_axis_has_no_rounding_on_it() -> None:
         (axes,) = panel(m, name, "worst", "random").axes
         assert all(not np.any(line.get_ydata()) for line in axes.lines)
         assert axes.get_ylim() == (0.0, 1.0)
+        assert axes.get_yticks().tolist() == [0.0]
         assert "10" not in axes.get_ylabel()
     figure = panel(m, "histogram", "random")
     assert "no error" in texts(figure)

@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from helpers.answers import EXAMPLES, distance, example
-from jointplay.plot import bodies, couplings
+from jointplay.plot import Drawn, bodies, couplings
 from jointplay.plot.linkage import VIEWS
 from jointplay.plot.sheet import sheet
 from jointplay.result import from_dataset
@@ -28,6 +28,44 @@ class TestPlot:
         assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a worst", "b loaded"]
         assert plot.error(worst, "rotation").axes[0].get_ylabel() == "rotation [deg]"
 
+    def test_a_question_has_its_colour_in_every_figure(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        m = example("four-bar-fits")
+        found = {"worst": jp.worst(m), "loaded": jp.loaded(m)}
+
+        def colours(figure: Any) -> dict[str, Any]:
+            lines = figure.axes[0].lines
+            return {line.get_label().split(" ")[0]: line.get_color() for line in lines if line.get_label()[0] in "lw"}
+
+        own = colours(plot.error(found))
+        assert own["worst"] != own["loaded"]
+        assert colours(plot.error(dict(reversed(found.items())))) == own
+        # Of a component the worst case has two curves.
+        assert {**own, "limit": None} == {**colours(plot.error(found, "y")), "limit": None}
+        for question, result in found.items():
+            assert colours(plot.error({question: result}))[question] == own[question]
+        # Several answers to one question are told apart.
+        several = plot.error({"a": found["worst"], "b": found["worst"].copy()}).axes[0].lines
+        assert several[0].get_color() != several[1].get_color()
+
+    def test_what_has_a_limit_has_a_panel(self) -> None:
+        m = example("four-bar-fits")
+        found = {name: from_dataset(getattr(jp, name)(m)) for name in ("loaded", "worst")}
+        drawn = {axes.get_ylabel(): axes for axes in sheet(m, found).axes}
+        for words, limits in {"error in y [mm]": [-0.07, 0.06], "error in angle [deg]": [-0.035, 0.035]}.items():
+            lines = [line.get_ydata()[0] for line in drawn[words].lines if line.get_linestyle() == "--"]
+            assert {*limits} <= {*lines}
+        assert "error in x [mm]" not in drawn
+        assert [axes.get_ylabel() for axes in sheet(m, found, Drawn(panel="x")).axes] == ["error in x [mm]"]
+
+    def test_what_one_configuration_leaves_open_is_not_drawn_over_its_neighbours(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        loaded = jp.loaded(example("press"))
+        assert (loaded.status != "ok").values.nonzero()[0].tolist() == [5]
+        bars, band = plot.error(loaded, "rotation").axes[0].collections
+        assert [segment[:, 0].tolist() for segment in bars.get_segments()] == [[180.0, 180.0]]
+        assert {x for path in band.get_paths() for x in path.vertices[:, 0].tolist()} <= {180.0}
+
     def test_blame_bars_add_up(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
         for name in ("four-bar", "3-rrr"):
@@ -37,6 +75,12 @@ class TestPlot:
             heights = np.diff(sides, axis=-1)[..., 0]
             assert 1 <= len(heights) <= 7
             np.testing.assert_allclose(heights.sum(axis=0), 100.0)
+
+    def test_what_makes_the_error_smaller_is_said_to_do_so(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        m = example("p3r")
+        words = [plot.blame(ask(m)).axes[0].get_ylabel() for ask in (jp.worst, jp.loaded)]
+        assert words == ["share [%]", "share [%]; below 0: makes it smaller"]
 
     def test_sweeps(self) -> None:
         plot = pytest.importorskip("jointplay.plot")

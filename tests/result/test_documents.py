@@ -89,9 +89,52 @@ def test_workbook(folder):
     assert jp.load(folder / "r.xlsx") == jp.load(folder / "m.toml")
 
 
+def test_a_workbook_is_signed_and_has_sources_and_sizes(tmp_path, monkeypatch):
+    openpyxl = pytest.importorskip("openpyxl")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.toml").write_text(jp.examples.text("press"), encoding="utf-8")
+    run(
+        [
+            "error",
+            "m.toml",
+            "-q",
+            "worst",
+            "-s",
+            "document.author=A. Meier",
+            "-s",
+            "document.revision=B",
+            "-o",
+            "r.xlsx",
+        ]
+    )
+    book = openpyxl.load_workbook(tmp_path / "r.xlsx")
+    rows = [[*row] for row in book["answer"].iter_rows(values_only=True)]
+    assert [None, "name", "date", "signature"] in rows
+    assert [row[0] for row in rows[-3:]] == ["author", "checked by", "approved by"]
+    assert rows[-3][1] == "A. Meier"
+    assert ["revision", "B", None, None] in rows
+    for name in ("sources", "Sizes to order", "worst"):
+        assert (book[name].freeze_panes, bool(book[name].auto_filter.ref)) == ("A2", True)
+    found = pd.read_excel("r.xlsx", sheet_name="sources")
+    whole = found[found["#"].notna()].groupby("#")["position (%)"].sum()
+    np.testing.assert_allclose(whole, 100.0, atol=1.0)
+    sizes = pd.read_excel("r.xlsx", sheet_name="Sizes to order")
+    assert sizes["cost"].dropna().tolist() == [24.0, 21.0, 16.0, 18.5, 12.99]
+
+
 def test_several_questions_in_one_result_have_no_table(tmp_path):
     m = jp.loads(jp.examples.text("four-bar"))
     run(["new", "four-bar", "-o", str(tmp_path / "m.toml")])
     result = jp.worst(m).assign_attrs(question="loaded, worst")
     with pytest.raises(jp.InputError, match="a table is of one question; this is of 'loaded, worst'"):
         jp.table(result)
+
+
+def test_mechanisms_without_limits_are_compared_with_one_that_misses_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("four-bar", "p3r", "four-bar-fits"):
+        (tmp_path / f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
+    assert run(["compare", "four-bar.toml", "p3r.toml", "four-bar-fits.toml", "-o", "r.md"]) == 0
+    heads = (tmp_path / "r.md").read_text(encoding="utf-8")
+    assert "four-bar-fits beyond limit" in heads
+    assert "p3r beyond limit" not in heads

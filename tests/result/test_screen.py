@@ -106,6 +106,14 @@ def test_a_sweep_says_where_the_error_is_least_and_largest() -> None:
     assert f"{tops.min():.4g} mm with radial = 0.2 mm, {tops.max():.4g} mm with radial = 1 mm" in text
 
 
+def test_what_a_swept_load_does_not_change_is_said_so(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = say(capsys, "sweep four-bar.toml -s loads.0.force.1=-10,-40")
+    assert "Largest position error: 3.848 mm whatever loads.0.force.1 is, at configuration 10" in " ".join(said.split())
+    # The table has the key that was typed, too.
+    assert any(line.split()[:2] == ["loads.0.force.1", "largest"] for line in said.splitlines())
+    assert "whatever" not in say(capsys, "sweep four-bar.toml -q loaded -s loads.0.force.0=-10,10")
+
+
 def test_what_the_drives_remove_is_that_of_the_result() -> None:
     found = jp.compensate(example("four-bar"))
     before = np.hypot(*(found.error.sel(component=c) for c in "xy")).max().item()

@@ -253,7 +253,7 @@ def test_each_of_two_mechanisms_keeps_to_its_own_yield() -> None:
     assert said[0].startswith("Limits hold in easy where the load")
     assert said[1] == "Limit missed: strict, at 3 of 3 configurations."
     swept = jp.sweep(easy, "limits.probability", [0.2, 0.99], "random", samples=FEW)
-    assert " missed at 1 of 2 values, first at limits_probability = 0.99" in first(swept)
+    assert " missed at 1 of 2 values, first at limits.probability = 0.99" in first(swept)
 
 
 def test_a_sweep_of_shares_without_a_required_yield_has_no_verdict() -> None:

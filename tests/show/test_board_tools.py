@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from helpers.browser import Browser, needs_browser
-from helpers.studio import EXACT, NEWEST, Person, choose, number, put, served
+from helpers.studio import EXACT, NEWEST, SHIFT, Person, choose, number, put, served
 from jointplay import examples
 from jointplay.errors import one_line
 from jointplay.file import toml
@@ -793,3 +793,130 @@ def test_an_axis_of_zeros_has_its_zero_alone(person: Person) -> None:
     assert page.run(labels) == [["0", "theta1 [deg]"]] * 2
     heights = "new Set([...document.querySelectorAll('#charts .dot')].map((one) => one.getAttribute('cy'))).size"
     assert page.run(heights) == 1
+
+
+BOX = "(({ left, right, top, bottom }) => [left, right, top, bottom])"
+REGION = "document.querySelector('#drawing .region path, #drawing .region polygon')?.getBoundingClientRect().width ?? 0"
+
+
+def test_errors_of_what_is_drawn_are_magnified_until_they_are_seen(drawer: Person) -> None:
+    factor = "import('./studio.js').then(({ board }) => board.viewer.factor)"
+    drawer.draw()
+    drawer.page.wait(EXACT)
+    # What is rounding is no error.
+    assert drawer.page.run(factor) == 1
+    drawer.press("a", 2)
+    drawer.pick("#way", "fit")
+    drawer.fill("diameter", "12")
+    drawer.pick("#fit", "H8/f7")
+    drawer.press("v")
+    drawer.page.wait(f"{EXACT} && ({REGION}) > 5")
+    assert 10 < drawer.page.run(factor) < 1000
+
+
+def test_the_present_one_stands_beside_what_is_kept(person: Person) -> None:
+    person.page.wait(EXACT)
+    person.page.run("document.getElementById('variants').open = true, 0")
+    person.tap("#keep")
+    before = person.page.run(CELLS)
+    assert all(kept == present != "" for kept, present in before)
+    put(person.page, "joints.J2.clearance", 0.2)
+    person.page.wait(EXACT)
+    after = person.page.run(CELLS)
+    assert [kept for kept, _ in after] == [kept for kept, _ in before]
+    assert all(kept != present for kept, present in after[:2])
+
+
+CELLS = (
+    "[...document.querySelectorAll('#variants tbody tr')]"
+    ".map((row) => [...row.querySelectorAll('td')].map(({ textContent }) => textContent))"
+)
+
+
+def test_variants_survive_a_closed_page(folder: Path, browser: Browser) -> None:
+    with served(folder) as server:
+        person = Person(browser.page(server.address, width=1280, height=800))
+        person.page.wait(EXACT)
+        text = person.text
+        person.page.run("document.getElementById('variants').open = true, 0")
+        person.tap("#keep")
+        before = person.page.run(CELLS)
+        person.page.close()
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait(EXACT)
+        assert [kept for kept, _ in page.run(CELLS)] == [kept for kept, _ in before]
+        page.run("document.getElementById('variants').open = true, 0")
+        put(page, "joints.J2.clearance", 0.2)
+        page.wait(EXACT)
+        again = Person(page)
+        again.tap("#variants thead button")
+        assert page.run(f"{number('joints.J2.clearance')}.value") == "1"
+        assert again.text == text
+        # What is dropped is dropped, and another file has none of them.
+        choose(page, {"file": "four-bar-fits.toml"})
+        page.wait("document.getElementById('title').textContent.includes('too much play')")
+        assert page.run(CELLS) == []
+
+
+def test_a_move_says_that_it_changes_nothing_and_marks_no_text(person: Person) -> None:
+    text = person.text
+    x, y = person.where("J2")
+    person.drag((x, y), (x - 20, y + 5), SHIFT)
+    assert "the file does not change" in person.page.text("#note")
+    assert person.page.run("getSelection().isCollapsed")
+    assert person.text == text
+
+
+def test_the_text_stands_beside_the_drawing(person: Person) -> None:
+    person.page.click("#file summary")
+    person.page.run("scrollTo(0, 0)")
+    _, edge, top, bottom = person.page.run(f"{BOX}({SVG})")
+    left, _, begin, end = person.page.run(f"{BOX}(document.getElementById('text').getBoundingClientRect())")
+    assert left >= edge
+    assert min(end, bottom) - max(begin, top) > 0.8 * (bottom - top)
+
+
+def test_the_length_of_a_bar_that_is_not_joined_yet_is_typed(drawer: Person) -> None:
+    drawer.use("b", (-60, -40), (-30, 0))
+    drawer.press("v")
+    drawer.pick("#parts", '{"body":"bar1"}')
+    drawer.fill("point 1 point 2", "25,0")
+    assert toml.parse(drawer.text)["board"]["free"]["bar1"] == [[-60, -40], pytest.approx([-45, -20])]
+
+
+def test_a_component_with_a_limit_has_its_curves(folder: Path, browser: Browser) -> None:
+    with served(folder, "four-bar-fits.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait(EXACT)
+        every = "[...document.querySelectorAll('#charts svg')]"
+        charts = f"{every}.map((svg) => [svg.ariaLabel, svg.querySelectorAll('.limit').length])"
+        titles = {"position": 1, "rotation": 0, "y": 2, "angle": 2}
+        assert page.run(charts) == [[f"{name} along the path", count] for name, count in titles.items()]
+        # Both ends of the worst case, between the ends of the axis.
+        low, high = page.run(f"[...{every}[2].querySelectorAll('.curve.worst')].map((one) => one.getBBox().y)")
+        assert 24 < high < low < 190 - 34
+
+
+def test_enter_leaves_a_number_of_a_slider(person: Person) -> None:
+    person.page.run(f"{number('loads.0.force.1')}.focus(), {number('loads.0.force.1')}.select(), 0")
+    text = person.text
+    person.type("-12,5")
+    person.press("Enter")
+    person.page.wait("!document.getElementById('undo').disabled")
+    person.press("z", 2)
+    person.page.wait("document.getElementById('undo').disabled")
+    assert (person.text, person.page.run(f"{number('loads.0.force.1')}.value")) == (text, "-10")
+
+
+def test_in_space_joints_are_chosen_where_they_are_seen(folder: Path, browser: Browser) -> None:
+    (folder / "stewart-gough.toml").write_text(examples.text("stewart-gough"))
+    with served(folder, "stewart-gough.toml") as server:
+        page = browser.page(server.address, width=1280, height=800)
+        page.wait("document.body.dataset.shown > 0")
+        spots = "board.board.joints.map(({ name }) => board.spot({ joint: name }))"
+        assert None not in page.run(f"import('./studio.js').then(({{ board }}) => {spots})")
+        person = Person(page)
+        person.press("n")
+        assert page.text("#inspector h2").startswith("base1: universal")
+        assert page.run("document.querySelectorAll('#drawing .b-chosen').length") == 1
+        assert "edit the drawing" not in page.text("#hint")

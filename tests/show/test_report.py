@@ -7,6 +7,7 @@ import io
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -57,6 +58,22 @@ def test_a_page_has_what_its_reader_asks(name: str) -> None:
     assert len(scenes(text)) == max(1, len(m.outputs))
     # Opened from an attachment nothing is fetched, and its numbers are those of the questions.
     assert [*in_text(m, text)] == []
+
+
+@pytest.mark.parametrize(("name", "limited"), [("four-bar-fits", ["y", "angle"]), ("press", ["angle"])])
+def test_what_has_a_limit_is_drawn_with_it(
+    name: str, limited: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    drawn: list[object] = []
+    error = jp.plot.error
+
+    def seen(results: Any, *told: Any, **options: Any) -> Any:
+        drawn.extend(told)
+        return error(results, *told, **options)
+
+    monkeypatch.setattr(jp.plot, "error", seen)
+    page(jp.loads(examples.text(name)), tmp_path)
+    assert drawn[: 2 + len(limited)] == ["position", "rotation", *limited]
 
 
 def test_numbers_of_the_page_are_those_of_the_results() -> None:

@@ -13,8 +13,9 @@ import jointplay as jp
 from helpers.browser import needs_browser, opened
 from helpers.builders import planar
 from jointplay import cli, examples
+from jointplay.analyses import ordering
 from jointplay.errors import InputError
-from jointplay.show.reporting import decimals, figures, former, ordering, printing, signing
+from jointplay.show.reporting import decimals, figures, former, printing, signing
 from verify_reports import FEW, files
 
 SIGNED = {"document": {"author": "A. Meier", "revision": "B", "date": "2026-11-28", "checked_by": "Ch. Ng"}}

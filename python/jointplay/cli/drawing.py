@@ -137,7 +137,7 @@ class FigureFile:
         try:
             width, height = size_of(given["size"]) if "size" in given else (None, None)
             names = {"theme": "style", "colour_map": "colours"} | {
-                key: key for key in ("dpi", "font", "against", "log")
+                key: key for key in ("dpi", "font", "legend", "against", "log")
             }
             found: dict[str, Any] = {key: given[name] for key, name in names.items() if name in given}
             found["title"] = "no_title" not in given

@@ -28,6 +28,7 @@ OPTIONS = {
     "backlash": "--backlash",
     "fit": "--fit",
     "density": "--density",
+    "within": "--within",
 }
 
 
@@ -86,6 +87,9 @@ def import_(
         list[str] | None,
         typer.Option("--density", metavar="[PART=]NUMBER", help="kg/m^3 of the parts of an assembly: 7850, Rod=2700"),
     ] = None,
+    within: Annotated[
+        float, typer.Option("--within", metavar="MM", help="DXF: points that are no farther apart are one.")
+    ] = 0.0,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Make a mechanism file of a robot, assembly or drawing.
@@ -115,6 +119,7 @@ def import_(
         keep_joints=keep_joints,
         fit=fit,
         density=_densities(density),
+        within=within,
     )
     try:
         found = imported(file, options)

@@ -46,11 +46,14 @@ def read(path: Path, options: Options) -> Skeleton:
     found = drawing(path)
     layers = _ordered(found.layers, options.ground)
     size = _size(found)
-    spots = [*_spots(found, layers, COINCIDENT * size)]
+    if not (np.isfinite(options.within) and options.within >= 0.0):
+        raise InputError(f"is a distance in mm, not {options.within:g}", key="within")
+    reach = max(COINCIDENT * size, options.within * 1e-3)
+    spots = [*_spots(found, layers, reach)]
     names = {layer: GROUND if layer.lower() == GROUND else layer for layer in layers}
     used: set[str] = set()
-    joints = [*_joints(found, spots, layers, size, used)]
-    notes = [*found.notes, *_near(spots, size)]
+    joints = [*_joints(found, spots, layers, reach, used)]
+    notes = [*found.notes, *_near(spots, NEAR * size)]
     inside = connected(layers[0], joints)
     alone = [layer for layer in layers if layer not in inside]
     apart = [layer for layer in alone if any(layer in joint.bodies for joint in joints)]
@@ -60,11 +63,7 @@ def read(path: Path, options: Options) -> Skeleton:
         raise InputError(f"nothing joins these layers with the ground: {listed(apart)}")
     if alone:
         notes.append(f"Layers that touch no other one are left out: {listed(alone)}.")
-    points = {
-        name: (body, at)
-        for name, (body, at) in _points(found, names, COINCIDENT * size, used).items()
-        if body in inside
-    }
+    points = {name: (body, at) for name, (body, at) in _points(found, names, reach, used).items() if body in inside}
     if options.output is None and OUTPUT not in points:
         raise InputError(_which_output(points), key="output")
     unused = [text for text, _ in found.words if text not in used]
@@ -130,12 +129,12 @@ def _tree(places: Matrix) -> Any:
     return KDTree(places)
 
 
-def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, used: set[str]) -> Iterator[Joint]:
+def _joints(found: Drawing, spots: list[Spot], layers: list[str], reach: float, used: set[str]) -> Iterator[Joint]:
     taken: set[str] = set()
 
     def name(places: Iterable[Vector], *bodies: str) -> str:
         """The first text at these places that is no joint's yet, or the names of the bodies."""
-        words = [word for at in places for word in _words(found, at, COINCIDENT * size) if word != OUTPUT]
+        words = [word for at in places for word in _words(found, at, reach) if word != OUTPUT]
         wanted = next((word for word in words if word not in taken), "-".join(bodies))
         used.add(wanted)
         own, number = wanted, 1
@@ -149,7 +148,7 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
         if len(spot.layers) > 1:
             yield from pins(name([spot.at], *spot.layers), spot.layers, spot.at)
     sliding = []
-    for first, second, at in _slides(found.guides, layers, COINCIDENT * size):
+    for first, second, at in _slides(found.guides, layers, reach):
         sliding.append((first, second))
         place = Attachment(at, first.along)
         # A pin may be in the middle of a slider, and has its text there.
@@ -159,7 +158,7 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
         for spot in spots:
             # What slides along it is held already, and a guide that slides is no slot for others.
             held = any((one is guide and other.layer in spot.layers) or other is guide for one, other in sliding)
-            if spot.is_mark or held or guide.layer in spot.layers or guide.distance(spot.at) > COINCIDENT * size:
+            if spot.is_mark or held or guide.layer in spot.layers or guide.distance(spot.at) > reach:
                 continue
             body = spot.layers[0]
             place = Attachment(spot.at, guide.along)
@@ -215,16 +214,16 @@ def _which_output(points: dict[str, tuple[str, Vector]]) -> str:
     return "there is none: draw a POINT on the layer of the body that carries it, or name a joint"
 
 
-def _near(spots: list[Spot], size: float) -> Iterator[str]:
+def _near(spots: list[Spot], reach: float) -> Iterator[str]:
     """Places that nearly coincide and are not joined; for some layers the first."""
     if not spots:
         return
     said = set()
-    for k, j in sorted(_tree(np.array([spot.at for spot in spots])).query_pairs(NEAR * size)):
+    for k, j in sorted(_tree(np.array([spot.at for spot in spots])).query_pairs(reach)):
         one, other = spots[k], spots[j]
         layers = tuple(dict.fromkeys((*one.layers, *other.layers)))
         if {*one.layers} != {*other.layers} and layers not in said:
             said.add(layers)
             where = ", ".join(f"{x * 1e3:.6g}" for x in one.at[:2])
             apart = f"{np.linalg.norm(one.at - other.at) * 1e3:.3g} mm apart at ({where})"
-            yield f"Points of the layers {listed(layers)} are {apart} and not joined."
+            yield f"Points of the layers {listed(layers)} are {apart} and not joined; --within joins them."

@@ -28,3 +28,5 @@ class Options:
     fit: str | None = None
     #: kg/m^3 by the name of a part; by nothing for all others
     density: Mapping[str, float] = field(default_factory=dict)
+    #: mm up to which points of a drawing coincide
+    within: float = 0.0

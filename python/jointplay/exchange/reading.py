@@ -64,6 +64,7 @@ def read(
     keep_joints: bool = False,
     fit: str | None = None,
     density: float | Mapping[str, float] | None = None,
+    within: float = 0.0,
 ) -> Mechanism:
     """Read a mechanism from a foreign format.
 
@@ -108,6 +109,9 @@ def read(
     density : float or mapping, optional
         Of the parts of an assembly in kg/m^3, or by the name of a part: their masses, centres and moments of inertia
         are those of their shapes.
+    within : float, optional
+        Points of a drawing in DXF coincide where they are at most so far apart, mm; a ten-thousandth of its size if
+        that is more.
 
     Returns
     -------
@@ -136,7 +140,17 @@ def read(
     asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
     dense = density if isinstance(density, Mapping) else {} if density is None else {"": density}
     options = Options(
-        output, asked or None, clearance or {}, planar, loops or {}, ground, backlash or {}, keep_joints, fit, dense
+        output,
+        asked or None,
+        clearance or {},
+        planar,
+        loops or {},
+        ground,
+        backlash or {},
+        keep_joints,
+        fit,
+        dense,
+        within,
     )
     return imported(path, options).mechanism
 

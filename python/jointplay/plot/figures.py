@@ -15,7 +15,7 @@ from matplotlib.path import Path
 from jointplay.basics.arrays import Array, Floats
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
-from jointplay.questions import QUESTIONS
+from jointplay.questions import QUESTIONS, asked_by
 from jointplay.result import SIZES, Result, bounds, figure, figures, parts, rounding, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.result.verdict import LOOSE
@@ -78,13 +78,12 @@ def error(
     with canvas(axes, style) as (figure, axes):
         words = {along(part)[1] for _, part, _ in found}
         axis = words.pop() if len(words) == 1 else "configuration"
-        for k, (name, part, curve) in enumerate(found):
+        for (name, part, curve), look in zip(found, _looks(found), strict=True):
             x = np.arange(len(curve.values)) if axis == "configuration" else along(part)[0]
             text = " ".join(dict.fromkeys(word for word in f"{name} {curve.name}".split(" ") if word))
             if curve.low is not None and curve.high is not None:
-                band = {"color": series(k)["color"], "alpha": 0.2, "linewidth": 0}
-                axes.fill_between(x, curve.low, curve.high, label="left open by the load", **band)
-            axes.plot(x, curve.values, label=text, **series(k))
+                _left_open_beside(axes, x, curve.low, curve.high, look["color"])
+            axes.plot(x, curve.values, label=text, **look)
             if "contact" in part.data:
                 mark_contact(axes, part.get("contact"), x, curve.values)
         bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
@@ -99,6 +98,28 @@ def error(
             axes.axhline(0.0, color=theme().ink, linewidth=0.6)
         legend(axes)
     return figure
+
+
+def _looks(found: Sequence[tuple[str, Result, Curve]]) -> list[dict[str, Any]]:
+    """How curves are drawn: each question in its colour; where one is there twice they are numbered."""
+    asked = {id(part): str(part.attrs.get("question", "")) for _, part, _ in found}
+    order = asked_by("error")
+    if len({*asked.values()} & {*order}) < len(asked):
+        return [series(k) for k in range(len(found))]
+    looks = []
+    for k, (_, part, _) in enumerate(found):
+        number = order.index(asked[id(part)])
+        again = sum(other is part for _, other, _ in found[:k])
+        looks.append({**series(number + again * len(order)), "color": series(number)["color"]})
+    return looks
+
+
+def _left_open_beside(axes: Axes, x: Array, low: Floats, high: Floats, colour: str) -> None:
+    """What the load leaves open: a bar where it is computed, and a band between two of them."""
+    is_open = high - low > 1e-9 * np.nanmax(np.abs([low, high]), initial=0.0)
+    look: dict[str, Any] = {"color": colour, "alpha": 0.2}
+    axes.vlines(x[is_open], low[is_open], high[is_open], label="left open by the load", linewidth=6, **look)
+    axes.fill_between(x, low, high, where=is_open, linewidth=0, **look)
 
 
 def mark_contact(axes: Axes, states: Array, x: Array, values: Floats) -> None:
@@ -161,7 +182,7 @@ def blame(
         else:
             axes.set_ylim(0.0, 100.0)
         _ticks(axes, part)
-        axes.set_ylabel("share [%]")
+        axes.set_ylabel("share [%]; below 0: makes it smaller" if below.min(initial=0.0) < -0.05 else "share [%]")
         asked = str(part.attrs.get("question", ""))
         title(axes, f"{asked}: sources of the {words_of(quantity)}")
         if bars:
@@ -295,6 +316,9 @@ def from_zero(axes: Axes, values: Sequence[Floats]) -> None:
     top = max((float(np.nanmax(each, initial=0.0)) for each in values), default=0.0)
     # A mark on the axis is seen as a whole.
     axes.set_ylim(-0.015 * top, 1.05 * top if top > 0 else 1.0)
+    if not top:
+        # Where nothing is off there is nothing to scale.
+        axes.set_yticks([0.0])
 
 
 def check_size(quantity: str) -> None:

@@ -103,10 +103,10 @@ def mechanism(
             other.joints()
         scene = drawing(m, at, configuration, axes, direction)
         draw(scene, exaggerate, None if result is None else single(result), found, path and len(at) > 1)
-        # Of several poses no single one gives the title.
-        one = len(at) > 1 and not (len(behind) or len(beside))
-        said = [which(report(m, "", at).result(), configuration)] if one else []
-        title(axes, ": ".join(filter(None, [m.title, *said])))
+        # Of many poses the first and the last one give the title.
+        ends = [configuration, *beside][:: max(len(beside), 1)] if len(at) > 1 else []
+        said = [which(report(m, "", at).result(), number) for number in ends]
+        title(axes, ": ".join(filter(None, [m.title, f"{' (with names)' * names} to ".join(said)])))
         legend(axes)
         if names and isinstance(figure, StyledFigure):
             # Names keep clear of what is around them when that has its place.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from .calibrate import REMAINING, RESIDUALS, calibrate
 from .cloud import cloud
 from .corrections import correction
 from .design import front, held
-from .figures import blame, error, histogram, size_behind, worst_of
+from .figures import blame, error, histogram, limits_of, size_behind, worst_of
 from .layout import KEYS, Panel
 from .life import AGEING, life
 from .linkage import VIEWS, mechanism
@@ -140,6 +140,13 @@ def _size(sheet: Sheet, name: str) -> Panel | None:
     kept = {key: result for key, result in errors.items() if "offsets_of" not in result.attrs} or errors
     is_named = len(kept) > 1 or kind_of(kept) is SHEETS["errors"]
     return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
+
+
+def _component(sheet: Sheet, name: str) -> Panel | None:
+    """Errors of a component over the configurations, where it has a limit or is asked for."""
+    if name != sheet.choice.panel and (sheet.choice.quantity or not limits_of([*sheet.results.values()], name)):
+        return None
+    return _size(replace(sheet, choice=replace(sheet.choice, quantity=name)), size_behind(name))
 
 
 def _units(sheet: Sheet) -> dict[str, str | None]:
@@ -325,6 +332,7 @@ SHEETS: Mapping[str, Kind] = {
         (
             PanelEntry(("mechanism",), _at_worst),
             _ERRORS,
+            PanelEntry(lambda sheet: sheet.m.components, _component),
             PanelEntry(SOURCES, _sources),
             PanelEntry(_scattered, _histogram),
             PanelEntry(lambda sheet: ("cloud",) if "random" in sheet.asked else (), _kept),

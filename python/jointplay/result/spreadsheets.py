@@ -11,10 +11,11 @@ import numpy as np
 
 from jointplay.basics.typed import typed
 from jointplay.errors import InputError, require
+from jointplay.file import toml
 from jointplay.file.carried import CELL, SHEET
-from jointplay.result import Result, TidyColumn, attributes, from_dataset, merge, rows
+from jointplay.result import Result, TidyColumn, attributes, blame, from_dataset, merge, parts, rows
 from jointplay.result.table import ResultTable, blocks, heading, screen
-from jointplay.result.table.layout import NOTHING
+from jointplay.result.table.layout import NOTHING, Column
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
 MOST_ROWS = 2**20
 #: characters that its name has at most, those that it cannot have, and the width of sentences
 LONGEST, NOT_IN_SHEETS, WIDE = 31, r"[\[\]:*?/\\]", 100
+#: what stands where a column has no number
+GAPS = (NOTHING, "")
+#: who signs, by the key of the file, and what each gives
+ROLES = {"author": "author", "checked_by": "checked by", "approved_by": "approved by"}
+SIGNED = ("", "name", "date", "signature")
 #: what writes tables, by the extension of the file
 PACKAGES = {".parquet": "pyarrow", ".xlsx": "openpyxl"}
 
@@ -92,9 +98,11 @@ def _series(column: TidyColumn) -> pd.Series:
     return pd.Series(np.where(empty, np.nan, values.astype(np.float64)))
 
 
-def _add_answers(book: Workbook, results: Mapping[str, Result]) -> None:
-    """A sheet with the answers in sentences, and one for every table, to be filtered."""
-    from openpyxl.styles import Alignment, Font
+def _add_answers(
+    book: Workbook, results: Mapping[str, Result], attrs: Mapping[str, object], more: Sequence[ResultTable]
+) -> None:
+    """A sheet to sign with the answers in sentences, and one for every table, to be filtered."""
+    from openpyxl.styles import Alignment, Border, Font, Side
 
     answers, tables = screen(results)
     sheet = book.create_sheet("answer")
@@ -105,18 +113,76 @@ def _add_answers(book: Workbook, results: Mapping[str, Result]) -> None:
     for number, each in enumerate(tables, start=1):
         for text in (one.text for one in each.lead):
             _put(sheet, sheet.max_row + 1, [each.title, text])
-        own = book.create_sheet(f"{number} {re.sub(NOT_IN_SHEETS, ' ', each.title)}"[:LONGEST])
-        columns = _columns(each)
-        _put(own, 1, [*columns])
-        for row, values in enumerate(zip(*columns.values(), strict=True), start=2):
-            _put(own, row, values)
-        for cell in own[1]:
-            cell.font = Font(bold=True)
-        own.freeze_panes, own.auto_filter.ref = "A2", own.dimensions
-        for k, note in enumerate(each.notes, start=len(own["A"]) + 2):
-            _put(own, k, [note])
+        _add(book, f"{number} {each.title}", each)
+    for each in (*_sources(results), *more):
+        _add(book, each.title, each)
+    room = Border(bottom=Side(style="thin"))
+    for row, line in enumerate(_signing(attrs), start=sheet.max_row + 2):
+        _put(sheet, row, line)
+        for cell in sheet[row][: len(SIGNED)]:
+            cell.border = room
+    for column, width in zip("ACD", (16, 14, 30), strict=True):
+        sheet.column_dimensions[column].width = width
     for cell in sheet["B"]:
         cell.alignment = Alignment(wrap_text=True, vertical="top")
+    for cell in (*sheet["A"], *(own[1] for own in book.worksheets[1:])):
+        for one in cell if isinstance(cell, tuple) else (cell,):
+            one.font = Font(bold=True)
+
+
+def _add(book: Workbook, name: str, table: ResultTable) -> None:
+    """A table to be filtered, with its notes below it."""
+    own = book.create_sheet(re.sub(NOT_IN_SHEETS, " ", name)[:LONGEST])
+    columns = _columns(table)
+    _put(own, 1, [*columns])
+    for row, values in enumerate(zip(*columns.values(), strict=True), start=2):
+        _put(own, row, values)
+    _filtered(own)
+    for k, note in enumerate(table.notes, start=own.max_row + 2):
+        _put(own, k, [note])
+
+
+def _filtered(sheet: Worksheet) -> None:
+    """The first row stays, and chooses what is shown."""
+    sheet.freeze_panes, sheet.auto_filter.ref = "A2", sheet.dimensions
+
+
+def _signing(attrs: Mapping[str, object]) -> list[tuple[str, ...]]:
+    """Who made, checked and approved what the mechanism file says, with room for those that it leaves out."""
+    text = attrs.get("mechanism")
+    given = toml.parse(str(text)).get("document", {}) if text else {}
+    known = {name: str(value) for name, value in given.items()}
+    signs = [(role, known.get(key, ""), "", "") for key, role in ROLES.items()]
+    head = [
+        ("revision", known.get("revision", "")),
+        ("date", known.get("date") or str(attrs.get("created", ""))),
+        ("mechanism", " ".join(str(attrs.get(key, "")) for key in ("file", "mechanism_hash"))),
+    ]
+    return [*(line for line in head if line[1].strip()), SIGNED, *signs]
+
+
+def _sources(results: Mapping[str, Result]) -> list[ResultTable]:
+    """Whose share of the errors is how large, at every configuration."""
+    rows: list[tuple[str, ...]] = []
+    for question, result in results.items():
+        for heading_, part in parts(result):
+            if "contribution" not in part.data or {"mechanism", "sweep"} & {*part.sizes, *part.attrs}:
+                continue
+            found = blame(part)
+            for k, shares in enumerate(zip(found.position, found.rotation, strict=True)):
+                for cause, *own in zip(found.causes, *shares, strict=True):
+                    told = (f"{100.0 * share:.1f}" if np.isfinite(share) else NOTHING for share in own)
+                    rows.append((question, heading_, str(k), cause, *told))
+    if not rows:
+        return []
+    heads = (("question", ""), ("of", ""), ("#", ""), ("source", ""), ("position", "%"), ("rotation", "%"))
+    cells = list(zip(*rows, strict=True))
+    columns = [
+        Column(name, unit, one, left=not unit and name != "#")
+        for (name, unit), one in zip(heads, cells, strict=True)
+        if any(one)
+    ]
+    return [ResultTable("sources", tuple(columns), ("Shares of random specimens are in the variance.",))]
 
 
 def _put(sheet: Worksheet, row: int, values: Sequence[float | str]) -> None:
@@ -187,9 +253,9 @@ def _columns(found: ResultTable) -> dict[str, list[float | str]]:
         name = heading(column)
         cells = list(map(_cell, column.cells))
         is_number = not column.left and any(not isinstance(cell, str) for cell in cells)
-        is_number &= all(not isinstance(cell, str) or cell == NOTHING for cell in cells)
+        is_number &= all(not isinstance(cell, str) or cell in GAPS for cell in cells)
         texts: list[float | str] = [*column.cells]
-        values = [np.nan if cell == NOTHING else cell for cell in cells] if is_number else texts
+        values = [np.nan if cell in GAPS else cell for cell in cells] if is_number else texts
         columns[name if name not in columns else f"{name} {len(columns)}"] = values
     return columns
 
@@ -201,8 +267,13 @@ def _cell(text: str) -> float | str:
         return text
 
 
-def to_xlsx(results: Mapping[str, Result]) -> bytes:
+def to_xlsx(results: Mapping[str, Result], more: Sequence[ResultTable] = ()) -> bytes:
     """What the command prints of results by question, and the tidy table, as the content of an Excel file.
+
+    Parameters
+    ----------
+    more : sequence of ResultTable
+        Further tables, with sheets of their own.
 
     Raises
     ------
@@ -218,8 +289,10 @@ def to_xlsx(results: Mapping[str, Result]) -> bytes:
     import pandas as pd
 
     with pd.ExcelWriter(stream, engine="openpyxl") as writer:
-        _add_answers(writer.book, results)
-        tidy.to_excel(writer, index=False, sheet_name=str(result.attrs.get("question", "result"))[:31])
+        _add_answers(writer.book, results, tidy.attrs, more)
+        name = str(result.attrs.get("question", "result"))[:LONGEST]
+        tidy.to_excel(writer, index=False, sheet_name=name)
+        _filtered(writer.book[name])
         sheet = writer.book.create_sheet(SHEET)
         lines = [(name, k, line) for name, v in tidy.attrs.items() for k, line in enumerate(str(v).split("\n"))]
         for row, (name, k, line) in enumerate(lines, start=1):

@@ -15,7 +15,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ from jointplay.file.carried import LETTERS, beside
 from jointplay.file.columns import as_cell
 from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, merge, rows, to_dataset
 from jointplay.result.spreadsheets import require_package, to_parquet, to_xlsx
-from jointplay.result.table import KINDS, document
+from jointplay.result.table import KINDS, ResultTable, document
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,8 +76,10 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
     save_all({str(light.attrs.get("question", "")): light}, Path(path), csv_dialect=csv_dialect)
 
 
-def save_all(results: Mapping[str, Result], target: Path, *, csv_dialect: str) -> None:
-    """Write the results of several questions as one file; see `save`."""
+def save_all(
+    results: Mapping[str, Result], target: Path, *, csv_dialect: str, more: Sequence[ResultTable] = ()
+) -> None:
+    """Write the results of several questions as one file; see `save`. A workbook can have more tables."""
     check_path(target)
     if csv_dialect not in DIALECTS:
         raise InputError(not_known(csv_dialect, "a dialect", DIALECTS), key="csv_dialect")
@@ -92,7 +94,7 @@ def save_all(results: Mapping[str, Result], target: Path, *, csv_dialect: str) -
         if target.is_file():
             _put_beside(light, target)
     else:
-        files.put(WRITERS[kind](results), target)
+        files.put(to_xlsx(results, more) if more and kind == ".xlsx" else WRITERS[kind](results), target)
 
 
 def _put_beside(result: Result, path: Path) -> None:

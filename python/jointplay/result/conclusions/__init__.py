@@ -13,7 +13,7 @@ from .errors import quantile
 from .forces import beside
 from .motion import KINDS, motion
 from .pairs import Tops, missed, of_pairs, tops
-from .series import beyond, each, extreme, judged, of_compare, of_map, of_sweep, shares_over_nodes
+from .series import beyond, each, extreme, judged, name_of, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import EACH_OUTPUT, MOST_NAMES, first_missed, share_of
 from .whole import decide, rests
 from .words import (
@@ -52,6 +52,7 @@ __all__ = [
     "leaving",
     "missed",
     "motion",
+    "name_of",
     "off_path",
     "owners",
     "plural",

@@ -67,10 +67,11 @@ def of_sweep(result: Result) -> Conclusion:
     """Where the largest error over the motion is least and largest, and at which values limits are missed."""
     dim = str(result.attrs["sweep"])
     along = result.coords[dim]
+    key = name_of(result, dim)
 
     def value(k: int) -> str:
         one = along.values[k]
-        return f"{dim} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
+        return f"{key} = {say(float(one), along.units) if along.values.dtype.kind in 'fiu' else one}"
 
     verdicts = judged(result)
     sentences = [*_missed_values(result, verdicts, value), *_bad(result)]
@@ -91,11 +92,19 @@ def of_sweep(result: Result) -> Conclusion:
         cause = blamed(part, name, k) if name in WORDS else ""
         words = extreme(declared.words)
         span = f"{say(tops[high], unit)} with {value(high)}"
-        if say(tops[low]) != say(tops[high]):
+        if known.all() and tops.size > 1 and np.ptp(tops) <= rounding(result, unit):
+            span = f"{say(tops[high], unit)} whatever {key} is,"
+        elif say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
     used = max((one.used for one in verdicts), default=0.0)
     return Conclusion(tuple(sentences), (*ranked(sentences), used, severity))
+
+
+def name_of(result: Result, dim: str) -> str:
+    """What is swept, as it was asked for; only its last part where that says it."""
+    key = result.coords[dim].long_name or dim
+    return dim if key.rpartition(".")[2] == dim else key
 
 
 def rounded_figure(result: Result, name: str) -> tuple[Array, str]:

@@ -22,7 +22,17 @@ from jointplay.result import (
     split,
     unit_of,
 )
-from jointplay.result.conclusions import BOUND_DIGITS, beyond, conclude, each, farthest, judged, quantile, rounded_up
+from jointplay.result.conclusions import (
+    BOUND_DIGITS,
+    beyond,
+    conclude,
+    each,
+    farthest,
+    judged,
+    name_of,
+    quantile,
+    rounded_up,
+)
 from jointplay.result.verdict import LOOSE, limits_in_words, verdict
 
 from .fit import chosen_rows
@@ -357,8 +367,8 @@ def _compare(result: Result) -> tuple[Column, ...]:
             ratio = np.divide(values[1], values[0], out=np.full(count, np.nan), where=~small)
             columns.append(numbers(f"{short}\nratio", "", ratio, digits=3))
     if any(map(any, found := beyond(result))):
-        for k, label in enumerate(names):
-            columns.append(missed(f"{label}\nbeyond limit", found[k]))
+        # A mechanism without limits has nothing to be beyond.
+        columns += [missed(f"{label}\nbeyond limit", own) for label, own in zip(names, found, strict=True) if own]
     outcomes = result.get("status")
     for k, label in enumerate(names):
         if (outcomes[k] != "ok").any():
@@ -408,11 +418,11 @@ def _corrections_of_both(result: Result) -> Iterator[Column]:
 def _sweep(result: Result) -> list[ResultTable]:
     """One row per value: smallest, mean and largest figure over the configurations, and where it is largest."""
     dim = str(result.attrs["sweep"])
-    along = result.coords[dim]
+    along, name = result.coords[dim], name_of(result, dim)
     if along.values.dtype.kind in "fiu":
-        first = commands(dim, along.units, along.values)
+        first = commands(name, along.units, along.values)
     else:
-        first = words(dim, [str(v) for v in along.values.tolist()])
+        first = words(name, [str(v) for v in along.values.tolist()])
     columns = [replace(first, is_key=True)]
     worst = []
     for name in figures(result):

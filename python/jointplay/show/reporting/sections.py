@@ -11,11 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
-from jointplay.analyses import pressed
+from jointplay.analyses import ordering, pressed
 from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
+from jointplay.plot.figures import limits_of
 from jointplay.plot.sheet import separate, sheet
 from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
@@ -26,7 +27,7 @@ from jointplay.result.table.html import folded, paragraphs, table
 from jointplay.result.table.layout import NOTHING, Column, ResultTable
 from jointplay.result.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
 
-from . import former, maps, ordering
+from . import former, maps
 from .answers import JUDGED, Answers, Chapter, directions
 from .drawing import WORDS, drawing, embedded
 from .figures import blank, download, numbers, picture, settings
@@ -182,7 +183,9 @@ def _labelled(chapter: Chapter, questions: Sequence[str]) -> dict[str, Result]:
 def _errors(chapter: Chapter) -> str:
     curves = _labelled(chapter, tuple(WORDS))
     files = {f"{name}.csv": numbers(chapter.results[name], ERRORS[name]) for name in WORDS if name in chapter.results}
-    figures = [_drawn(plot.error, curves, quantity) for quantity in QUANTITIES]
+    components = next(iter(curves.values())).labels("component")
+    limited = [name for name in components if limits_of([*curves.values()], name)]
+    figures = [_drawn(plot.error, curves, quantity) for quantity in (*QUANTITIES, *limited)]
     said = "Size of the error by question; of random specimens the 95 % quantile. Limits are dashed."
     blocks = [folded(f"Table: {label}", table(found)) for label, part in curves.items() for found in tables(part)]
     return picture(figures, said, files) + "".join(blocks)

@@ -352,11 +352,33 @@ def _path(answers: Mapping[str, Result]) -> Json:
             values = np.where(np.abs(values) <= rounding(result, unit), 0.0, values)
             curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
         told[question] = curves | {
+            "components": _components(result),
             "sentences": list(map(_sentence, said.sentences)),
             "outcome": judged.outcome,
             "rests": rests(question, result, judged),
             "brief": _brief(result, judged),
         }
+    return told
+
+
+def _components(result: Result) -> Json:
+    """Lowest and highest errors of the components that have a limit, with these limits."""
+    if "limit" not in result.data:
+        return {}
+    told: Json = {}
+    for k, name in enumerate(result.labels("component")):
+        limits = [float(v) for v in result.get("limit", quantity=name).ravel() if np.isfinite(v)]
+        if not limits:
+            continue
+        unit = result.unit("limit", quantity=name)
+        if "error_quantile" in result.data:
+            lines = [result.get("error_quantile", probability=typical(result), quantity=name)]
+        else:
+            lines = [side[:, k] for side in ends(result)]
+        nothing = rounding(result, unit)
+        is_one = len(lines) == 2 and not np.nanmax(lines[1] - lines[0], initial=0.0) > nothing
+        shown = [[_number(0.0 if abs(v) <= nothing else v) for v in line] for line in lines[: 1 if is_one else 2]]
+        told[name] = {"lines": shown, "unit": unit, "limits": limits}
     return told
 
 

@@ -19,7 +19,7 @@ const ALIKE = 4;
 const GRID = 9;
 
 export const TOOLS = {
-  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. H chooses whether a drag keeps positions or lengths. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again." },
+  select: { key: "v", words: "select", hint: "Click chooses; drag a joint to edit the drawing, Shift-drag to move the mechanism and change nothing. N chooses the next thing, arrows move it by a step of the grid. H chooses whether a drag keeps positions or lengths. Drag elsewhere shifts the view, Ctrl and the wheel zoom, a double click starts again.", spatial: "Click chooses, Shift-drag moves the mechanism along its path and changes nothing. N chooses the next thing. Drag elsewhere turns the view, Ctrl and the wheel zoom, a double click starts again." },
   move: { key: "m", words: "move", hint: "Drag the mechanism along its path. The file does not change." },
   bar: { key: "b", words: "bar", hint: "Click both ends, or drag. Ends join where they touch a joint, the end of a bar, or a bar. Type 0;0 where it begins, then 30<45 (length and angle) or 30;40. Alt does not snap." },
   point: { key: "p", words: "point", hint: "Click on a bar: a point of it, for a pin, the output or a load." },
@@ -357,7 +357,10 @@ export class Board {
     const shape = ref.at && this.viewer.scene.shapes.find(({ kind, name }) => kind === "body" && name === ref.body);
     const index = point ?? shape?.points[0] ?? this.viewer.scene.output;
     const line = this.path.map((places) => places[index]).filter((place) => place?.every((v) => v !== null));
-    if (line.length > 1) this.followed(nearestOn(line.map((place) => this.viewer.project(place)), pixel));
+    if (line.length < 2) return this.said("Nothing moves yet: what is missing for a path stands below the drawing.");
+    this.followed(nearestOn(line.map((place) => this.viewer.project(place)), pixel));
+    this.said("The mechanism moves along its path; the file does not change.");
+    return null;
   }
 
   drag(held, event) {

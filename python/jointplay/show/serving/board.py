@@ -125,7 +125,9 @@ def _joints(raw: Mapping[str, Any], m: Mechanism | None, poses: BodyPoses) -> It
     locked = locked_in(raw)
     points: dict[str, int] = {}
     for k, name in enumerate(() if m is None else m.joints):
-        points.setdefault(name.split("/")[0], m.joint_points[k][0])  # type: ignore[union-attr]
+        # Of a universal joint there are two pins, of several bodies on one pin several joints.
+        for whole in (name.split("/")[0], name.rpartition(".")[0]):
+            points.setdefault(whole, m.joint_points[k][0])  # type: ignore[union-attr]
     for name in dict.fromkeys((*own, *compiled)):
         table = own.get(name, {})
         bodies = list(compiled[name].names) if name in compiled else bodies_of(table)

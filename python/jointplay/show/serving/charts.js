@@ -4,28 +4,28 @@ const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 420, HEIGHT = 190, LEFT = 58, RIGHT = 12, TOP = 24, BOTTOM = 34;
 
 /**
- * Draws curves {name, values, exact} over numbers, with the place where the sliders are (null: not on the axis). The limit is
- * dragged where `limited` takes another one (null: none).
+ * Draws curves {name, values, exact} over numbers, with the place where the sliders are (null: not on the axis), and limits. One
+ * is dragged where `limited` takes another one (null: none).
  */
-export function chart(element, { title, unit, label, x, curves, limit, here, limited = null }) {
+export function chart(element, { title, unit, label, x, curves, limits, here, limited = null }) {
   const svg = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
   svg.setAttribute("aria-label", `${title} along the path`);
   const known = curves.flatMap(({ values }) => values).filter((v) => v !== null);
   // Where nothing is off there is nothing to scale: the axis has its zero alone.
-  const most = Math.max(...known, limit ?? 0, 0);
-  const top = (most || 1) * 1.08;
+  const [least, most] = [Math.min, Math.max].map((end) => end(...known, ...limits, 0));
+  const [bottom, top] = [least * 1.08, (most || (least ? 0 : 1)) * 1.08];
   const places = x.filter((v) => v !== null);
   const [low, high] = [Math.min(...places), Math.max(...places)];
   const right = (v) => LEFT + ((v - low) / (high - low || 1)) * (WIDTH - LEFT - RIGHT);
-  const up = (v) => HEIGHT - BOTTOM - (v / top) * (HEIGHT - TOP - BOTTOM);
-  for (const tick of most ? ticks(0, top) : [0]) {
+  const up = (v) => HEIGHT - BOTTOM - ((v - bottom) / (top - bottom)) * (HEIGHT - TOP - BOTTOM);
+  for (const tick of most || least ? ticks(bottom, top) : [0]) {
     make("path", { d: `M${LEFT} ${up(tick)}H${WIDTH - RIGHT}`, class: "grid" }, svg);
     text(svg, LEFT - 6, up(tick) + 4, short(tick), "end");
   }
   for (const tick of places.length > 1 ? ticks(low, high) : places) text(svg, right(tick), HEIGHT - BOTTOM + 15, short(tick), "middle");
   text(svg, LEFT, 14, `${title} [${unit}]`, "start", "title");
   text(svg, WIDTH - RIGHT, HEIGHT - 4, label, "end");
-  if (limit !== null) {
+  for (const limit of limits) {
     make("path", { d: `M${LEFT} ${up(limit)}H${WIDTH - RIGHT}`, class: "limit" }, svg);
     const told = text(svg, WIDTH - RIGHT, up(limit) - 4, "limit", "end");
     if (limited) dragged(svg, { limit, up, top, told, limited });

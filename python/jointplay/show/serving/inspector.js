@@ -270,6 +270,7 @@ export class Inspector {
       const size = Math.hypot(joint.at[0] - from.at[0], joint.at[1] - from.at[1]);
       if (index === undefined) this.number(this.place, { words: `${from.name} to ${joint.name}`, unit: this.board.units.length, value: digits(size), key: `${from.name} ${joint.name}` }, (value) => value !== null && { gesture: "length", from: from.name, to: joint.name, value });
     });
+    if (index === undefined) this.arms(body, own);
     const free = this.board.free.find((one) => one.body === body && one.index === index);
     if (free) this.place2({ body, index }, free.at);
     const bar = element("div", { className: "bar" }, this.place);
@@ -278,6 +279,18 @@ export class Inspector {
       for (const [gesture, text] of Object.entries(words)) this.button(text, () => this.told({ gesture, at: { body, index } }), bar);
     } else if (this.board.planar) this.button("copy", () => this.copied(body), bar);
     this.button("delete", () => this.told({ gesture: "delete", what: index === undefined ? { body } : { body, index } }), bar);
+  }
+
+  /** Lengths up to the points of a bar that no joint is at, from its last joint, or from its first point. */
+  arms(body, joints) {
+    const points = this.board.free.filter((one) => one.body === body).map(({ index, at }) => ({ name: `point ${index + 1}`, index, at }));
+    const [from, ...ends] = [...joints.slice(-1), ...points];
+    for (const { name, index, at } of ends) {
+      const by = at.map((v, k) => v - from.at[k]);
+      const size = Math.hypot(...by);
+      const to = (value) => this.told({ gesture: "move", at: { body, index }, to: from.at.map((v, k) => v + (by[k] * value) / size) });
+      field(this.place, { words: `${from.name} to ${name}`, unit: this.board.units.length, value: digits(size), key: `${from.name} ${name}` }, (value) => value > 0 && to(value));
+    }
   }
 
   /** Marks the field of a key that a message names. */

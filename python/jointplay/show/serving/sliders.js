@@ -103,6 +103,7 @@ export function slider(parent, { name, words, unit, low, high, value, fits = [] 
     range.value = next;
     moved(next);
   });
+  number.addEventListener("keydown", ({ key }) => key === "Enter" && number.blur());
   for (const one of [range, number]) one.addEventListener("change", rested);
   return (next) => {
     range.value = next;

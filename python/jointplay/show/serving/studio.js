@@ -35,6 +35,8 @@ let touched = "";
 // What was said of the position of the sliders, which ends with it.
 let placing = null;
 let poses = {};
+// Whether errors have said how much they are magnified.
+let magnified = false;
 // Edits are made one after the other, each of the state that the one before has left.
 let editing = Promise.resolve();
 
@@ -145,6 +147,7 @@ function show(found, mine) {
     board.now = mine.drives;
     viewer.update(found.scene);
     board.mark();
+    if (Object.values(found.here ?? {}).some(({ position, rotation }) => position.value || rotation.value)) magnify();
   }
   if (found.transmission !== undefined) transmitted(found.transmission);
   document.body.dataset.shown = found.serial;
@@ -152,6 +155,17 @@ function show(found, mine) {
   answer();
   numbers();
   along();
+}
+
+/** Errors are magnified as the largest ones ask for, those of the worst case; once, as soon as there are some. */
+async function magnify() {
+  if (magnified) return;
+  magnified = true;
+  const mine = openings;
+  const found = await post("now", { ...asked, question: "worst" }).catch(() => null);
+  if (mine !== openings) return;
+  if (found?.scene) viewer.magnify(found.scene.factor);
+  else magnified = false;
 }
 
 function transmitted(told) {
@@ -229,16 +243,24 @@ function along() {
   const single = open.drives.length === 1;
   const x = open.along.map((row, k) => (single ? row[0] : k));
   const here = single ? asked.drives[0] : open.drives.length ? Number(at("along-path")?.value ?? NaN) : null;
-  const charts = QUANTITIES.map((quantity) => {
+  const components = [...new Set(questions.flatMap((name) => Object.keys(shown.path[name].components)))];
+  const of = (own, quantity) => own?.[quantity] ?? own?.components[quantity];
+  // Of a component the lowest and the highest error are two lines of one question.
+  const linesOf = (path, quantity, behind = "") =>
+    questions.flatMap((name) => {
+      const own = of(path[name], quantity);
+      return (own?.lines ?? (own ? [own.values] : [])).map((values) => ({ name: `${name}${behind}`, values, exact: path[name].exact }));
+    });
+  const charts = [...QUANTITIES, ...components].map((quantity) => {
     const place = document.createElement("div");
-    const curves = questions.map((name) => ({ name, values: shown.path[name][quantity].values, exact: shown.path[name].exact }));
+    const curves = linesOf(shown.path, quantity);
     // Those of a variant that is a ghost lie behind, where it has as many configurations.
-    const other = variants.seen?.path ?? {};
-    const behind = questions.filter((name) => other[name]?.[quantity].values.length === x.length).map((name) => ({ name: `${name} behind`, values: other[name][quantity].values, exact: other[name].exact }));
+    const behind = linesOf(variants.seen?.path ?? {}, quantity, " behind").filter(({ values }) => values.length === x.length);
     if (curves.length) {
-      const { unit, limit } = shown.path[questions[0]][quantity];
+      const { unit, limit = null, limits = limit === null ? [] : [limit] } = questions.map((name) => of(shown.path[name], quantity)).find(Boolean);
       const label = single ? `${open.drives[0].name} [${open.drives[0].unit}]` : "configuration";
-      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limit, here: Number.isFinite(here) ? here : null, limited: open.problem || isTable(open.board.limits[quantity]) ? null : (value) => (value === null ? along() : edit({ edits: [[["limits", quantity], value]] })) });
+      const isFixed = open.problem || components.includes(quantity) || isTable(open.board.limits[quantity]);
+      chart(place, { title: quantity, unit, label, x, curves: [...behind, ...curves], limits, here: Number.isFinite(here) ? here : null, limited: isFixed ? null : (value) => (value === null ? along() : edit({ edits: [[["limits", quantity], value]] })) });
     }
     return place;
   });
@@ -253,6 +275,7 @@ function along() {
   });
   const ofForces = forces().flatMap(({ sentences, tables }) => [element("p", { className: "key", textContent: "forces in the worst case" }), ...sentences.map(sentence), ...tables.map(tableOf)]);
   at("verdict").replaceChildren(...whole(questions), ...words, ...ofForces);
+  variants.filled();
   line();
 }
 
@@ -440,7 +463,8 @@ const inspector = new Inspector(at("inspector"), {
 });
 const tour = new Tour(at("tools"));
 const variants = new Variants(at("variants"), {
-  kept: () => ({ state: history.now, scene: viewer.scene, path: structuredClone(shown.path), numbers: structuredClone(shown.here), outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
+  kept: () => ({ state: history.now, scene: viewer.scene, path: structuredClone(shown.path) }),
+  present: () => ({ numbers: shown.here, outcome: Object.fromEntries(Object.keys(open.questions ?? {}).map((name) => [name, shown.path[name]?.brief ?? ""])), words: open.questions ?? {} }),
   restored: (state) => go(state, true),
   ghost: (scene) => viewer.ghost(scene),
   seen: () => hasAnswers() && along(),
@@ -500,7 +524,7 @@ function copy(body) {
 function use(tool) {
   board.use(tool);
   for (const button of at("tools").querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", button.dataset.tool === tool);
-  at("hint").textContent = TOOLS[tool].hint;
+  at("hint").textContent = (!open.board.planar && TOOLS[tool].spatial) || TOOLS[tool].hint;
   scaling = null;
   at("typed").hidden = !["bar", "scale"].includes(tool);
   at("typed").placeholder = tool === "scale" ? "distance, such as 120" : "30<45 or 30;40";
@@ -726,9 +750,10 @@ async function begin(what) {
   open = found;
   tour.stop();
   Object.assign(board, { tool: "select", selected: null, pending: null, picture: pictureOf(`${folder}/${found.file || found.name}`) });
-  variants.clear();
+  variants.begin(`${folder}/${open.file || open.name}`, !open.file && !what.example);
   asked = { page: open.page, serial: 0, values: {}, drives: open.begin ?? [], question: open.questions ? first() : "worst", offsets: {} };
   poses = open.board.poses;
+  magnified = false;
   history = new History(`${folder}/${open.file || open.name}`, { text: open.text, values: {}, offsets: {}, picture: board.picture, label: "opened" }, undoable);
   at("name").value = open.file || open.name.split("/").at(-1);
   at("text").value = open.text;
@@ -737,12 +762,6 @@ async function begin(what) {
   document.body.classList.toggle("draft", !open.questions);
   undoable();
   everything();
-  if (hasAnswers()) {
-    // The size of the errors says how much they are magnified; the worst ones are the largest.
-    const found = await trying(() => post("now", { ...asked, question: "worst" }));
-    if (mine !== openings) return;
-    if (found?.scene) viewer.magnify(found.scene.factor);
-  }
   const left = await unsaved(history.name);
   if (mine === openings) offerLeft(left);
 }
@@ -877,6 +896,7 @@ async function save() {
   await offer();
   at("name").value = found.file;
   history.save(`${folder}/${found.file}`, state);
+  variants.named(`${folder}/${found.file}`);
   said(`saved ${found.file}`);
   return true;
 }

@@ -1,26 +1,47 @@
-// States that are kept to compare with: their numbers side by side, their drawing as a ghost behind the present one.
+// States that are kept to compare with: their numbers side by side, their drawing as a ghost behind the present one. The browser
+// keeps them under the name of the file, as what is not saved.
 
 import { element } from "./sliders.js";
 import { short } from "./charts.js";
 
+const KEY = "jointplay.variants ";
 const QUANTITIES = ["position", "rotation"];
 
 export class Variants {
-  constructor(place, { kept, restored, ghost, seen }) {
-    Object.assign(this, { place, kept, restored, ghost, told: seen, all: [], seen: null, count: 0 });
+  constructor(place, { kept, present, restored, ghost, seen }) {
+    Object.assign(this, { place, kept, present, restored, ghost, told: seen, all: [], seen: null, count: 0 });
     const bar = element("div", { className: "bar" }, place);
     element("button", { type: "button", id: "keep", textContent: "keep the present one" }, bar).addEventListener("click", () => this.keep());
     this.table = element("div", {}, place);
   }
 
-  clear() {
-    Object.assign(this, { all: [], seen: null, count: 0 });
+  /** Those of a file; of a new drawing there are none. */
+  begin(name, isNew) {
+    const all = (!isNew && read(KEY + name)) || [];
+    Object.assign(this, { name, all, seen: null, count: all.length });
     this.show();
+  }
+
+  /** The file has another name. */
+  named(name) {
+    this.name = name;
+    if (this.all.length) this.store();
+  }
+
+  store() {
+    try {
+      const kept = this.all.map((variant) => ({ ...variant, state: { ...variant.state, picture: undefined } }));
+      if (kept.length) localStorage.setItem(KEY + this.name, JSON.stringify(kept));
+      else localStorage.removeItem(KEY + this.name);
+    } catch {
+      // Where the browser keeps nothing, they are there as long as the page is.
+    }
   }
 
   keep() {
     this.count += 1;
-    this.all.push({ name: `variant ${this.count}`, ...this.kept() });
+    this.all.push({ name: `variant ${this.count}`, ...this.kept(), ...structuredClone(this.present()) });
+    this.store();
     this.show();
   }
 
@@ -39,7 +60,10 @@ export class Variants {
       const cell = element("th", {}, head);
       const name = element("input", { value: variant.name, size: 10 }, cell);
       name.setAttribute("aria-label", "name of the variant");
-      name.addEventListener("change", () => (variant.name = name.value));
+      name.addEventListener("change", () => {
+        variant.name = name.value;
+        this.store();
+      });
       const ghost = element("input", { type: "checkbox", checked: this.seen === variant }, element("label", { textContent: "ghost " }, cell));
       ghost.addEventListener("input", () => {
         this.seen = ghost.checked ? variant : null;
@@ -50,26 +74,48 @@ export class Variants {
       element("button", { type: "button", textContent: "go back to it" }, cell).addEventListener("click", () => this.restored(variant.state));
       element("button", { type: "button", textContent: "drop" }, cell).addEventListener("click", () => {
         this.all = this.all.filter((one) => one !== variant);
+        this.store();
         if (this.seen === variant) this.seen = null;
         this.shown();
         this.show();
       });
     }
-    const body = element("tbody", {}, table);
-    const words = Object.assign({}, ...this.all.map((variant) => variant.words));
+    element("th", { textContent: "the present one, here" }, head);
+    this.body = element("tbody", {}, table);
+    this.filled();
+  }
+
+  /** The numbers of all that are kept, and of the present one. */
+  filled() {
+    if (!this.all.length) return;
+    const every = [...this.all, this.present()];
+    const words = Object.assign({}, ...every.map((variant) => variant.words));
+    const rows = [];
     for (const [question, told] of Object.entries(words)) {
       for (const quantity of QUANTITIES) {
-        const row = element("tr", {}, body);
-        element("th", { textContent: `${told.words}, ${quantity}` }, row);
-        for (const { numbers } of this.all) {
+        const cells = every.map(({ numbers }) => {
           const own = numbers[question]?.[quantity];
           const value = own?.most ?? own?.value;
-          element("td", { textContent: value == null ? "–" : `${short(value)} ${own.unit}${numbers[question].exact ? "" : ", not exact"}` }, row);
-        }
+          return value == null ? "" : `${short(value)} ${own.unit}${numbers[question].exact ? "" : ", not exact"}`;
+        });
+        rows.push([`${told.words}, ${quantity}`, cells]);
       }
-      const row = element("tr", {}, body);
-      element("th", { textContent: `${told.words}, along the path` }, row);
-      for (const { outcome } of this.all) element("td", { textContent: outcome[question] || "–" }, row);
+      rows.push([`${told.words}, along the path`, every.map(({ outcome }) => outcome[question] ?? "")]);
     }
+    // What none has been asked has no row.
+    const own = rows.filter(([, cells]) => cells.some(Boolean)).map(([name, cells]) => {
+      const row = element("tr");
+      row.append(element("th", { textContent: name }), ...cells.map((text) => element("td", { textContent: text || "–" })));
+      return row;
+    });
+    this.body.replaceChildren(...own);
+  }
+}
+
+function read(key) {
+  try {
+    return JSON.parse(localStorage.getItem(key));
+  } catch {
+    return null;
   }
 }
