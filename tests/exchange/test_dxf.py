@@ -474,3 +474,65 @@ def test_drawings_come_and_go_on_the_command_line(tmp_path: Path, capsys: pytest
         assert run(line) == 2
         assert says in capsys.readouterr().err
         assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+class TestOneLayer:
+    """A linkage as it is sketched: all lines on one layer, each a body."""
+
+    def sketch(self, layer: str, names: bool) -> Any:
+        doc = four_bar()
+        for entity in list(doc.modelspace()):
+            if names or entity.dxftype() != "TEXT":
+                entity.dxf.layer = layer
+            if not names and entity.dxftype() == "LINE" and entity.dxf.start.isclose((*A, 0)):
+                entity.destroy() if entity.dxf.end.isclose((*D, 0)) else None
+        b, c, _ = pose(START)
+        words = {"ground": (A + D) / 2, "crank": (A + b) / 2, "coupler": (b + c) / 2, "rocker": (c + D) / 2}
+        for word, at in words.items() if names else [("ground", A), ("Ground", D)]:
+            doc.modelspace().add_text(word, dxfattribs={"layer": layer}).set_placement(at)
+        return doc
+
+    @pytest.mark.parametrize("layer", ["0", "sketch"])
+    def test_it_is_the_linkage_that_has_a_layer_for_each_body(self, layer: str, tmp_path: Path) -> None:
+        drives = {"A": [0, 30, 60]}
+        layers = jp.read(saved(four_bar(), tmp_path, "layers.dxf"), drives=drives)
+        m = jp.read(saved(self.sketch(layer, names=True), tmp_path), drives=drives)
+        assert {*m.bodies} == {*layers.bodies}
+        assert m.joints == layers.joints
+        np.testing.assert_allclose(jp.solve(m).nominal, jp.solve(layers).nominal, atol=1e-9)
+
+    def test_pivots_may_say_what_is_fixed(self, tmp_path: Path) -> None:
+        """No line of the ground, no names: circles and the word at the pivots."""
+        m = jp.read(saved(self.sketch("0", names=False), tmp_path), drives={"A": [0, 30, 60]})
+        assert {*m.bodies} == {"link1", "link2", "link3"}
+        expected = [pose(START + math.radians(turn))[2] for turn in (0, 30, 60)]
+        np.testing.assert_allclose(jp.solve(m).nominal.sel(component=["x", "y"]), expected, atol=1e-9)
+
+    def test_a_circle_pins_a_bar_in_its_middle_and_a_centre_line_is_fixed(self, tmp_path: Path) -> None:
+        """An elliptic trammel: a bar with pins on two axes, carried by a crank to its middle."""
+        doc = document(layers=())
+        space, half = doc.modelspace(), np.array([30.0, 40.0])
+        space.add_line((60, 0), (0, 80))
+        space.add_line((0, 0), half)
+        space.add_circle(half, 2)
+        for end in ((100, 0), (0, 100)):
+            space.add_line((0, 0), end, dxfattribs={"linetype": "CENTER"})
+        space.add_text("ground").set_placement((0, 0))
+        space.add_point((45, 20))
+        m = jp.read(saved(doc, tmp_path))
+        assert sorted(joint.kind for joint in m.data.joints.values()) == [
+            "pin_in_slot",
+            "pin_in_slot",
+            "revolute",
+            "revolute",
+        ]
+
+    def test_what_is_missing_is_said(self, tmp_path: Path) -> None:
+        doc = document(layers=())
+        doc.modelspace().add_line((0, 0), (10, 0))
+        doc.modelspace().add_line((10, 0), (10, 20))
+        with pytest.raises(jp.InputError, match=r"nothing says what is fixed: .* bodies: link1, link2"):
+            jp.read(saved(doc, tmp_path))
+        doc.modelspace().add_point((50, 50))
+        with pytest.raises(jp.InputError, match=r"output: the POINT at \(50, 50\) mm is on no line"):
+            jp.read(saved(doc, tmp_path), ground="link1")

@@ -3,7 +3,7 @@
 import logging
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,8 @@ METRES = {
 }  # fmt: skip
 MILLIMETRES = 4
 #: layers that every drawing has, and that are no body
-NO_BODY = ("0", "defpoints")
+USUAL = "0"
+NO_BODY = (USUAL, "defpoints")
 #: layers whose names begin so are no bodies
 NOTES = "_"
 #: the text at the point that is the output
@@ -64,8 +65,8 @@ class Drawing:
 
     #: layers with something that makes a body, in the order of the drawing
     layers: list[str] = field(default_factory=list)
-    #: ``(layer, point)``: ends of lines, corners of polylines, centres of circles
-    ends: list[tuple[str, Vector]] = field(default_factory=list)
+    #: ``(layer, points)``: ends of a line, corners of a polyline, the centre of a circle
+    shapes: list[tuple[str, list[Vector]]] = field(default_factory=list)
     #: ``(layer, point)`` of POINT entities
     marks: list[tuple[str, Vector]] = field(default_factory=list)
     guides: list[Guide] = field(default_factory=list)
@@ -73,6 +74,11 @@ class Drawing:
     words: list[tuple[str, Vector]] = field(default_factory=list)
     #: what was left out
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def ends(self) -> list[tuple[str, Vector]]:
+        """``(layer, point)`` of all points of shapes."""
+        return [(layer, at) for layer, points in self.shapes for at in points]
 
 
 def drawing(path: Path) -> Drawing:
@@ -91,9 +97,10 @@ def drawing(path: Path) -> Drawing:
 
 
 def _contents(document: Any) -> Drawing:
-    found = Drawing()
+    # The layer that every drawing has counts where there is no other.
+    found, usual = Drawing(), Drawing()
     unit = _unit(document, found)
-    left_out: Counter[tuple[str, str]] = Counter()
+    left_out, on_usual = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     hidden: list[str] = []
     names: dict[str, str] = {}
     for entity in document.modelspace():
@@ -104,8 +111,14 @@ def _contents(document: Any) -> Drawing:
             found.words.append((_text(entity), _point(entity, entity.dxf.insert, unit)))
         elif layer.startswith(NOTES):
             continue
+        elif layer == USUAL and _add(usual, document, entity, layer, unit):
+            on_usual[entity.dxftype(), layer] += 1
         elif layer.lower() in NO_BODY or not _add(found, document, entity, layer, unit):
             left_out[entity.dxftype(), layer] += 1
+    if found.layers:
+        left_out += on_usual
+    else:
+        found = replace(usual, words=found.words, notes=found.notes)
     if hidden:
         found.notes.append(f"Layers that are off or frozen are left out: {listed(dict.fromkeys(hidden))}.")
     if left_out:
@@ -178,7 +191,7 @@ def _add(found: Drawing, document: Any, entity: Entity, layer: str, unit: float)
         ends = [*_ends(entity)]
         if not ends:
             return False
-        found.ends += [(layer, _point(entity, end, unit)) for end in ends]
+        found.shapes.append((layer, [_point(entity, end, unit) for end in ends]))
     if layer not in found.layers:
         found.layers.append(layer)
     return True
@@ -188,10 +201,11 @@ def _ends(entity: Entity) -> Iterator[Any]:
     kind = entity.dxftype()
     if kind == "LINE":
         yield from (entity.dxf.start, entity.dxf.end)
-    elif kind == "LWPOLYLINE":
-        yield from entity.vertices_in_wcs()
-    elif kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline):
-        yield from entity.points_in_wcs()
+    elif kind == "LWPOLYLINE" or (kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline)):
+        points = [*(entity.vertices_in_wcs() if kind == "LWPOLYLINE" else entity.points_in_wcs())]
+        yield from points
+        if entity.is_closed:
+            yield from points[:1]
     elif kind == "CIRCLE":
         # Circles stand in a plane of their own, which may be seen from behind.
         yield entity.ocs().to_wcs(entity.dxf.center)

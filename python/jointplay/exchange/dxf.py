@@ -1,4 +1,4 @@
-"""Skeletons in DXF: one layer for each body, what coincides is joined.
+"""Skeletons in DXF: one layer for each body, or all bodies on one (`bars`); what coincides is joined.
 
 * A layer is a body; the layer ``ground`` is fixed.
 * Where ends of lines, corners of polylines, centres of circles or points of several layers coincide, there is a pin.
@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.errors import InputError, listed
 
+from .bars import body_by_body
 from .drawing import OUTPUT, Drawing, Guide, drawing
 from .options import Options
 from .pins import connected, pins
@@ -44,11 +45,13 @@ def read(path: Path, options: Options) -> Skeleton:
         When there is no ground, nothing is joined, or the output is not clear.
     """
     found = drawing(path)
-    layers = _ordered(found.layers, options.ground)
     size = _size(found)
     if not (np.isfinite(options.within) and options.within >= 0.0):
         raise InputError(f"is a distance in mm, not {options.within:g}", key="within")
     reach = max(COINCIDENT * size, options.within * 1e-3)
+    if len(found.layers) == 1:
+        found = body_by_body(found, options.ground or GROUND, reach)
+    layers = _ordered(found.layers, options.ground)
     spots = [*_spots(found, layers, reach)]
     names = {layer: GROUND if layer.lower() == GROUND else layer for layer in layers}
     used: set[str] = set()
