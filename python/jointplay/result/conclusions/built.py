@@ -271,14 +271,17 @@ def _accepted(result: Result) -> Iterator[Sentence]:
         yield Sentence("No limit is set, so that nothing is accepted or rejected.")
         return
     total, used = float(result.get("total_risk")), result.get("used")
-    visit, which = np.unravel_index(int(np.nanargmax(used)), used.shape)
+    # What was read in part may reject, and shows nothing else.
+    shown = used if status == "rejected" else np.where(result.get("judged"), used, np.nan)
+    visit, which = np.unravel_index(int(np.nanargmax(shown)), used.shape)
     row, name = result.labels("visit")[visit], result.labels("limited")[which]
     most = f"{name} uses {100.0 * float(used[visit, which]):.4g} % of its limit in row {row}"
-    where = plural(len(used), "reading")
+    judged = result.get("judged").all(axis=1)
+    where = f"all {plural(len(used), 'reading')}" if judged.all() else f"{judged.sum()} of {len(used)} readings"
     match status:
         case "accepted":
             most_risk = f"at most {percent(total)}" if total > NO_RISK else f"less than {percent(NO_RISK)}"
-            text = f"Accepted: the limits hold in all {where}, with a risk of {most_risk} that one is missed"
+            text = f"Accepted: the limits hold in {where}, with a risk of {most_risk} that one is missed"
             yield Sentence(f"{text} ({percent(allowed)} is allowed); {most}.", state=HELD)
         case "rejected":
             yield Sentence(f"Rejected: {most}.", is_alarm=True, state=MISSED)
