@@ -109,6 +109,28 @@ def test_a_front_lies_on_its_curve() -> None:
     assert found.front_aim.values.tolist() == sorted(found.front_aim.values.tolist())
 
 
+def test_a_load_that_leaves_play_open_makes_no_error_small() -> None:
+    """A load along a guide presses no corner of it; it may be at each, as it is pressed to one by a load beside it."""
+    gap, length, reach, pin = 0.02, 30.0, 50.0, 0.02
+    guide = {"on": {"arm": {"at": [100, 0], "axis": [1, 0]}, "rod": {"at": [0, 0], "axis": [1, 0]}}}
+    m = lever(
+        units={"length": "mm", "angle": "deg", "force": "N"},
+        variables={"beside": 10.0},
+        joints={
+            "J": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}, "clearance": {"radial": pin}},
+            "guide": {"type": "prismatic", "clearance": {"gap": gap, "length": length}, **guide},
+        },
+        drives={"turn": {"joint": "J", "values": [0.0]}, "reach": {"joint": "guide", "values": [10.0]}},
+        output={"body": "rod", "at": [reach, 0]},
+        loads=[{"force": [-10, 0], "at": [reach, "beside"]}],
+    )
+    found = jp.design(m, {"variables.beside": {"values": [-10, 0, 10]}}, "loaded_position", evaluations=20)
+    tilted = gap / (0.5 * length)
+    assert found.aim_found.item() == pytest.approx(np.hypot(pin, reach * np.sin(tilted)), rel=1e-3)
+    turned = jp.design(m, {"variables.beside": {"values": [-10, 0, 10]}}, "loaded_rotation", evaluations=20)
+    assert turned.aim_found.item() == pytest.approx(np.degrees(tilted), rel=1e-3)
+
+
 def test_a_catalogue() -> None:
     sizes = [4.0, 7.0, 9.0, 12.5, 16.0, 30.0]
     found = jp.design(lever(), {"variables.a": {"values": sizes}}, "worst_position", evaluations=50)
