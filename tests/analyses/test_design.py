@@ -82,6 +82,25 @@ def test_a_limit_that_binds_by_its_closed_form() -> None:
     assert jp.worst(better).limit_met.all()
 
 
+def test_what_holds_to_first_order_alone_is_not_where_it_ends() -> None:
+    """Along a lever its drive moves the end by the second order only: the limit binds at another length."""
+    limit, bent = 0.1, 1.0 - np.cos(ERROR)
+    turned = {"turn": {"joint": "J", "values": [0.0], "error": ERROR}}
+    m = lever(drives=turned, limits={"x": [-limit, limit]})
+    found = jp.design(m, {"variables.a": [2, 40]}, "size", evaluations=60)
+    root = (limit - np.sqrt(limit**2 - 4.0 * bent * PLAY)) / (2.0 * bent)
+    assert found.status.item() == "ok"
+    assert found.value_found.item() == pytest.approx(root, rel=1e-4)
+    assert found.used.sel(held="limits.x").item() == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("bounds", "now"), [((8.3, 12.9), 8.3), ((12.7, 15.1), 15.1)])
+def test_the_value_of_the_file_may_be_a_bound(bounds: tuple[float, float], now: float) -> None:
+    m = lever(variables={"a": now})
+    found = jp.design(m, {"variables.a": [*bounds]}, "worst_position", evaluations=20)
+    assert found.value_found.item() == pytest.approx(np.clip(np.sqrt(PLAY / SLOPE), *bounds), abs=1e-2)
+
+
 def test_a_bound_with_many_digits_is_kept() -> None:
     found = jp.design(lever(), {"variables.a": [12.345651, 40]}, "worst_position", evaluations=40)
     assert found.value_found.item() == 12.345651

@@ -215,10 +215,14 @@ def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
     search.nearby(light, weights)
     light = search.best(objective)
     assert light is not None
-    search.nearby(search.attempt(light.values, exact=True), weights, exact=True, steps=LAST)
-    best = search.best(objective, exact=True)
-    assert best is not None
-    return best
+    start = search.attempt(light.values, exact=True)
+    # What holds to first order alone first comes back to what holds.
+    for _ in range(1 if start.holds else 2):
+        search.nearby(start, weights, exact=True, steps=LAST)
+        best = search.best(objective, exact=True)
+        assert best is not None
+        start = best
+    return start
 
 
 def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate:
