@@ -128,6 +128,25 @@ def test_a_front_lies_on_its_curve() -> None:
     assert found.front_aim.values.tolist() == sorted(found.front_aim.values.tolist())
 
 
+def test_a_front_along_a_limit_that_binds_otherwise_than_to_first_order() -> None:
+    """The play c / a takes what the turn leaves of the limit: c = a (limit - a bent); the torque falls with c."""
+    limit, bent = 0.1, 1.0 - np.cos(ERROR)
+    m = lever(
+        variables={"a": 20.0, "c": 1.0},
+        joints={
+            "J": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}, "clearance": {"radial": "c / a"}},
+        },
+        drives={"turn": {"joint": "J", "values": [0.0], "error": ERROR}},
+        loads=[{"force": [0, 1], "at": ["40 - 10 * c", 0]}],
+        limits={"x": [-limit, limit]},
+    )
+    vary = {"variables.a": [5, 40], "variables.c": [0.2, 3]}
+    found = jp.design(m, vary, ["size", "drive_force"], evaluations=60, points=5)
+    a, c = found.front_value.values.T
+    assert len(a) == 5
+    np.testing.assert_allclose(c, a * (limit - a * bent), rtol=1e-4)
+
+
 def test_a_load_that_leaves_play_open_makes_no_error_small() -> None:
     """A load along a guide presses no corner of it; it may be at each, as it is pressed to one by a load beside it."""
     gap, length, reach, pin = 0.02, 30.0, 50.0, 0.02
