@@ -293,7 +293,8 @@ def _farthest_open(result: Result, kind: str, values: Array) -> Array:
         return values
     chosen = split(result.labels("component"))[kind == "rotation"]
     parts = [[np.abs(result.get(name, component=one)) for one in chosen] for name in (source, half)]
-    return np.maximum(values, np.linalg.norm(parts[0] + np.nan_to_num(parts[1]), axis=0))
+    far = np.linalg.norm(np.array(parts[0]) + np.nan_to_num(parts[1]), axis=0)
+    return np.asarray(np.maximum(values, far))
 
 
 def of_map(result: Result) -> Conclusion:
