@@ -265,21 +265,21 @@ def _front(search: DesignSearch, answer: Designed, names: Sequence[str], points:
     for name, other, end in ((first, second, ends[0]), (second, first, ends[1])):
         ends.append(_exactly(search, end.values, {other: 1.0}, {name: end.aim(name) * (1.0 + ROUND)}))
     low, high = sorted(end.aim(second) for end in ends[2:])
-    for bound in np.linspace(low, high, points)[1:-1]:
+    bounds = np.linspace(low, high, points).tolist()
+    for bound in bounds[1:-1]:
         inside = [one for one in search.every if one.holds and one.aim(second) <= bound]
         start = min(inside, key=lambda one: one.aim(first), default=None)
         if start is not None:
-            search.nearby(start, {first: 1.0}, {second: float(bound)})
-    bounds = np.linspace(low, high, points)
+            search.nearby(start, {first: 1.0}, {second: bound})
     chosen: dict[tuple[float, ...], float] = {}
-    for bound in (*bounds, np.inf):
-        inside = [one for one in search.every if one.holds and one.aim(second) <= bound * (1.0 + 1e-9)]
+    for bound in bounds:
+        inside = [one for one in search.every if one.holds and one.aim(second) <= bound * (1.0 + 2.0 * ROUND)]
         if inside:
             least = min(inside, key=lambda one: (one.aim(first), one.aim(second)))
-            chosen.setdefault(least.values, float(bound))
+            chosen.setdefault(least.values, bound)
     exact = [search.attempt(values, exact=True) for values in chosen]
     exact = [
-        one if one.holds else _exactly(search, one.values, {first: 1.0}, {second: bound} if np.isfinite(bound) else {})
+        one if one.holds else _exactly(search, one.values, {first: 1.0}, {second: bound})
         for one, bound in zip(exact, chosen.values(), strict=True)
     ]
     every = [one for one in (*exact, *ends) if one.holds]
