@@ -82,6 +82,25 @@ def test_a_limit_that_binds_by_its_closed_form() -> None:
     assert jp.worst(better).limit_met.all()
 
 
+def test_what_holds_to_first_order_alone_is_not_where_it_ends() -> None:
+    """Along a lever its drive moves the end by the second order only: the limit binds at another length."""
+    limit, bent = 0.1, 1.0 - np.cos(ERROR)
+    turned = {"turn": {"joint": "J", "values": [0.0], "error": ERROR}}
+    m = lever(drives=turned, limits={"x": [-limit, limit]})
+    found = jp.design(m, {"variables.a": [2, 40]}, "size", evaluations=60)
+    root = (limit - np.sqrt(limit**2 - 4.0 * bent * PLAY)) / (2.0 * bent)
+    assert found.status.item() == "ok"
+    assert found.value_found.item() == pytest.approx(root, rel=1e-4)
+    assert found.used.sel(held="limits.x").item() == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("bounds", "now"), [((8.3, 12.9), 8.3), ((12.7, 15.1), 15.1)])
+def test_the_value_of_the_file_may_be_a_bound(bounds: tuple[float, float], now: float) -> None:
+    m = lever(variables={"a": now})
+    found = jp.design(m, {"variables.a": [*bounds]}, "worst_position", evaluations=20)
+    assert found.value_found.item() == pytest.approx(np.clip(np.sqrt(PLAY / SLOPE), *bounds), abs=1e-2)
+
+
 def test_a_bound_with_many_digits_is_kept() -> None:
     found = jp.design(lever(), {"variables.a": [12.345651, 40]}, "worst_position", evaluations=40)
     assert found.value_found.item() == 12.345651
@@ -107,6 +126,47 @@ def test_a_front_lies_on_its_curve() -> None:
     assert len(a) == 7
     np.testing.assert_allclose(steps, steps.mean(), rtol=0.02)
     assert found.front_aim.values.tolist() == sorted(found.front_aim.values.tolist())
+
+
+def test_a_front_along_a_limit_that_binds_otherwise_than_to_first_order() -> None:
+    """The play c / a takes what the turn leaves of the limit: c = a (limit - a bent); the torque falls with c."""
+    limit, bent = 0.1, 1.0 - np.cos(ERROR)
+    m = lever(
+        variables={"a": 20.0, "c": 1.0},
+        joints={
+            "J": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}, "clearance": {"radial": "c / a"}},
+        },
+        drives={"turn": {"joint": "J", "values": [0.0], "error": ERROR}},
+        loads=[{"force": [0, 1], "at": ["40 - 10 * c", 0]}],
+        limits={"x": [-limit, limit]},
+    )
+    vary = {"variables.a": [5, 40], "variables.c": [0.2, 3]}
+    found = jp.design(m, vary, ["size", "drive_force"], evaluations=60, points=5)
+    a, c = found.front_value.values.T
+    assert len(a) == 5
+    np.testing.assert_allclose(c, a * (limit - a * bent), rtol=1e-4)
+
+
+def test_a_load_that_leaves_play_open_makes_no_error_small() -> None:
+    """A load along a guide presses no corner of it; it may be at each, as it is pressed to one by a load beside it."""
+    gap, length, reach, pin = 0.02, 30.0, 50.0, 0.02
+    guide = {"on": {"arm": {"at": [100, 0], "axis": [1, 0]}, "rod": {"at": [0, 0], "axis": [1, 0]}}}
+    m = lever(
+        units={"length": "mm", "angle": "deg", "force": "N"},
+        variables={"beside": 10.0},
+        joints={
+            "J": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}, "clearance": {"radial": pin}},
+            "guide": {"type": "prismatic", "clearance": {"gap": gap, "length": length}, **guide},
+        },
+        drives={"turn": {"joint": "J", "values": [0.0]}, "reach": {"joint": "guide", "values": [10.0]}},
+        output={"body": "rod", "at": [reach, 0]},
+        loads=[{"force": [-10, 0], "at": [reach, "beside"]}],
+    )
+    found = jp.design(m, {"variables.beside": {"values": [-10, 0, 10]}}, "loaded_position", evaluations=20)
+    tilted = gap / (0.5 * length)
+    assert found.aim_found.item() == pytest.approx(np.hypot(pin, reach * np.sin(tilted)), rel=1e-3)
+    turned = jp.design(m, {"variables.beside": {"values": [-10, 0, 10]}}, "loaded_rotation", evaluations=20)
+    assert turned.aim_found.item() == pytest.approx(np.degrees(tilted), rel=1e-3)
 
 
 def test_a_catalogue() -> None:

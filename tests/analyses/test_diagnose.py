@@ -154,6 +154,19 @@ def test_it_says_what_is_worn(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Not shown: which joints are worn; the readings do not fit" in " ".join(capsys.readouterr().out.split())
 
 
+def test_readings_that_would_not_show_wear_show_none(capsys: pytest.CaptureFixture[str]) -> None:
+    """With noise as large as all play, the play of no joint is said to be that of the file."""
+    asked = ["diagnose", str(FILE), "--reversal", str(TABLE), "--sigma"]
+    assert run([*asked, "length=0.5"]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Not shown: whether A + B is worn: 0.04" in out
+    assert "twice as much would not be seen" in out
+    assert "Every clearance" not in out
+    assert run([*asked, "length=0.02"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "No clearance that is determined is found to be worn; least is known of" in out
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 import jointplay as jp
 from jointplay import Mechanism, examples
 from jointplay.cli import run
+from jointplay.result import from_dataset
+from jointplay.result.conclusions import conclude
 
 
 def machine(**limits: object) -> Mechanism:
@@ -55,6 +57,32 @@ def test_noise_in_all_directions_counts() -> None:
     assert risks[0] == pytest.approx(chi2.sf(1.0 / 0.09, 3), rel=1e-6)
     true = np.array([0.3, 0.8, 0.0]) + np.random.default_rng(1).standard_normal((1_000_000, 3)) * [0.02, 0.01, 0.4]
     assert risks[1] == pytest.approx((np.linalg.norm(true, axis=1) > 1.0).mean(), abs=2e-3)
+
+
+@pytest.mark.parametrize("turned", [0.06, -0.06])
+def test_a_rotation_in_the_plane_has_two_sides(turned: float) -> None:
+    m = machine(rotation=0.05)
+    angles = jp.solve(m).nominal.sel(component="angle").values[[0, 1]] + [turned, 0.0]
+    found = jp.verify(m, {"configuration": [0, 1], "angle": angles}, sigma={"angle": 0.02})
+    assert found.used[0].item() == pytest.approx(1.2, rel=1e-9)
+    assert found.risk[0].item() == pytest.approx(norm.cdf(0.5) + norm.cdf(-5.5), rel=1e-9)
+    assert found.risk[1].item() == pytest.approx(2.0 * norm.cdf(-2.5), rel=1e-9)
+    sure = jp.verify(m, {"configuration": [0, 1], "angle": angles}, sigma={"angle": 0.0001})
+    assert sure.status.item() == "rejected"
+
+
+@pytest.mark.parametrize(("x", "status"), [(0.02, "accepted"), (0.3, "rejected")])
+def test_a_position_that_was_read_in_part_is_no_position_that_holds(x: float, status: str) -> None:
+    """One component that is beyond the limit alone rejects; one that is not shows nothing."""
+    m = machine(position=0.1)
+    columns = table(m, [0, 1, 2], [(0.01, 0.0), (x, 0.0), (0.0, 0.01)])
+    columns["y"] = [*np.asarray(columns["y"])[:1].tolist(), None, *np.asarray(columns["y"])[2:].tolist()]
+    found = jp.verify(m, columns, sigma={"length": 0.001})
+    assert found.status.item() == status
+    assert found.judged.values[:, 0].tolist() == [True, False, True]
+    said = conclude(from_dataset(found)).sentences[0].text
+    assert ("in 2 of 3 readings" in said) == (status == "accepted")
+    assert ("position uses 300 % of its limit in row 2" in said) == (status == "rejected")
 
 
 @pytest.mark.parametrize(("x", "status"), [(0.05, "accepted"), (0.0999, "undecided"), (0.15, "rejected")])

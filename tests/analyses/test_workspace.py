@@ -17,6 +17,8 @@ from jointplay.analyses.workspace.surface import CrossedEdges, enclosed, facet_s
 from jointplay.cli import run
 from jointplay.errors import InputError
 from jointplay.model.mechanism import Mechanism
+from jointplay.result import from_dataset
+from jointplay.result.conclusions import conclude
 
 TOOL = np.array([250.0, 0.0]) + 80.0 * np.array([np.cos(np.radians(15.0)), -np.sin(np.radians(15.0))])
 #: links of the arm; its tool is turned against the forearm
@@ -409,6 +411,22 @@ def test_limits_hold_inside_and_are_missed_outside() -> None:
     at = jp.worst(m.with_({"path.x": own[:, 0].tolist(), "path.y": own[:, 1].tolist()}))
     assert at.worst_position.values == pytest.approx(0.5, rel=0.01)
     assert (at.worst_position.values <= 0.5 + 1e-9).all()
+
+
+def test_how_many_specimens_show_a_region_is_no_property_of_it() -> None:
+    """Few specimens show a smaller part of where the yield is reached; the answer does not call that the workspace."""
+    m = arm(q1=[0, 60], q2=[-120, -20])
+    at = jp.random(m, samples=4096).error_quantile.sel(quantity="position", probability=0.9).values
+    limits = {"position": 1.03 * float(at.max()), "probability": 0.9, "contact": "scattered"}
+    m = m.with_({f"limits.{name}": value for name, value in limits.items()})
+    few, many = (jp.workspace(m, question="random", count=15, samples=samples) for samples in (256, 4096))
+    assert many["size"].item() > 1.1 * few["size"].item()
+    for result in (few, many):
+        said = conclude(from_dataset(result)).sentences
+        assert said[0].text.startswith("The workspace, as far as it is shown, has an area of")
+        assert said[1].text.endswith("More specimens show more of it.")
+    whole = conclude(from_dataset(jp.workspace(m, count=9))).sentences
+    assert whole[0].text.startswith("The workspace has an area of")
 
 
 def test_what_hangs_together_only_through_what_is_outside_does_not_count() -> None:

@@ -48,7 +48,7 @@ DOUBT = 1e-3
 ROUNDS, NEAR = 4, 0.01
 #: cells times places that are compared at once
 MOST_NUMBERS = 40_000_000
-WORN, TIGHT, SAME, OPEN = "worn", "tight", "as in the file", "not determined"
+WORN, TIGHT, SAME, VAGUE, OPEN = "worn", "tight", "as in the file", "not exact enough", "not determined"
 
 
 @typed
@@ -75,9 +75,10 @@ def diagnose(
     xarray.Dataset
         Over `group`, clearances of which only the sum is determined, or single ones: `group_size` (the sum of their
         sizes, as the file measures them), `group_standard_error`, `group_lowest` and `group_highest` (by the file),
-        `state`: ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file`` or ``not
-        determined``. Over `group` and `clearance`, `part`: the coefficients of the sum. Over `clearance`: `size_lowest`
-        and `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
+        `state`: ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file``,
+        ``not exact enough`` (twice as much would not be seen) or ``not determined``. Over `group` and `clearance`,
+        `part`: the coefficients of the sum. Over `clearance`: `size_lowest` and
+        `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
         `residual_before` (from what the place has in common, with the sizes of the file) and `residual_after`; `alone`
         (its place is read under one load only) and `left_out`. The attributes `chi_square`, `degrees_of_freedom`,
         `p_value` and `rank` (how many sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do
@@ -128,8 +129,8 @@ def compute(m: Mechanism, measured: Any, *, sigma: Any = None, progress: Progres
 
 
 def holds(result: Result) -> bool:
-    """Whether the readings fit, and no clearance is found to be another one than the file allows."""
-    return str(result.get("status")) == "ok" and not np.isin(result.get("state"), (WORN, TIGHT)).any()
+    """Whether the readings fit, and no clearance may be another one than the file allows, as far as they tell."""
+    return str(result.get("status")) == "ok" and not np.isin(result.get("state"), (WORN, TIGHT, VAGUE)).any()
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,8 +317,10 @@ def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Diagnosis)
     low, high = np.minimum(low, high), np.maximum(low, high)
     size = np.where(found.determined, parts @ fit.sizes[:, 0] + found.change, np.nan)
     error = np.where(found.determined, found.error, np.nan)
+    near = SURE * error
+    is_vague = near > np.abs(parts) @ fit.sizes[:, 2]
     state = np.select(
-        [~found.determined, size - SURE * error > high, size + SURE * error < low], [OPEN, WORN, TIGHT], SAME
+        [~found.determined, size - near > high, size + near < low, is_vague], [OPEN, WORN, TIGHT, VAGUE], SAME
     )
     for name, values, words in (
         ("group_size", size, "sum of the sizes, as the file measures them"),

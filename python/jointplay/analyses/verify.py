@@ -25,7 +25,7 @@ import numpy as np
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.readings import OUTPUT, ReadingModel, Readings, nearest_frame, readings, require_whole
 from jointplay.analyses.recorded import recorded
-from jointplay.basics.arrays import Floats
+from jointplay.basics.arrays import Flags, Floats
 from jointplay.basics.typed import typed
 from jointplay.core.compile import LENGTHS
 from jointplay.errors import InputError, shown
@@ -71,7 +71,8 @@ def verify(
     -------
     xarray.Dataset
         Over `visit`, every approach, labelled by its first row: `error` (by `channel`), and by `limited`, what has a
-        limit and is read: `risk` (that the limit is missed there) and `used` (part of the limit). Over `place` and
+        limit and is read: `risk` (that the limit is missed there), `used` (part of the limit) and `judged` (false where
+        not all that it is made of was read: the others are lower bounds then). Over `place` and
         `point`: `accuracy` and `repeatability` of position (ISO 9283), nan with a single visit; over `place`: `visits`.
         Over `point`: `position_rms`, the rms of the position error, and `best_fit_rms`, what the best fit of a frame
         leaves of it: that of a measuring device is hardly known to such accuracy.
@@ -126,8 +127,12 @@ class _Limited:
     low: float
     high: float
 
+    def judged(self, error: Floats) -> Flags:
+        """Of every visit whether all that it is made of was read."""
+        return np.asarray(np.isfinite(error[:, self.columns]).all(axis=1))
+
     def risk(self, error: Floats, sigma: Floats) -> Floats:
-        """Probability that the true value is beyond a limit."""
+        """Probability that the true value is beyond a limit; what was not read adds nothing to it."""
         from scipy.special import ndtr
 
         own, spread = error[:, self.columns], sigma[:, self.columns]
@@ -135,15 +140,16 @@ class _Limited:
             value, along = own[:, 0], spread[:, 0]
             return np.asarray(ndtr((value - self.high) / along) + ndtr((self.low - value) / along))
         # Components that are read more exactly are integrated first, so that all integrands are smooth.
-        order = np.argsort(spread, axis=1)
-        own, spread = (np.take_along_axis(values, order, axis=1) for values in (own, spread))
-        return np.array([_beyond(*each, np.array(self.high)) for each in zip(own, spread, strict=True)])
+        orders = [order[np.isfinite(own[k, order])] for k, order in enumerate(np.argsort(spread, axis=1))]
+        each = zip(own, spread, orders, strict=True)
+        high = np.array(self.high)
+        return np.array([_beyond(one[order], by[order], high) if order.size else np.nan for one, by, order in each])
 
     def used(self, error: Floats) -> Floats:
         """Part of the limit that is used, more than one where it is missed."""
         own = error[:, self.columns]
         if len(self.columns) > 1:
-            return np.asarray(np.linalg.norm(own, axis=1) / self.high)
+            return np.asarray(np.sqrt(np.nansum(own**2, axis=1)) / self.high)
         half, middle = 0.5 * (self.high - self.low), 0.5 * (self.high + self.low)
         if np.isfinite(half):
             return np.asarray(np.abs(own[:, 0] - middle) / half)
@@ -235,8 +241,11 @@ class _Visits:
                     columns = self._of(point, [quantity])
                 else:
                     columns = self._of(point, self._parts(lengths=quantity == "position"))
-                if columns:
-                    found.append(_Limited(title, columns, low, high))
+                    # A size of one component is on both sides of zero.
+                    low = -high
+                one = _Limited(title, columns, low, high)
+                if columns and one.judged(self.error).any():
+                    found.append(one)
                 else:
                     missing.append(title)
         return found, missing
@@ -277,6 +286,8 @@ class _Visits:
         builder.data["total_risk"] = Variable((), np.array(total), "", "no risk that a limit is missed is larger")
         used = np.column_stack([one.used(self.error) for one in limited])
         builder.data["used"] = Variable(("visit", "limited"), used, "", "part of the limit that is used")
+        judged = np.column_stack([one.judged(self.error) for one in limited])
+        builder.data["judged"] = Variable(("visit", "limited"), judged, "", "whether all that it is made of was read")
         if total <= risk:
             return ACCEPTED
         return REJECTED if each.max() >= 1.0 - risk else UNDECIDED

@@ -182,7 +182,7 @@ def diagnose(
 ) -> int:
     """Say which joints of a built machine are worn.
 
-    Exit code 1: a joint has more or less play than the file allows, or the readings do not fit.
+    Exit code 1: a joint has more or less play than the file allows, or the readings do not fit or do not show it.
     """
     from jointplay.analyses.diagnose import compute, holds
 

@@ -42,6 +42,8 @@ LOSSES = (0.01, 0.05)
 #: values are rounded to this part of what they may vary by, or to up to so many digits more, so that it costs no more
 #: than this part of the aim
 ROUND, MORE_DIGITS, COST = 1e-5, 4, 1e-5
+#: part of an aim by which nobody tells two designs apart
+TOLD_APART = 1e-3
 
 
 @typed
@@ -215,10 +217,23 @@ def _least(search: DesignSearch, weights: Mapping[str, float]) -> Candidate:
     search.nearby(light, weights)
     light = search.best(objective)
     assert light is not None
-    search.nearby(search.attempt(light.values, exact=True), weights, exact=True, steps=LAST)
-    best = search.best(objective, exact=True)
-    assert best is not None
-    return best
+    return _exactly(search, light.values, weights)
+
+
+def _exactly(
+    search: DesignSearch,
+    values: Sequence[float],
+    weights: Mapping[str, float],
+    bounds: Mapping[str, float] | None = None,
+) -> Candidate:
+    """The best design near some values on the exact closure, with aims within bounds."""
+    objective, start = weighted(weights), search.attempt(values, exact=True)
+    # What holds to first order alone first comes back to what holds.
+    for _ in range(1 if start.holds else 2):
+        search.nearby(start, weights, bounds, exact=True, steps=LAST)
+        inside = [one for one in search.exact if all(one.aim(n) <= most for n, most in (bounds or {}).items())]
+        start = min(inside, key=lambda one: rank(one, objective), default=start)
+    return start
 
 
 def _rounded(search: DesignSearch, best: Candidate, objective: Any) -> Candidate:
@@ -248,22 +263,25 @@ def _front(search: DesignSearch, answer: Designed, names: Sequence[str], points:
         return
     # Among designs with the least of one the other one counts.
     for name, other, end in ((first, second, ends[0]), (second, first, ends[1])):
-        search.nearby(search.attempts.at(end.values), {other: 1.0}, {name: end.aim(name) * (1.0 + ROUND)})
-    low, high = sorted(end.aim(second) for end in ends)
-    for bound in np.linspace(low, high, points)[1:-1]:
+        ends.append(_exactly(search, end.values, {other: 1.0}, {name: end.aim(name) * (1.0 + ROUND)}))
+    low, high = sorted(end.aim(second) for end in ends[2:])
+    bounds = np.linspace(low, high, points).tolist()
+    for bound in bounds[1:-1]:
         inside = [one for one in search.every if one.holds and one.aim(second) <= bound]
         start = min(inside, key=lambda one: one.aim(first), default=None)
         if start is not None:
-            search.nearby(start, {first: 1.0}, {second: float(bound)})
-    bounds = np.linspace(low, high, points)
-    chosen = []
+            search.nearby(start, {first: 1.0}, {second: bound})
+    chosen: dict[tuple[float, ...], float] = {}
     for bound in bounds:
-        inside = [one for one in search.every if one.holds and one.aim(second) <= bound * (1.0 + 1e-9)]
+        inside = [one for one in search.every if one.holds and one.aim(second) <= bound * (1.0 + 2.0 * ROUND)]
         if inside:
-            chosen.append(min(inside, key=lambda one: (one.aim(first), one.aim(second))))
-    least = [one for one in search.every if one.holds]
-    chosen += [min(least, key=lambda one: (one.aim(first), one.aim(second)))] if least else []
-    exact = [search.attempt(values, exact=True) for values in dict.fromkeys(one.values for one in chosen)]
+            least = min(inside, key=lambda one: (one.aim(first), one.aim(second)))
+            chosen.setdefault(least.values, bound)
+    exact = [search.attempt(values, exact=True) for values in chosen]
+    exact = [
+        one if one.holds else _exactly(search, one.values, {first: 1.0}, {second: bound})
+        for one, bound in zip(exact, chosen.values(), strict=True)
+    ]
     every = [one for one in (*exact, *ends) if one.holds]
     best = sorted(
         (one for one in every if not any(_beats(other, one, names) for other in every)),
@@ -284,10 +302,15 @@ def _front(search: DesignSearch, answer: Designed, names: Sequence[str], points:
 
 def _is_alike(one: Candidate, other: Candidate, names: Sequence[str], sizes: Sequence[float]) -> bool:
     """Whether nobody tells the aims of two designs apart."""
-    return all(abs(one.aim(name) - other.aim(name)) <= 1e-3 * size for name, size in zip(names, sizes, strict=True))
+    return all(
+        abs(one.aim(name) - other.aim(name)) <= TOLD_APART * size for name, size in zip(names, sizes, strict=True)
+    )
 
 
 def _beats(one: Candidate, other: Candidate, names: Sequence[str]) -> bool:
-    """Whether one is no worse in both aims and better in one, by more than rounding."""
+    """Whether one is no worse in both aims and better in one; where it is much better, rounded values are no worse."""
     pairs = [(one.aim(name), other.aim(name)) for name in names]
-    return all(a <= b * (1.0 + 1e-9) for a, b in pairs) and any(a < b * (1.0 - 1e-9) for a, b in pairs)
+    return any(
+        all(a <= b * (1.0 + worse) for a, b in pairs) and any(a < b * (1.0 - better) for a, b in pairs)
+        for worse, better in ((1e-9, 1e-9), (2.0 * ROUND, TOLD_APART))
+    )

@@ -32,7 +32,7 @@ from jointplay.file.schema import DesignTable, NotAnExpression, Variables, Varia
 from jointplay.model.mechanism import Mechanism
 from jointplay.questions import QUESTIONS
 from jointplay.result import Result, figure, parts
-from jointplay.result.verdict import READABLE, ends
+from jointplay.result.verdict import READABLE, ends, reached
 
 ASSEMBLY = "assembly"
 TURN = 2.0 * np.pi
@@ -311,6 +311,10 @@ def _figure(result: Result, name: str, kind: str) -> Floats:
         return np.asarray(result.get("outside"))
     if name == "drive_force":
         return np.asarray(np.abs(result.get("drive_torque")).max(axis=1))
+    if name in ("loaded_position", "loaded_rotation"):
+        # What the load leaves open counts: in the middle of its play nothing holds the machine.
+        _, high = reached([result.get("error")], result.get("undetermined"), result.labels("component"))
+        return np.asarray(high[:, -2 if name == "loaded_position" else -1])
     return figure(result, name.rpartition("_")[2])[0]
 
 

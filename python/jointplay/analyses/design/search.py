@@ -89,12 +89,13 @@ class DesignSearch:
         variables = self.attempts.variables
         free = sum(not one.choices or len(one.choices) > 1 for one in variables)
         crowd = max(FEWEST, CROWD * max(free, 1))
-        bounds = [(0, len(one.choices) - 1) if one.choices else (one.low, one.high) for one in variables]
+        # In parts of their ranges, where rounding takes no bound for a value beyond it.
+        bounds = [(0, len(one.choices) - 1 if one.choices else 1) for one in variables]
         integers = [bool(one.choices) for one in variables]
 
         def values(z: Floats) -> list[float]:
             return [
-                one.choices[round(float(at))] if one.choices else float(at)
+                one.choices[round(float(at))] if one.choices else one.low + float(at) * one.span
                 for one, at in zip(variables, z, strict=True)
             ]
 
@@ -124,7 +125,7 @@ class DesignSearch:
             seed=self.seed,
             polish=False,
             integrality=integers,
-            x0=now if inside else None,
+            x0=[(v - one.low) / one.span for one, v in zip(variables, now, strict=True)] if inside else None,
         )
 
     def nearby_each(self, starts: Sequence[Candidate], weights: Mapping[str, float]) -> None:

@@ -25,8 +25,8 @@ BOTH_SIDES = {
     "M": "mean_deviation",
     "A": "bidirectional_accuracy",
 }
-#: standard errors that are not exceeded to one side, 95 %
-ONE_SIDED = 1.645
+#: standard errors that are not exceeded to one side, and to both, 95 %
+ONE_SIDED, CONFIDENT = 1.645, 1.96
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
@@ -235,18 +235,36 @@ def _diagnosed(result: Result) -> Iterator[Sentence]:
         chi, free = (float(result.attrs[name]) for name in ("chi_square", "degrees_of_freedom"))
         text = f"Not shown: which joints are worn; the readings do not fit (chi square {chi:.4g} of {free:.0f})"
         yield Sentence(f"{text}: the file lacks something, or they are less exact.", is_alarm=True, state=NOT_SHOWN)
+    sizes, errors, lows, highs = (
+        result.get(f"group_{name}") for name in ("size", "standard_error", "lowest", "highest")
+    )
+
+    def told(row: int) -> tuple[str, str]:
+        """A sum, and what is known of it."""
+        parts = result.get("part")[row]
+        low, high = float(lows[row]), float(highs[row])
+        allowed = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+        own = [names[k] for k in np.flatnonzero(parts).tolist()]
+        size = f"{_about(float(sizes[row]), float(errors[row]))} {units[row]}"
+        return _sum(own, parts[np.flatnonzero(parts)]), f"{size}, {allowed} by the file"
+
     for word in ("worn", "tight"):
         for row in np.flatnonzero(states == word).tolist():
-            parts = result.get("part")[row]
-            own = [names[k] for k in np.flatnonzero(parts).tolist()]
-            size, error = (float(result.get(f"group_{name}")[row]) for name in ("size", "standard_error"))
-            low, high = (float(result.get(f"group_{name}")[row]) for name in ("lowest", "highest"))
-            allowed = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-            apart = "; these readings do not show which of them" if len(own) > 1 else ""
-            text = f"{_sum(own, parts[np.flatnonzero(parts)])} is {word}: {_about(size, error)} {units[row]}"
-            yield Sentence(f"{text}, {allowed} by the file{apart}.", is_alarm=is_sure, state=MISSED * is_sure)
-    if not np.isin(states, ("worn", "tight")).any() and (states != "not determined").any():
+            several = np.count_nonzero(result.get("part")[row]) > 1
+            apart = "; these readings do not show which of them" if several else ""
+            sum_, known = told(row)
+            yield Sentence(f"{sum_} is {word}: {known}{apart}.", is_alarm=is_sure, state=MISSED * is_sure)
+    for row in np.flatnonzero(states == "not exact enough").tolist():
+        sum_, known = told(row)
+        text = f"Not shown: whether {sum_} is worn: {known}, and twice as much would not be seen."
+        yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
+    same = np.flatnonzero(states == "as in the file")
+    if same.size and not np.isin(states, ("worn", "tight", "not exact enough")).any():
+        near = CONFIDENT * errors[same]
         text = "Every clearance that is determined is within the file's limits."
+        if not ((sizes[same] - near >= lows[same]) & (sizes[same] + near <= highs[same])).all():
+            sum_, known = told(int(same[(near / np.fmax(np.abs(highs[same]), near)).argmax()]))
+            text = f"No clearance that is determined is found to be worn; least is known of {sum_}: {known}."
         yield Sentence(text, state=HELD * is_sure)
     blind = [
         names[k] for row in np.flatnonzero(states == "not determined") for k in np.flatnonzero(result.get("part")[row])
@@ -271,14 +289,17 @@ def _accepted(result: Result) -> Iterator[Sentence]:
         yield Sentence("No limit is set, so that nothing is accepted or rejected.")
         return
     total, used = float(result.get("total_risk")), result.get("used")
-    visit, which = np.unravel_index(int(np.nanargmax(used)), used.shape)
+    # What was read in part may reject, and shows nothing else.
+    shown = used if status == "rejected" else np.where(result.get("judged"), used, np.nan)
+    visit, which = np.unravel_index(int(np.nanargmax(shown)), used.shape)
     row, name = result.labels("visit")[visit], result.labels("limited")[which]
     most = f"{name} uses {100.0 * float(used[visit, which]):.4g} % of its limit in row {row}"
-    where = plural(len(used), "reading")
+    judged = result.get("judged").all(axis=1)
+    where = f"all {plural(len(used), 'reading')}" if judged.all() else f"{judged.sum()} of {len(used)} readings"
     match status:
         case "accepted":
             most_risk = f"at most {percent(total)}" if total > NO_RISK else f"less than {percent(NO_RISK)}"
-            text = f"Accepted: the limits hold in all {where}, with a risk of {most_risk} that one is missed"
+            text = f"Accepted: the limits hold in {where}, with a risk of {most_risk} that one is missed"
             yield Sentence(f"{text} ({percent(allowed)} is allowed); {most}.", state=HELD)
         case "rejected":
             yield Sentence(f"Rejected: {most}.", is_alarm=True, state=MISSED)

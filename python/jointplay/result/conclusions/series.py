@@ -270,12 +270,17 @@ def _best(result: Result) -> Iterator[Sentence]:
     for kind, declared in figures(result).items():
         values, unit = rounded_figure(result, kind)
         ranked_ = [k for k in np.flatnonzero(is_whole).tolist() if np.isfinite(values[k, ~lost[-1]]).all()]
-        tops = {names[k]: float(np.abs(values[k, ~lost[-1]]).max(initial=0.0)) for k in ranked_}
+        far = _farthest_open(result, kind, np.abs(values))
+        tops, alone = (
+            {names[k]: float(part[k, ~lost[-1]].max(initial=0.0)) for k in ranked_} for part in (far, np.abs(values))
+        )
         least = sorted(tops, key=tops.__getitem__)[:2]
         if len(least) < 2 or say(tops[least[0]]) == say(tops[least[1]]):
             continue
         first, second = (tops[name] for name in least)
         said = declared.words if "correction" in result.data else WORDS[kind]
+        if any(say(tops[name]) != say(alone[name]) for name in least):
+            said = f"{said}, with what the load leaves open,"
         text = f"largest {said} {say(first, unit)}, {100.0 * (1.0 - first / second):.3g} % below {least[1]}"
         won.setdefault(least[0], []).append(text)
     if won:
@@ -287,6 +292,18 @@ def _best(result: Result) -> Iterator[Sentence]:
         out = [name for name, is_ranked in zip(names, is_whole.tolist(), strict=True) if not is_ranked]
         rest = f"; not ranked: {strung(out)}, which is not ok everywhere" if out else ""
         yield Sentence(f"{told}{rest}.")
+
+
+def _farthest_open(result: Result, kind: str, values: Array) -> Array:
+    """Sizes with what a load leaves open of them: in the middle of it nothing holds the machine."""
+    source = figures(result)[kind].variable
+    half = {"error": "undetermined", "residual": "residual_undetermined"}.get(source, "")
+    if half not in result.data:
+        return values
+    chosen = split(result.labels("component"))[kind == "rotation"]
+    parts = [[np.abs(result.get(name, component=one)) for one in chosen] for name in (source, half)]
+    far = np.linalg.norm(np.array(parts[0]) + np.nan_to_num(parts[1]), axis=0)
+    return np.asarray(np.maximum(values, far))
 
 
 def of_map(result: Result) -> Conclusion:

@@ -69,16 +69,16 @@ def _answer(result: Result) -> Iterator[Sentence]:
         return
     flat = len(result.labels("along")) == 2
     size, error = (float(result.get(name)) for name in ("size", "size_error"))
+    shares = dict(zip(result.labels("bound"), result.get("share").tolist(), strict=True))
+    is_open = shares.get("not_shown", 0.0) >= LEAST
     yield Sentence(
-        f"The workspace has {'an area' if flat else 'a volume'} of {with_error(size, error, result.unit('size'))}."
+        f"The workspace{', as far as it is shown,' * is_open} has {'an area' if flat else 'a volume'} of"
+        f" {with_error(size, error, result.unit('size'))}."
     )
-    named = [
-        f"{bound_words(word)} {share_of(float(share), 2)}"
-        for word, share in zip(result.labels("bound"), result.get("share"), strict=True)
-        if share >= LEAST
-    ]
+    named = [f"{bound_words(word)} {share_of(share, 2)}" for word, share in shares.items() if share >= LEAST]
     more = f", and {len(named) - MOST} more" if len(named) > MOST else ""
-    yield Sentence(f"Bounded by: {', '.join(named[:MOST])}{more}.")
+    shown = " More specimens show more of it." if is_open and result.attrs.get("asked") == "random" else ""
+    yield Sentence(f"Bounded by: {', '.join(named[:MOST])}{more}.{shown}")
     if str(result.attrs.get("centre", "")) == "outside":
         yield Sentence(f"The centre {_place(result, 'disc_centre')} is not in it.", is_alarm=True)
         return
