@@ -136,7 +136,7 @@ def crank(rng: np.random.Generator, values: list[float], push: float) -> tuple[j
 
     def place(degrees: np.ndarray) -> np.ndarray:
         angles = np.radians(degrees)
-        return short * np.cos(angles) + np.sqrt(long**2 - (short * np.sin(angles)) ** 2)
+        return np.asarray(short * np.cos(angles) + np.sqrt(long**2 - (short * np.sin(angles)) ** 2))
 
     at = np.array(values)
     ends = [at - 0.5 * lost, at + 0.5 * lost]
