@@ -1,5 +1,6 @@
 """What the load leaves open on the exact closure, against the largest work of the load over poses and play."""
 
+import math
 from itertools import product
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from helpers.builders import planar
 from helpers.graphs import graph
 from helpers.oracles import brute
 from helpers.oracles.most_work import MostWork
@@ -116,3 +118,68 @@ def test_no_offsets_of_what_is_open_go_farther() -> None:
     # What the load decides turns a little with the open pins, by the play as a part of the size (0.13 %).
     assert (part < 1.002).all()
     assert (part > 0.9).all()
+
+
+def crank(rng: np.random.Generator, values: list[float], push: float) -> tuple[jp.Mechanism, np.ndarray]:
+    """A slider-crank with a load along its ram, and where the ram goes that does the most work."""
+    short, lost = 10 ** rng.uniform([1, -1], [2, 0.5])
+    long = short * rng.uniform(1.5, 5)
+    b = planar()
+    b.revolute("J1", ground=(0, 0), crank=(0, 0))
+    b.revolute("J2", crank=(short, 0), rod=(0, 0))
+    b.revolute("J3", rod=(long, 0), ram=(0, 0))
+    b.prismatic("J4", ground={"at": (0, 0), "axis": (1, 0)}, ram={"at": (0, 0), "axis": (1, 0)})
+    b.start("ram", x=long)
+    b.drive("q", joint="J1", values=values, backlash=lost)
+    b.output(body="ram")
+    b.load(force=(100 * push, 0))
+
+    def place(degrees: np.ndarray) -> np.ndarray:
+        angles = np.radians(degrees)
+        return np.asarray(short * np.cos(angles) + np.sqrt(long**2 - (short * np.sin(angles)) ** 2))
+
+    at = np.array(values)
+    ends = [at - 0.5 * lost, at + 0.5 * lost]
+    places = [place(turned) for turned in [*ends, np.clip(0, *ends), np.clip(180, *ends)]]
+    return b.mechanism(), push * np.max(push * np.array(places), axis=0) - place(at)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("count", [1, 70])
+@pytest.mark.parametrize("push", [-1.0, 1.0])
+def test_a_drive_leaves_its_middle_at_a_dead_centre_where_the_work_has_a_minimum(
+    seed: int, count: int, push: float
+) -> None:
+    """It stayed there, as the forces vanish, and no error was told. Batches of configurations say the same."""
+    pushed, pulled = [0.0] * count + [1e-3, -1e-3], [180.0] * count + [180.001]
+    m, wanted = crank(np.random.default_rng(seed), pushed + pulled, push)
+    result = jp.loaded(m)
+    assert set(result.status.values) == {"ok"}
+    np.testing.assert_allclose(result.error.sel(component="x"), wanted, rtol=1e-6, atol=1e-10)
+    # Where it leaves the middle, the other flank is as good.
+    places = [2, 1] if push < 0.0 else [1, 2]
+    assert result.equilibria.values.tolist() == [places[0]] * len(pushed) + [places[1]] * len(pulled)
+    few = [*pushed[-3:], *pulled[-2:]]
+    wanted = np.append(wanted[count - 1 : count + 2], wanted[-2:])
+    found = jp.random(m.with_({"drives.q.values": few}), samples=16, contact="loaded")
+    np.testing.assert_allclose(found.error_mean.sel(component="x"), wanted, rtol=1e-6, atol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_knee_goes_to_a_side_of_its_slot(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    first, second = 10 ** rng.uniform([1, 1], [3, 3])
+    gap = 0.1 * min(first, second) * rng.uniform()
+    b = planar()
+    b.revolute("A", ground=(0, 0), link=(0, 0))
+    b.pin_in_slot("S", ground={"at": (first, 0), "axis": (1, 0)}, link=(first, 0), clearance={"gap": gap})
+    b.revolute("P", link=(first, 0), foot=(0, 0))
+    b.prismatic("G", ground={"at": (0, 0), "axis": (1, 0)}, ram={"at": (0, 0), "axis": (1, 0)})
+    b.revolute("H", foot=(second, 0), ram=(0, 0))
+    b.start("ram", x=first + second)
+    b.output(body="ram")
+    b.load(force=(-100, 0))
+    result = jp.loaded(b.mechanism()).isel(configuration=0)
+    assert (result.status.item(), result.equilibria.item(), result.decided.item()) == ("ok", 2, True)
+    wanted = math.sqrt(first**2 - gap**2) - first + math.sqrt(second**2 - gap**2) - second
+    assert result.error.sel(component="x").item() == pytest.approx(wanted, rel=1e-6)

@@ -36,6 +36,15 @@ pub(crate) struct Direction {
     pub reach: f64,
 }
 
+impl Set {
+    /// A direction as the offsets have it.
+    #[inline]
+    pub(crate) fn along(&self, unit: &[f64; MAX_SIZE]) -> [f64; MAX_SIZE] {
+        let (at, middle) = (self.of_unit(unit), self.of_unit(&[0.0; MAX_SIZE]));
+        std::array::from_fn(|k| at[k] - middle[k])
+    }
+}
+
 impl Face {
     /// Whether the linear function decides a single point.
     #[inline]
@@ -88,7 +97,7 @@ impl Face {
             Extent::Tapered(face) => face.directions(),
         };
         let direction = |(coordinate, unit): (usize, [f64; MAX_SIZE])| {
-            let (at, middle) = (set.of_unit(&unit), set.of_unit(&[0.0; MAX_SIZE]));
+            let middle = set.of_unit(&[0.0; MAX_SIZE]);
             let squared = inner(&unit, &unit);
             let along_dual = |k: usize| {
                 let mut offset = middle;
@@ -98,7 +107,7 @@ impl Face {
             let moves = |k: usize| k < set.size() && set.half_width(k) > 0.0;
             Direction {
                 coordinate,
-                along: std::array::from_fn(|k| at[k] - middle[k]),
+                along: set.along(&unit),
                 dual: std::array::from_fn(|k| if moves(k) { along_dual(k) } else { 0.0 }),
                 reach: match set.shape() {
                     Shape::Round { radius, .. } => radius,

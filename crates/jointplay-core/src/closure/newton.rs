@@ -262,6 +262,28 @@ impl<'m> Solver<'m> {
         })
     }
 
+    /// The coordinates of a state moved to inputs nearby by steps with the factors at that state.
+    pub(crate) fn chord(
+        &self,
+        linearised: &Linearised<'_>,
+        state: &State,
+        inputs: &Inputs<f64>,
+        steps: usize,
+    ) -> Vec<f64> {
+        let m = self.mechanism;
+        let commands = inputs.commands(m);
+        let (mut coordinates, mut step) = (state.coordinates.clone(), vec![0.0; m.n_unknowns()]);
+        for _ in 0..steps {
+            let (mut residual, _) = m.evaluated(&m.poses(&coordinates), &commands);
+            for r in &mut residual {
+                *r = -*r;
+            }
+            linearised.factors.solve(&mut residual, &mut step);
+            m.retract(&mut coordinates, &step);
+        }
+        coordinates
+    }
+
     /// One Newton step; `None` where the Jacobian is singular.
     pub(crate) fn newton_step(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<Vec<f64>> {
         let m = self.mechanism;

@@ -52,6 +52,11 @@ impl Mechanism {
         1e-13 * self.hands()
     }
 
+    /// A component of the output that moves by no more is moved by rounding.
+    pub(crate) fn rounding_of_output(&self, component: usize) -> f64 {
+        self.step_of_rounding() * self.unit(self.space.components()[component])
+    }
+
     /// How much more rounding there is than in a small mechanism.
     pub(crate) const fn hands(&self) -> f64 {
         let hands = self.n_unknowns() as f64 / 64.0;

@@ -30,7 +30,7 @@ const ROUNDS: usize = 25;
 /// The middle is reached where no offset moves by more than this part of its set.
 const STILL: f64 = 1e-10;
 /// Two places are one where no offset differs by more than this part of its set.
-const SAME: f64 = 1e-6;
+pub(crate) const SAME: f64 = 1e-6;
 /// What is left open is observable where it moves the output, to first order, by more than this part of what all play
 /// together could: programs know less than [`crate::closure::sensitivity::UNOBSERVABLE`].
 const OBSERVABLE: f64 = 1e-7;
@@ -65,7 +65,7 @@ impl Mechanism {
     }
 
     /// The open faces of all clearances.
-    fn open_faces(&self, at: &Contact, unforced: &[Unforced]) -> Vec<(usize, Face)> {
+    pub(crate) fn open_faces(&self, at: &Contact, unforced: &[Unforced]) -> Vec<(usize, Face)> {
         let clearances = self.sources.iter().enumerate().filter(|(_, source)| source.is_clearance);
         let faces = clearances.map(|(s, source)| (s, self.exposed(source, at, unforced[s])));
         faces.filter(|(_, face)| !face.is_point()).collect()
@@ -138,7 +138,7 @@ impl Solver<'_> {
     ) -> Option<Open> {
         let m = self.mechanism;
         let bend = self.bend(at, faces, unforced)?;
-        if bend.is_unstable()? {
+        if !bend.unstable()?.is_empty() {
             return None;
         }
         let ties = bend.ties()?;

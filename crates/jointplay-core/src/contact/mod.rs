@@ -12,6 +12,7 @@ mod extent;
 pub(crate) mod flanks;
 pub(crate) mod indeterminacy;
 pub(crate) mod mixing_on_lanes;
+pub(crate) mod off_balance;
 mod open_faces;
 pub(crate) mod push_on_lanes;
 mod semismooth;
@@ -92,7 +93,12 @@ impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
     pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
-        self.settle_unless(self.at(from)?, unforced, &|_| false)
+        self.settle_from(self.at(from)?, unforced)
+    }
+
+    /// The same from a contact on.
+    pub(crate) fn settle_from(&self, from: Contact, unforced: &[Unforced]) -> Option<Contact> {
+        self.settle_unless(from, unforced, &|_| false)
     }
 
     /// The forces at a state.
@@ -123,7 +129,7 @@ impl Solver<'_> {
         for source in released {
             elsewhere[source.range()].fill(f64::NAN);
         }
-        Some((self.settle_unless(first, held, &|_| false)?, elsewhere))
+        Some((self.settle_from(first, held)?, elsewhere))
     }
 
     /// Brings contact and reactions to agree, from a contact on; `None` as soon as whole steps converge to offsets that are

@@ -12,7 +12,7 @@ use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::Solver;
 use crate::closure::second_order::Along;
 use crate::contact::state::Contact;
-use crate::math::decomposition::{largest_eigenvalue, singular_values};
+use crate::math::decomposition::{largest_eigenpair, singular_values};
 use crate::mechanism::{Mechanism, Source};
 
 /// A step along a force that leads to the support point, as a part of the set.
@@ -40,7 +40,7 @@ pub(crate) struct Ties {
 
 impl Mechanism {
     /// The directions in which faces are open, without those that are left out.
-    fn ways(&self, faces: &[(usize, Face)], unforced: &[Unforced]) -> Vec<(usize, Direction)> {
+    pub(crate) fn ways(&self, faces: &[(usize, Face)], unforced: &[Unforced]) -> Vec<(usize, Direction)> {
         let of = |(s, face): &(usize, Face)| {
             let (s, set) = (*s, self.sources[*s].set);
             let masked_force = move |way: &Direction| !set.is_unforced(way.coordinate, unforced[s]);
@@ -131,18 +131,25 @@ impl Bend {
         UNDECIDED + self.force.amax()
     }
 
-    /// Whether there is a direction along which the load's work has a minimum; `None` where a number is not finite.
-    pub fn is_unstable(&self) -> Option<bool> {
+    /// The direction along which the load's work has a minimum, as parts of all ways, the largest of which is one; empty where
+    /// there is none, `None` where a number is not finite.
+    pub fn unstable(&self) -> Option<Vec<f64>> {
         let n = self.ways.len();
         if n == 0 {
-            return Some(false);
+            return Some(Vec::new());
         }
         let reach = |i: usize| self.ways[i].1.reach;
         let symmetric = DMatrix::from_fn(n, n, |i, j| {
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
             0.5 * (a + b)
         });
-        largest_eigenvalue(symmetric).map(|largest| largest > self.least())
+        let (largest, vector) = largest_eigenpair(symmetric)?;
+        if !(largest > self.least()) {
+            return Some(Vec::new());
+        }
+        let parts: Vec<f64> = vector.iter().enumerate().map(|(i, part)| part / reach(i).sqrt()).collect();
+        let most = parts.iter().copied().fold(0.0, |most: f64, part| if part.abs() > most.abs() { part } else { most });
+        Some(parts.iter().map(|part| part / most).collect())
     }
 
     /// `None` where the changes have no singular values.

@@ -36,12 +36,7 @@ pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, smallest: f64) -> Option<DMa
     svd?.pseudo_inverse(smallest).ok()
 }
 
-/// The largest eigenvalue of a symmetric matrix that is not empty; `None` where a number is not finite.
-pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
-    largest_eigenpair(matrix).map(|(value, _)| value)
-}
-
-/// The same with its vector.
+/// The largest eigenvalue of a symmetric matrix that is not empty, with its vector; `None` where a number is not finite.
 pub(crate) fn largest_eigenpair(matrix: DMatrix<f64>) -> Option<(f64, DVector<f64>)> {
     let most = iterations(&matrix);
     let decomposed = is_finite(&matrix).then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, most))?;
@@ -86,7 +81,7 @@ mod tests {
             let matrix = DMatrix::from_element(3, 3, x);
             assert!(singular_values(matrix.clone(), true, true).is_none());
             assert!(pseudo_inverse(&matrix, 1e-12).is_none());
-            assert!(largest_eigenvalue(matrix).is_none());
+            assert!(largest_eigenpair(matrix).is_none());
         }
     }
 
@@ -98,7 +93,8 @@ mod tests {
         assert_eq!((ours.u, ours.singular_values, ours.v_t), (theirs.u, theirs.singular_values, theirs.v_t));
         assert_eq!(pseudo_inverse(&matrix, 1e-12), matrix.clone().pseudo_inverse(1e-12).ok());
         let square = &matrix * matrix.transpose();
-        assert_eq!(largest_eigenvalue(square.clone()), Some(square.symmetric_eigenvalues().max()));
+        let largest = largest_eigenpair(square.clone()).expect("finite").0;
+        assert!(largest.total_cmp(&square.symmetric_eigenvalues().max()).is_eq());
     }
 
     #[test]

@@ -26,7 +26,8 @@ const MORE: f64 = 1e-6;
 
 impl System<'_> {
     /// The place with the most work among those that are found from a place of rest, and how many have been seen; `elsewhere`
-    /// are the forces at another place of the play.
+    /// are the forces at another place of the play. What nothing pushes may be where the work has a minimum: it leaves that
+    /// where the output moves by more than what is `noticed`.
     pub async fn most_work_in(
         &self,
         rounds: &Rounds,
@@ -34,7 +35,12 @@ impl System<'_> {
         from: Rest,
         elsewhere: &DVector<f64>,
         known: &[f64],
+        noticed: Option<Vec<f64>>,
     ) -> (Rest, usize) {
+        let from = match noticed {
+            Some(noticed) => self.off_balance(rounds, solver, &from, known, &noticed).await.unwrap_or(from),
+            None => from,
+        };
         let mut seen = vec![from.balance.given.clone()];
         let mut best = from;
         for _ in 0..ROUNDS {
@@ -63,6 +69,44 @@ impl System<'_> {
         (best, seen.len())
     }
 
+    /// Where a place goes at which a clearance that nothing pushes is at a minimum of the work; `None` where it stays.
+    async fn off_balance(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        from: &Rest,
+        known: &[f64],
+        noticed: &[f64],
+    ) -> Option<Rest> {
+        let at = self.target(known, &from.balance);
+        for (element, offset) in self.elements.iter().zip(&from.balance.given) {
+            let (Kind::Clearance(set), Some(source)) = (&element.kind, element.source) else { continue };
+            let is_pushed = |forces: &DVector<f64>| {
+                let tolerance = self.mechanism.sources[source].undecided(UNDECIDED_TOGETHER * self.force_scale(forces));
+                !set.face(&Self::on(element, forces)[..set.size()], tolerance).is_whole()
+            };
+            if is_pushed(&from.balance.forces) {
+                continue;
+            }
+            for end in set.other_ends(offset) {
+                let target = moved(&at, element, offset, &end);
+                let Ok((start, 1.0)) = step(solver, &from.state, &target, 1.0) else { continue };
+                let moved = self.basis.kept.error(&start, &from.state);
+                if moved.iter().zip(noticed).all(|(moved, noticed)| moved.abs() <= *noticed) {
+                    continue;
+                }
+                let c = Ties::at(self.basis, solver, &start)?;
+                let outwards: f64 = Self::along(element, &c.load).iter().zip(end).map(|(f, d)| f * d).sum();
+                if Self::is_tied(element, &c) || !is_pushed(&c.load) || outwards <= 0.0 {
+                    continue;
+                }
+                let next = self.rest_in(rounds, solver, start, known, None, Ask::Load).await.ok()?;
+                return (next.still && !self.is_same(&from.balance.given, &next.balance.given)).then_some(next);
+            }
+        }
+        None
+    }
+
     /// Displacements with one clearance at another end.
     fn ends_from(&self, rest: &Rest, elsewhere: &DVector<f64>, known: &[f64]) -> Vec<Vec<f64>> {
         let tolerance = UNDECIDED_TOGETHER * self.force_scale(&rest.balance.forces);
@@ -82,13 +126,7 @@ impl System<'_> {
             if may_turn(set, &now, &then, &Block::splat(tolerance)).0[0] == 0.0 {
                 continue;
             }
-            ends.extend(set.other_ends(offset).into_iter().map(|end| {
-                let mut target = at.clone();
-                for ((&column, to), from) in element.columns.iter().zip(end).zip(offset) {
-                    target[column] += to - from;
-                }
-                target
-            }));
+            ends.extend(set.other_ends(offset).into_iter().map(|end| moved(&at, element, offset, &end)));
         }
         ends
     }
@@ -135,4 +173,13 @@ impl System<'_> {
         }
         Some(work - (self.stored(to) - self.stored(from)))
     }
+}
+
+/// Displacements with an element elsewhere.
+fn moved(at: &[f64], element: &Element, from: &[f64], to: &[f64]) -> Vec<f64> {
+    let mut moved = at.to_vec();
+    for ((&column, to), from) in element.columns.iter().zip(to).zip(from) {
+        moved[column] += to - from;
+    }
+    moved
 }

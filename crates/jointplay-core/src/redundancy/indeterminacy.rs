@@ -21,8 +21,14 @@ const CLEARLY: f64 = 1e-4;
 impl System<'_> {
     /// Whether forces leave anything open.
     pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
+        !self.open_sources(c, forces).is_empty()
+    }
+
+    /// The sources that forces leave open.
+    pub fn open_sources(&self, c: &Ties, forces: &DVector<f64>) -> Vec<usize> {
         let face = self.faces(c, forces);
-        self.elements.iter().any(|element| face(element).is_some_and(|face| !face.is_point()))
+        let open = |element: &&Element| face(element).is_some_and(|face| !face.is_point());
+        self.elements.iter().filter(open).filter_map(|element| element.source).collect()
     }
 
     /// Widens what every source leaves open in the output, source by source where that is wanted, tells which sources

@@ -306,8 +306,20 @@ impl Mechanism {
         // not. Where something is, that alone counts until it is known whether the closure decides it.
         let held = if left.observable { unforced.clone() } else { vec![Unforced::default(); self.sources.len()] };
         let rest = solver.settle_first(start, &gradient, &unforced, &held);
-        let rest = rest.and_then(|(contact, elsewhere)| {
-            let rest = solver.at_rest(contact, &held, &map, left)?;
+        let rest = rest.and_then(|(contact, mut elsewhere)| {
+            let mut rest = solver.at_rest(contact, &held, &map, left)?;
+            // One after the other, what rests where the work has a minimum leaves it.
+            for _ in 0..self.sources.len() {
+                let Some(contact) = rest.off_balance(solver, &map) else { break };
+                for (p, elsewhere) in elsewhere.iter_mut().enumerate() {
+                    // Whichever side it goes to, the other one is a place, too.
+                    let [from, to] = [&rest.contact, &contact].map(|at| at.state.inputs.parameters[p]);
+                    if (to - from).abs() > 0.0 {
+                        *elsewhere = gradient.inputs.parameters[p];
+                    }
+                }
+                rest = solver.at_rest(contact, &rest.held, &map, rest.left)?;
+            }
             let on_branch = |state: &State| self.is_on_branch(solver, nominal, state);
             let places = solver.most_work(rest.contact.clone(), &elsewhere, &rest.held, leads, on_branch);
             let seen = places.seen;

@@ -9,6 +9,7 @@
 //! until pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts flip, the load
 //! may hold the mechanism at another place or the closure is in doubt are left to the plain solver.
 
+use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::{Set, Unforced};
 use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
@@ -18,6 +19,7 @@ use crate::contact::balance_on_lanes::{Balancing, KNOWN};
 use crate::contact::elsewhere::Leads;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
+use crate::contact::off_balance::part_of;
 use crate::contact::push_on_lanes::{push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
@@ -39,6 +41,8 @@ const FIRST: usize = 15;
 const BALANCED: usize = 4;
 /// A contact has changed sides where an offset changes by more than this part of its set.
 const OTHER_SIDE: f64 = 0.5;
+/// Steps that close it for other offsets of what is open; two tell what goes with the square of the play.
+const CHORDS: usize = 2;
 /// Steps in which the first offsets are approached at most.
 const PARTS: f64 = 16.0;
 /// Turn of the output in space (rad) up to which it is told.
@@ -261,9 +265,10 @@ impl<'m> Contact<'m> {
         rows.iterations.put_lanes(first, found, |_| &steps);
         rows.equilibria.put_lanes(first, found, |_| &[1; LANES]);
         let rest = step[..n_u].to_vec();
+        let noticed = self.noticed(&open.decided, &good, &reaches, step);
         let leading = self.steps.leading(&ends, sign, balance, step, pushed);
         for (i, (case, ends)) in cases.iter().zip(leading).enumerate() {
-            if !good[i] {
+            if !good[i] || noticed[i] {
                 rows.put(first + i, &plainly(case, None));
             } else if !ends.is_empty() {
                 let offsets = rest.iter().map(|block| block.0[i]).collect();
@@ -322,6 +327,55 @@ impl<'m> Contact<'m> {
             }
             part += 1.0;
         }
+    }
+
+    /// The lanes in which the output moves noticeably with what the load does not decide, by what all play could do to it to
+    /// first order: there the work may have a minimum. `step` are registers at a pose with its output and forces, and stay so.
+    #[inline(always)]
+    fn noticed(
+        &self,
+        decided: &[[bool; LANES]],
+        good: &[bool; LANES],
+        reaches: &[Block; 6],
+        step: &mut [Block],
+    ) -> [bool; LANES] {
+        let m = self.steps.mechanism;
+        let mut noticed = [false; LANES];
+        if decided.iter().all(|decided| decided.iter().zip(good).all(|(decided, good)| *decided || !good)) {
+            return noticed;
+        }
+        let to = StepOutputs::new(m, &self.steps.layout);
+        let (at, output) = (step.to_vec(), |step: &[Block], k: usize| *self.finish.output(step, k));
+        let quiet = {
+            let out = |k: usize| self.steps.step.output(&at, k);
+            unforced_of(m, |p| out(to.gradient + p), out(to.scale))
+        };
+        let mut number = 0;
+        for (s, source) in m.sources().iter().enumerate().filter(|(_, source)| source.is_clearance) {
+            for k in 0..source.set.size() {
+                let mut unit = [0.0; MAX_SIZE];
+                unit[k] = part_of(number);
+                let way = source.set.along(&unit);
+                number += 1;
+                for i in (0..LANES).filter(|&i| !decided[s][i]) {
+                    // Of an edge all that its set has is taken.
+                    if quiet[s][i].is_none() || source.set.is_unforced(k, quiet[s][i]) {
+                        source.range().zip(way).for_each(|(p, along)| step[p].0[i] += along);
+                    }
+                }
+            }
+        }
+        (0..CHORDS).for_each(|_| self.steps.close.run(step));
+        self.finish.run(step);
+        for (k, reach) in reaches.iter().enumerate().take(m.size()) {
+            let moved = output(step, k).sub(&output(&at, k));
+            for (i, noticed) in noticed.iter_mut().enumerate() {
+                // Not a number is noticed, too.
+                *noticed |= !(moved.0[i].abs() <= m.least_noticed(k, reach.0[i]));
+            }
+        }
+        step.copy_from_slice(&at);
+        noticed
     }
 
     /// Whether the output of a lane has turned so far that its rotation is not known.

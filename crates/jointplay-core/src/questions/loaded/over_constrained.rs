@@ -130,7 +130,8 @@ impl Mechanism {
                 Err(failure) => return apart(failure.status(), strain.clearance_factor),
             };
             let (rest, seen) = if rest.still {
-                Box::pin(system.most_work_in(rounds, solver, rest, &first.load.forces, &known)).await
+                let noticed = widths.iter().all(|width| *width == 0.0).then(|| self.noticed(&c));
+                Box::pin(system.most_work_in(rounds, solver, rest, &first.load.forces, &known, noticed)).await
             } else {
                 (rest, 1)
             };
@@ -258,8 +259,8 @@ impl Mechanism {
 
     /// The half-widths of what the load leaves open, zero where they do not move the output.
     fn observable(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
-        for (i, width) in widths.iter_mut().enumerate() {
-            if !(*width > OBSERVABLE * self.play(c, i)) {
+        for (width, least) in widths.iter_mut().zip(self.least_observable(c)) {
+            if !(*width > least) {
                 *width = 0.0;
             }
         }
@@ -268,7 +269,13 @@ impl Mechanism {
 
     /// How far what is left open moves the output at least where that is observable, component by component.
     pub(crate) fn least_observable(&self, c: &Compatibility) -> Vec<f64> {
-        (0..self.size()).map(|component| OBSERVABLE * self.play(c, component)).collect()
+        let least = |k: usize| OBSERVABLE * self.play(c, k) + self.rounding_of_output(k);
+        (0..self.size()).map(least).collect()
+    }
+
+    /// How far the output moves at least where that is noticed beside what moves it to first order, component by component.
+    fn noticed(&self, c: &Compatibility) -> Vec<f64> {
+        (0..self.size()).map(|k| self.least_noticed(k, self.play(c, k))).collect()
     }
 
     /// What all play together can do to a component of the output.

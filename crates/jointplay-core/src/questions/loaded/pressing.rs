@@ -54,7 +54,8 @@ impl Mechanism {
             }
             let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
             let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
-            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNOBSERVABLE * reaches[k];
+            let least = |k: usize| UNOBSERVABLE * reaches[k] + self.rounding_of_output(k);
+            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > least(k);
             for k in (0..size).filter(|&k| moves(k)) {
                 observable = true;
                 let share = &mut open[s * size + k];

@@ -19,6 +19,15 @@ pub(super) struct AtRest<'m> {
     pub held: Vec<Unforced>,
 }
 
+impl AtRest<'_> {
+    /// Where a mechanism goes that rests at a minimum of the load's work; `None` where it stays, or where that moves the output
+    /// to first order. `nominal` is the map at the nominal pose.
+    pub fn off_balance(&self, solver: &Solver<'_>, nominal: &Output) -> Option<Contact> {
+        let rests = !self.left.observable && !self.left.decided.iter().all(|decided| *decided);
+        rests.then(|| solver.off_balance(&self.contact, &self.displaced, &self.held, nominal))?
+    }
+}
+
 impl Mechanism {
     /// Adds what forces leave open, with the maps at the nominal pose and at the pose of the forces.
     pub(super) fn leave_open_at(

@@ -5,6 +5,7 @@
 
 mod chunk;
 mod control;
+mod decided;
 mod distribution;
 mod draws;
 mod estimates;

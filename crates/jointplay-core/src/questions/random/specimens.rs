@@ -14,8 +14,10 @@ use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::dim::Wanted;
 use crate::mechanism::status::Status;
-use crate::questions::columns::Specimen;
-use crate::redundancy::compatibility::Compatibility;
+use crate::questions::columns::{Loaded, Specimen};
+use crate::questions::random::decided::Decided;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::sequence::SpecimenSolution;
@@ -63,14 +65,24 @@ impl Mechanism {
         let record = || Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let newton = (centres.len() >= LANES).then(record).flatten();
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
+        let decided = Decided::new(self, *case);
         let chunk = |centres: &[Vec<f64>]| {
             let together = Together::new(system, solver, &nominal, &built, bound.clone());
-            together.each(centres.iter(), async |rounds, centre| self.specimen(rounds, &together, centre).await)
+            together.each(centres.iter(), async |rounds, centre| {
+                self.specimen(rounds, &together, case, &decided, centre).await
+            })
         };
         Ok(centres.par_chunks(CHUNK).map(chunk).collect::<Vec<_>>().into_iter().flatten().collect())
     }
 
-    async fn specimen(&self, rounds: &Rounds, together: &Together<'_>, centre: &[f64]) -> Specimen {
+    async fn specimen(
+        &self,
+        rounds: &Rounds,
+        together: &Together<'_>,
+        case: &Case<'_>,
+        decided: &Decided<'_>,
+        centre: &[f64],
+    ) -> Specimen {
         let known = self.displacements(centre);
         let own = together.system.of_specimen(centre);
         let system = own.as_ref().unwrap_or(together.system);
@@ -80,8 +92,30 @@ impl Mechanism {
             Err(status) => return self.no_specimen(status, f64::NAN),
         };
         let settled = together.settle(rounds, system, &known, &Ask::Load).await;
-        let found = settled.and_then(|settled| self.reported_of(together, system, centre, factor, &settled));
+        let found = settled.and_then(|settled| {
+            let is_elsewhere = decided.any(&system.open_sources(&settled.ties, &settled.balance.forces));
+            let alone = if is_elsewhere { self.pressed_alone(together, system, case, centre, &settled) } else { None };
+            self.reported_of(together, system, centre, factor, &alone.unwrap_or(settled))
+        });
         found.unwrap_or_else(|status| self.no_specimen(status, factor))
+    }
+
+    /// A specimen as [`Mechanism::loaded`] has it; `None` where that does not tell its place.
+    fn pressed_alone(
+        &self,
+        at: &Together<'_>,
+        system: &System<'_>,
+        case: &Case<'_>,
+        centre: &[f64],
+        settled: &SpecimenSolution,
+    ) -> Option<SpecimenSolution> {
+        let Loaded { offset, status, .. } = self.loaded_specimen(centre, case)?;
+        let displacements = (status == Status::Ok).then(|| self.displacements(&offset))?;
+        let ties = Ties::at(at.system.basis, at.solver, &at.close_plainly(&displacements).ok()?)?;
+        let own = |source: usize| self.sources[source].range().map(|p| offset[p] - centre[p]).collect();
+        let given = system.elements.iter().map(|element| element.source.map_or_else(Vec::new, own)).collect();
+        let balance = Balance::free(given, ties.load.clone());
+        Some(SpecimenSolution { displacements, balance, ties, ..settled.clone() })
     }
 
     fn reported_of(

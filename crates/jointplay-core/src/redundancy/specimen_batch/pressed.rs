@@ -27,7 +27,9 @@ pub(crate) struct PressedSpecimen {
     pub offsets: Vec<Form>,
     /// Error of the output.
     pub error: Vec<f64>,
-    /// Whether what the load leaves open moves the output there.
+    /// The sources that the load leaves open there.
+    pub open: Vec<usize>,
+    /// Whether these move the output.
     pub observable: bool,
 }
 
@@ -98,11 +100,15 @@ impl Together<'_> {
             let good = Self::close_block(bound, lanes.len(), |lane| &lanes[lane].displacements, true);
             pressed.extend(lanes.into_iter().enumerate().map(|(k, lane)| {
                 let rests = lane.good && lane.rests && good[k];
-                rests.then(|| PressedSpecimen {
-                    error: error_of_lane(bound, k),
-                    observable: lane.leaves_observable(bound, k, &untied, limits),
-                    displacements: lane.displacements,
-                    offsets: lane.offsets,
+                rests.then(|| {
+                    let open = lane.system.open_sources(&untied, &lane.forces);
+                    PressedSpecimen {
+                        error: error_of_lane(bound, k),
+                        observable: !open.is_empty() && lane.is_observable(bound, k, &untied, limits),
+                        open,
+                        displacements: lane.displacements,
+                        offsets: lane.offsets,
+                    }
                 })
             }));
         }
@@ -132,11 +138,9 @@ impl OnItsWay<'_> {
     }
 
     /// Whether what the load leaves open moves the output where the specimen rests at a lane.
-    fn leaves_observable(&self, bound: &Bound<'_>, number: usize, untied: &Ties, limits: &[f64]) -> bool {
-        self.system.leaves_open(untied, &self.forces) && {
-            let balance = Balance::free(Vec::new(), self.forces.clone());
-            let output = map_of_lane(self.system.basis, bound, number);
-            self.system.is_observable(untied, &output, &untied.misfit, &balance, limits)
-        }
+    fn is_observable(&self, bound: &Bound<'_>, number: usize, untied: &Ties, limits: &[f64]) -> bool {
+        let balance = Balance::free(Vec::new(), self.forces.clone());
+        let output = map_of_lane(self.system.basis, bound, number);
+        self.system.is_observable(untied, &output, &untied.misfit, &balance, limits)
     }
 }

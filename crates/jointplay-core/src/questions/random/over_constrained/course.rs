@@ -89,6 +89,9 @@ impl Job<'_> {
         let (mut asked, mut is_decided) = (0, false);
         let take = |(system, (mut specimen, pressed)): (&Cow<'_, System<'_>>, (Specimen, Option<PressedSpecimen>))| {
             let pressed = pressed?;
+            if self.decided.any(&pressed.open) {
+                return self.loaded(specimen);
+            }
             let is_open = pressed.observable || if let Cow::Owned(system) = system { first(system) } else { of_all };
             if is_open && (is_decided || asked < ASKED) {
                 asked += 1;

@@ -14,6 +14,7 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Loaded;
+use crate::questions::random::decided::Decided;
 use crate::questions::random::over_constrained::dice::Dice;
 use crate::questions::random::over_constrained::room::{LOOSE, Room, least_displacements, section};
 use crate::questions::random::over_constrained::section::{Interior, Section};
@@ -51,6 +52,7 @@ pub struct Job<'a> {
     rigid_program: Program,
     /// Whether nothing is elastic.
     pub rigid: bool,
+    pub decided: Decided<'a>,
 }
 
 /// With how little clearance a specimen can be assembled rigidly.
@@ -164,6 +166,8 @@ impl<'a> Job<'a> {
         let rigid_program =
             Program { right: Vec::new(), blocks: tied.iter().filter(is_asked_for).map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
+        let case = Case { drives: &built.inputs.drives, coordinates: &nominal.state.coordinates };
+        let decided = Decided::new(system.mechanism, case);
         Self {
             system,
             request,
@@ -178,6 +182,7 @@ impl<'a> Job<'a> {
             openings,
             rigid_program,
             rigid,
+            decided,
         }
     }
 
