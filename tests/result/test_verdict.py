@@ -316,6 +316,21 @@ def test_what_a_load_leaves_open_is_not_called_nothing() -> None:
     assert "No rotation" not in " ".join(sentence.text for sentence in conclude(result).sentences)
 
 
+def test_what_a_load_leaves_open_is_said_beside_the_largest_error() -> None:
+    """A guide that nothing pushes sideways: 0.02 mm along, and y = gap + gap / half length * 50 mm either way."""
+    b = planar()
+    b.revolute("A", ground=(0, 0), arm=(0, 0), clearance=jp.radial(0.02))
+    guide = {"at": (0, 0), "axis": (1, 0)}
+    b.prismatic("S", arm={**guide, "at": (100, 0)}, rod=guide, clearance=jp.gap(0.02, length=30))
+    b.drive("q", joint="A", values=[0])
+    b.drive("s", joint="S", values=[10])
+    b.output(body="rod", at=(50, 0))
+    b.load(force=(-10, 0))
+    far = math.hypot(0.02, 0.02 / 15 * 50)
+    first, *_ = conclude(from_dataset(jp.loaded(b.mechanism()))).sentences
+    assert first.text.startswith(f"Largest position error: 0.02 mm, up to {far:.4g} mm with what the load leaves open")
+
+
 def test_no_source_is_blamed_for_what_first_order_does_not_tell(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -78,7 +78,8 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
         if result.attrs["question"] == "random":
             text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
         else:
-            text = f"Largest {words}: {say(value, unit)}{where}"
+            more = _left_open(result, quantity, (value, unit), configuration)
+            text = f"Largest {words}: {say(value, unit)}{where}{more}"
         # Shares are those without friction.
         yield Sentence(f"{text}{'' if at_rest else blamed(result, quantity, configuration)}.")
 
@@ -130,10 +131,25 @@ def _close(gaps: Array) -> str:
 
 def _is_open(result: Result, quantity: str, unit: str) -> bool:
     """Whether a load leaves open how large a quantity is of which it makes nothing."""
+    return bool(np.nanmax(_farthest(result, quantity), initial=0.0) > rounding(result, unit))
+
+
+def _farthest(result: Result, quantity: str) -> Array:
+    """The largest size of a quantity at each configuration with what a load leaves open; empty where it decides all."""
     if "undetermined" not in result.data:
-        return False
+        return np.empty(0)
     _, highest = ends(result)
-    return bool(np.nanmax(highest[:, SIZES.index(quantity) - len(SIZES)], initial=0.0) > rounding(result, unit))
+    return np.asarray(highest[:, SIZES.index(quantity) - len(SIZES)])
+
+
+def _left_open(result: Result, quantity: str, said: tuple[float, str], configuration: int) -> str:
+    """How large a quantity may be with what a load leaves open, where that is more than what is said."""
+    (value, unit), every = said, _farthest(result, quantity)
+    at = farthest(every, result.get("status")) if every.size else None
+    if at is None or say(float(every[at]), unit) == say(value, unit):
+        return ""
+    where = there(result, at) if at != configuration else ""
+    return f", up to {say(float(every[at]), unit)}{where} with what the load leaves open"
 
 
 def blamed(result: Result, quantity: str, configuration: int) -> str:

@@ -78,7 +78,8 @@ def of_sweep(result: Result) -> Conclusion:
     severity = 0.0
     for name, declared in figures(result).items():
         values, unit = rounded_figure(result, name)
-        sizes = np.abs(values)
+        alone = np.abs(values)
+        sizes = _farthest_open(result, name, alone)
         # Of nearness to a singularity the smallest counts.
         sign = -1.0 if name == "singular_value" else 1.0
         worst = np.where(np.isfinite(sizes), sign * sizes, -np.inf)
@@ -91,12 +92,14 @@ def of_sweep(result: Result) -> Conclusion:
         part = each(result)[high]
         cause = blamed(part, name, k) if name in WORDS else ""
         words = extreme(declared.words)
-        span = f"{say(tops[high], unit)} with {value(high)}"
+        if any(say(sizes[n].max()) != say(alone[n].max()) for n in (low, high)):
+            words = f"{words} with what the load leaves open"
+        span, where = f"{say(tops[high], unit)} with {value(high)}", there(part, k)
         if known.all() and tops.size > 1 and np.ptp(tops) <= rounding(result, unit):
-            span = f"{say(tops[high], unit)} whatever {key} is,"
+            span = f"{say(tops[high], unit)} whatever {key} is{',' * bool(where)}"
         elif say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
-        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
+        sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{where}{cause}."))
     used = max((one.used for one in verdicts), default=0.0)
     return Conclusion(tuple(sentences), (*ranked(sentences), used, severity))
 
