@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import t
 
 import jointplay as jp
 from helpers.arms import PUSHED
@@ -103,17 +104,22 @@ def test_the_rank_by_brute_force() -> None:
     assert int((singular > 1e-3 * singular[0]).sum()) == found.attrs["rank"] == 2
 
 
-def test_intervals_cover() -> None:
-    """Over 20 seeds the sums are within 1.96 standard errors in 95 %."""
+@pytest.mark.parametrize("repeats", [0, 10])
+def test_intervals_cover(repeats: int) -> None:
+    """95 % of the sums are within so many standard errors: more where few repeated readings say how exact they are."""
     m = jp.load(FILE)
     true, inside = pushed(m, ["x", "y"]), []
+    rows = [*range(len(true["x"])), *range(repeats)]
+    again = {name: [values[row] for row in rows] for name, values in true.items()} | {"approach": rows}
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        noisy = {name: np.add(true[name], 0.001 * rng.standard_normal(len(true[name]))) for name in ("x", "y")}
-        found = jp.diagnose(m, true | noisy, sigma={"length": 0.001})
-        inside += (np.abs(found.group_size - found.group_lowest) < 1.96 * found.group_standard_error).values.tolist()
-    # 40 sums: three standard deviations of their share.
-    assert abs(np.mean(inside) - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 40)
+        noisy = {name: np.add(again[name], 0.001 * rng.standard_normal(len(rows))) for name in ("x", "y")}
+        found = jp.diagnose(m, again | noisy, sigma="auto" if repeats else {"length": 0.001})
+        factor = float(t.ppf(0.975, repeats)) if repeats else 1.96
+        assert found.attrs["coverage_factor"] == pytest.approx(factor)
+        inside += (np.abs(found.group_size - found.group_lowest) < factor * found.group_standard_error).values.tolist()
+    # Three standard deviations of the share of 40 sums, or of 20 scatters that were found, each for two sums.
+    assert abs(np.mean(inside) - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / (20 if repeats else 40))
 
 
 def test_deviations_and_zeros_drop_out() -> None:

@@ -38,7 +38,7 @@ from jointplay.result.build import Labels
 if TYPE_CHECKING:
     import xarray as xr
 
-#: standard errors from which on a size is another one than that of the file: 95 %
+#: standard errors from which on a size is another one than that of the file, 95 %, where the deviations are given
 SURE = 1.96
 #: probability that any of the cells that are right is taken for a wrong one; part that may be left out
 WRONG, MOST_LEFT_OUT = 0.01, 0.1
@@ -77,12 +77,12 @@ def diagnose(
         sizes, as the file measures them), `group_standard_error`, `group_lowest` and `group_highest` (by the file),
         `state`: ``worn`` (larger than the file allows, with 95 % confidence), ``tight``, ``as in the file``,
         ``not exact enough`` (twice as much would not be seen) or ``not determined``. Over `group` and `clearance`,
-        `part`: the coefficients of the sum. Over `clearance`: `size_lowest` and
-        `size_highest` (by the file). Over `reading`, labelled by the row of the table, and `channel`: `measured`,
-        `residual_before` (from what the place has in common, with the sizes of the file) and `residual_after`; `alone`
-        (its place is read under one load only) and `left_out`. The attributes `chi_square`, `degrees_of_freedom`,
-        `p_value` and `rank` (how many sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do
-        not fit.
+        `part`: the coefficients of the sum. Over `clearance`: `size_lowest` and `size_highest` (by the file). Over
+        `reading`, labelled by the row of the table, and `channel`: `measured`, `residual_before` (from what the place
+        has in common, with the sizes of the file) and `residual_after`; `alone` (its place is read under one load only)
+        and `left_out`. The attributes `chi_square`, `degrees_of_freedom`, `p_value`, `coverage_factor` (standard errors
+        that 5 % of the sums exceed: 1.96, and more where repeated readings say how exact they are), `rank` (how many
+        sums are determined), and `status`: ``ok``, or ``doubtful`` where the readings do not fit.
 
     Raises
     ------
@@ -297,11 +297,13 @@ def _sizes(m: Mechanism, one: Sizing) -> tuple[float, float, float]:
 
 
 def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Diagnosis) -> Result:
-    from scipy.special import chdtrc
+    from scipy.special import chdtrc, stdtrit
 
+    repeats = fit.table.repeats
+    sure = float(stdtrit(repeats, 0.975)) if repeats else SURE
     builder = ResultBuilder(m, "diagnose", measured=fit.table.sheet.name, rank=found.rank)
     p = float(chdtrc(found.free, found.chi)) if found.free > 0 else 1.0
-    builder.attrs |= {"chi_square": found.chi, "degrees_of_freedom": found.free, "p_value": p}
+    builder.attrs |= {"chi_square": found.chi, "degrees_of_freedom": found.free, "p_value": p, "coverage_factor": sure}
     names = tuple(one.name for one in sources)
     builder.axes["clearance"] = Labels(names, tuple(one.kind for one in sources))
     for k, end in ((1, "lowest"), (2, "highest")):
@@ -317,7 +319,7 @@ def _told(m: Mechanism, sources: Sequence[Sizing], fit: _Fit, found: _Diagnosis)
     low, high = np.minimum(low, high), np.maximum(low, high)
     size = np.where(found.determined, parts @ fit.sizes[:, 0] + found.change, np.nan)
     error = np.where(found.determined, found.error, np.nan)
-    near = SURE * error
+    near = sure * error
     is_vague = near > np.abs(parts) @ fit.sizes[:, 2]
     state = np.select(
         [~found.determined, size - near > high, size + near < low, is_vague], [OPEN, WORN, TIGHT, VAGUE], SAME

@@ -71,6 +71,8 @@ class Readings:
     ways: Floats
     #: standard deviation of every drive from approach to approach, SI, shape (row, drive)
     drive_sigma: Floats
+    #: repeated readings that the least known standard deviation is from; 0 where all are given
+    repeats: int = 0
 
     def __len__(self) -> int:
         return len(self.values)
@@ -193,7 +195,8 @@ class _Reader:
             raise table.refuse("no cell of a measured column has a value")
         self._refuse_copies(found)
         if sigma == AUTO:
-            return replace(found, sigma=self._auto(found), drive_sigma=self._of_drives(found, {}))
+            deviations, repeats = self._auto(found)
+            return replace(found, sigma=deviations, repeats=repeats, drive_sigma=self._of_drives(found, {}))
         if isinstance(sigma, str):
             raise InputError(f"{shown(sigma)} is neither 'auto' nor numbers by name, such as x=0.002", key="sigma")
         given = dict(sigma or {})
@@ -399,9 +402,9 @@ class _Reader:
                 raise InputError(f"{given[name or '']:g} is no standard deviation, which is above zero", key="sigma")
         return deviations
 
-    def _auto(self, found: Readings) -> Floats:
-        """The scatter of readings that are repeated without moving in between."""
-        deviations = np.empty_like(found.values)
+    def _auto(self, found: Readings) -> tuple[Floats, int]:
+        """The scatter of readings that are repeated without moving in between, and of how many it is at least."""
+        deviations, repeats = np.empty_like(found.values), found.values.size
         _, groups = np.unique(found.approaches, return_inverse=True)
         for k, one in enumerate(found.channels):
             rows = np.flatnonzero(found.given[:, k])
@@ -421,7 +424,8 @@ class _Reader:
                     f"repeated readings of '{one.name}' do not differ; say how exact they are", key="sigma"
                 )
             deviations[:, k] = spread
-        return deviations
+            repeats = min(repeats, free)
+        return deviations, repeats
 
 
 def _called(one: Channel) -> tuple[str, ...]:

@@ -25,8 +25,8 @@ BOTH_SIDES = {
     "M": "mean_deviation",
     "A": "bidirectional_accuracy",
 }
-#: standard errors that are not exceeded to one side, and to both, 95 %
-ONE_SIDED, CONFIDENT = 1.645, 1.96
+#: standard errors that are not exceeded to one side, 95 %
+ONE_SIDED = 1.645
 #: a coefficient this near to a whole number is that
 WHOLE = 1e-4
 
@@ -260,7 +260,7 @@ def _diagnosed(result: Result) -> Iterator[Sentence]:
         yield Sentence(text, is_alarm=True, state=NOT_SHOWN)
     same = np.flatnonzero(states == "as in the file")
     if same.size and not np.isin(states, ("worn", "tight", "not exact enough")).any():
-        near = CONFIDENT * errors[same]
+        near = float(result.attrs["coverage_factor"]) * errors[same]
         text = "Every clearance that is determined is within the file's limits."
         if not ((sizes[same] - near >= lows[same]) & (sizes[same] + near <= highs[same])).all():
             sum_, known = told(int(same[(near / np.fmax(np.abs(highs[same]), near)).argmax()]))
