@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 from matplotlib.axes import Axes
 
+from jointplay.errors import InputError
+
 from .style import INCH, NARROW, Style, StyledFigure, current
 from .ticks import subplot
 
@@ -12,6 +14,8 @@ from .ticks import subplot
 WIDTH, LEAST, AROUND = 6.2, 3.2, 1.0
 #: the same of the height of a drawing, whose legend has an entry for each body
 KEYS = 2.0
+#: part of that which is needed, and the least height of axes, inches, where the height of a sheet is given
+SQUEEZED, LOW = 0.75, 0.4
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,12 @@ def lay_out(panels: Sequence[Panel], columns: int = 2) -> StyledFigure:
     # The heights are those of panels of this width already.
     figure = replace(style, width=None, font_size=style.font_size_used).figure(whole, sum(heights))
     if style.height is not None:
+        least = INCH * sum(SQUEEZED * max(panel.around for panel in row) + LOW for row in rows)
+        if len(rows) > 1 and style.height < least:
+            less = "leave the height out, or draw one panel"
+            raise InputError(
+                f"{style.height:g} mm are too low for {len(panels)} panels: {least:.0f} mm; {less}", key="size"
+            )
         figure.set_figheight(style.height / INCH)
     figure.style = style
     grid = figure.add_gridspec(len(rows), columns, height_ratios=heights)
