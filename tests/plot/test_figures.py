@@ -101,7 +101,9 @@ class TestSheets:
 
     def test_a_height_in_which_panels_would_cover_each_other_is_refused(self, drawn: Any) -> None:
         name, found = drawn["error"]
-        with pytest.raises(jp.InputError, match=r"^size: 60 mm are too low for \d panels: \d+ mm; leave the height out"):
+        with pytest.raises(
+            jp.InputError, match=r"^size: 60 mm are too low for \d panels: \d+ mm; leave the height out"
+        ):
             sheet(example(name), found, Drawn(style=Style(width=85, height=60)))
 
     def test_panels_have_the_names_that_are_checked_before_the_work(self, drawn: Any) -> None:
