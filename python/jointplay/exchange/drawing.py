@@ -2,7 +2,7 @@
 
 import logging
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from jointplay.errors import InputError, listed, require
 
-from .skeleton import Vector
+from .skeleton import Matrix, Vector
 
 #: what reads and writes DXF, and comes without types
 Entity = Any
@@ -94,6 +94,13 @@ def drawing(path: Path) -> Drawing:
         return _contents(document)
     except (ezdxf().DXFError, *DAMAGED) as error:
         raise InputError(f"is a damaged DXF: {error}") from None
+
+
+def tree(places: Sequence[Vector] | Matrix) -> Any:
+    """What finds the neighbours of points."""
+    from scipy.spatial import KDTree
+
+    return KDTree(np.reshape(places, (-1, 3)))
 
 
 def _contents(document: Any) -> Drawing:

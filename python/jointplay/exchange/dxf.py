@@ -11,17 +11,16 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from jointplay.errors import InputError, listed
 
 from .bars import body_by_body
-from .drawing import OUTPUT, Drawing, Guide, drawing
+from .drawing import OUTPUT, Drawing, Guide, drawing, tree
 from .options import Options
 from .pins import connected, pins
-from .skeleton import GROUND, Attachment, Body, Frame, Joint, Matrix, Skeleton, Vector
+from .skeleton import GROUND, Attachment, Body, Frame, Joint, Skeleton, Vector
 
 #: what coincides, and what nearly does and is named, by the size of the drawing
 COINCIDENT, NEAR = 1e-4, 1e-3
@@ -116,20 +115,13 @@ def _spots(found: Drawing, layers: list[str], tolerance: float) -> Iterator[Spot
         return
     places = np.array([at for _, at, _ in every])
     taken: set[int] = set()
-    for k, around in enumerate(_tree(places).query_ball_point(places, tolerance)):
+    for k, around in enumerate(tree(places).query_ball_point(places, tolerance)):
         if k in taken:
             continue
         here = [j for j in around if j not in taken]
         taken.update(here)
         has = {every[j][0] for j in here}
         yield Spot(places[k], tuple(layer for layer in layers if layer in has), all(every[j][2] for j in here))
-
-
-def _tree(places: Matrix) -> Any:
-    """What finds the neighbours of points."""
-    from scipy.spatial import KDTree
-
-    return KDTree(places)
 
 
 def _joints(found: Drawing, spots: list[Spot], layers: list[str], reach: float, used: set[str]) -> Iterator[Joint]:
@@ -222,7 +214,7 @@ def _near(spots: list[Spot], reach: float) -> Iterator[str]:
     if not spots:
         return
     said = set()
-    for k, j in sorted(_tree(np.array([spot.at for spot in spots])).query_pairs(reach)):
+    for k, j in sorted(tree([spot.at for spot in spots]).query_pairs(reach)):
         one, other = spots[k], spots[j]
         layers = tuple(dict.fromkeys((*one.layers, *other.layers)))
         if {*one.layers} != {*other.layers} and layers not in said:
