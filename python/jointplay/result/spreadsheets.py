@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -125,9 +126,8 @@ def _add_answers(
         sheet.column_dimensions[column].width = width
     for cell in sheet["B"]:
         cell.alignment = Alignment(wrap_text=True, vertical="top")
-    for cell in (*sheet["A"], *(own[1] for own in book.worksheets[1:])):
-        for one in cell if isinstance(cell, tuple) else (cell,):
-            one.font = Font(bold=True)
+    for cell in chain(sheet["A"], *(own[1] for own in book.worksheets[1:])):
+        cell.font = Font(bold=True)
 
 
 def _add(book: Workbook, name: str, table: ResultTable) -> None:

@@ -94,7 +94,7 @@ def save_all(
         if target.is_file():
             _put_beside(light, target)
     else:
-        files.put(to_xlsx(results, more) if more and kind == ".xlsx" else WRITERS[kind](results), target)
+        files.put(to_xlsx(results, more) if kind == ".xlsx" else WRITERS[kind](results), target)
 
 
 def _put_beside(result: Result, path: Path) -> None:
