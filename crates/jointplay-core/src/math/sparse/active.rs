@@ -38,6 +38,8 @@ pub struct Active {
     columns: Vec<Vec<usize>>,
     /// Rows of the present block by their number of non-zeros.
     by_length: BTreeSet<(usize, usize)>,
+    /// How many columns have so many non-zeros.
+    heights: Vec<usize>,
     pub values: Vec<f64>,
     largest: f64,
 }
@@ -62,6 +64,7 @@ impl Active {
             rows: vec![Vec::new(); n],
             columns: vec![Vec::new(); n],
             by_length: BTreeSet::new(),
+            heights: std::iter::once(n).chain(std::iter::repeat_n(0, n)).collect(),
             values: Vec::new(),
             largest: 0.0,
         };
@@ -96,17 +99,23 @@ impl Active {
                 let slot = self.values.len();
                 self.values.push(0.0);
                 self.rows[i].insert(at, (j, slot));
-                let column = &mut self.columns[j];
-                column.insert(column.partition_point(|&row| row < i), i);
+                self.change_column(j, |column| column.insert(column.partition_point(|&row| row < i), i));
                 slot
             }
         }
     }
 
+    fn change_column(&mut self, j: usize, change: impl FnOnce(&mut Vec<usize>)) {
+        let column = &mut self.columns[j];
+        self.heights[column.len()] -= 1;
+        change(column);
+        self.heights[column.len()] += 1;
+    }
+
     /// The entry of least Markowitz count among the large enough ones of the shortest rows.
     pub fn choose(&self) -> Option<(usize, usize)> {
         let (mut least, mut best) = (usize::MAX, Vec::new());
-        let shortest = self.columns.iter().map(Vec::len).filter(|&n| n > 0).min()?;
+        let shortest = 1 + self.heights[1..].iter().position(|&columns| columns > 0)?;
         for &(length, i) in self.by_length.iter().take(CANDIDATES) {
             // Neither this row nor a longer one has an entry of as little.
             if (length - 1) * (shortest - 1) > least {
@@ -136,7 +145,7 @@ impl Active {
         self.by_length.remove(&(self.rows[p].len(), p));
         let mut upper = std::mem::take(&mut self.rows[p]);
         for &(j, _) in &upper {
-            self.columns[j].retain(|&row| row != p);
+            self.change_column(j, |column| column.retain(|&row| row != p));
         }
         let at = upper.iter().position(|(j, _)| *j == q).unwrap_or_default();
         let (_, slot) = upper.remove(at);
@@ -149,7 +158,9 @@ impl Active {
             upper,
             updates: Vec::new(),
         };
-        for i in std::mem::take(&mut self.columns[q]) {
+        let below = std::mem::take(&mut self.columns[q]);
+        self.heights[below.len()] -= 1;
+        for i in below {
             self.by_length.remove(&(self.rows[i].len(), i));
             let Ok(at) = self.rows[i].binary_search_by_key(&q, |&(column, _)| column) else { continue };
             let (_, lower) = self.rows[i].remove(at);
