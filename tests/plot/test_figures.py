@@ -15,6 +15,7 @@ from helpers.figures import outside, overlapping
 from jointplay.cli import run
 from jointplay.cli.drawing import OPTIONS, FigureFile
 from jointplay.plot import Drawn, Style, style
+from jointplay.plot.figures import worst_of
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
 from jointplay.plot.style import THEMES, size_of, using
@@ -357,6 +358,36 @@ class TestErrors:
         axes = jp.plot.histogram(result).axes[0]
         assert f"configuration {worst}, theta1 = " in axes.get_title("left").replace("\n", " ")
         np.testing.assert_array_equal(axes.patches[0].get_data().edges, result.edge.sel(quantity="position")[worst])
+
+    def test_what_has_a_limit_has_its_histogram_on_the_sheet(self) -> None:
+        """The sheet had that of the position alone, beside limits of y and the angle."""
+        m = example("four-bar-fits")
+        found = {"random": from_dataset(jp.random(m, samples=256))}
+        figure = sheet(m, found)
+        drawn = {axes.get_xlabel(): axes for axes in figure.axes if axes.get_ylabel().startswith("specimens per bin")}
+        assert list(drawn) == ["position error [mm]", "error in y [mm]", "error in angle [deg]"]
+        lines = {float(line.get_xdata()[0]) for line in drawn["error in y [mm]"].lines}
+        assert {-0.07, 0.06} <= lines
+        for choice, label in (
+            (Drawn(panel="histogram-x"), "error in x [mm]"),
+            (Drawn(panel="histogram-rotation"), "rotation [deg]"),
+            (Drawn(panel="histogram", quantity="angle"), "error in angle [deg]"),
+        ):
+            assert [axes.get_xlabel() for axes in sheet(m, found, choice).axes] == [label]
+
+    def test_a_component_is_worst_where_it_is_farthest_in_either_direction(self) -> None:
+        """The configuration was chosen by high quantiles alone, which are near zero where errors are negative."""
+        result = from_dataset(jp.random(example("four-bar"), samples=256))
+        result.get("error_mean", component="x")[3] -= 100.0
+        result.get("error_quantile", quantity="x")[3] = 0.0
+        assert worst_of(result, "x") == 3
+
+    def test_a_median_that_is_nothing_beside_other_quantiles_is_zero(self) -> None:
+        """Of most samples it was -4.81e-05 mm, which they do not tell from zero."""
+        result = jp.random(example("four-bar-fits"), samples=256)
+        result.error_quantile.loc[{"probability": 0.5, "quantity": "y"}] = -1e-5
+        legend = jp.plot.histogram(result, "y").axes[0].get_legend()
+        assert legend.get_texts()[0].get_text() == "50 %: 0 mm"
 
     def test_the_correction_itself(self) -> None:
         result = jp.compensate(example("four-bar"))

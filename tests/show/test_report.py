@@ -64,16 +64,23 @@ def test_a_page_has_what_its_reader_asks(name: str) -> None:
 def test_what_has_a_limit_is_drawn_with_it(
     name: str, limited: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    drawn: list[object] = []
-    error = jp.plot.error
+    """Of specimens, it was the position and the rotation alone, whatever had the limit."""
+    drawn: dict[str, list[object]] = {"error": [], "histogram": []}
 
-    def seen(results: Any, *told: Any, **options: Any) -> Any:
-        drawn.extend(told)
-        return error(results, *told, **options)
+    def watch(kind: str) -> None:
+        own = getattr(jp.plot, kind)
 
-    monkeypatch.setattr(jp.plot, "error", seen)
+        def seen(results: Any, quantity: str = "position", *told: Any, **options: Any) -> Any:
+            drawn[kind].append(quantity)
+            return own(results, quantity, *told, **options)
+
+        monkeypatch.setattr(jp.plot, kind, seen)
+
+    for kind in drawn:
+        watch(kind)
     page(jp.loads(examples.text(name)), tmp_path)
-    assert drawn[: 2 + len(limited)] == ["position", "rotation", *limited]
+    for quantities in drawn.values():
+        assert quantities[: 2 + len(limited)] == ["position", "rotation", *limited]
 
 
 def test_numbers_of_the_page_are_those_of_the_results() -> None:
