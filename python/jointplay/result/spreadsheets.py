@@ -166,7 +166,8 @@ def _sources(results: Mapping[str, Result]) -> list[ResultTable]:
     rows: list[tuple[str, ...]] = []
     for question, result in results.items():
         for heading_, part in parts(result):
-            if "contribution" not in part.data or {"mechanism", "sweep"} & {*part.sizes, *part.attrs}:
+            # Steps of a sweep, mechanisms and grids have no sheet.
+            if "contribution" not in part.data or part.data["contribution"].dims[0] != "configuration":
                 continue
             found = blame(part)
             for k, shares in enumerate(zip(found.position, found.rotation, strict=True)):
