@@ -145,6 +145,18 @@ def test_a_workbook_of_python_has_shares_of_sources_over_configurations(tmp_path
     assert "Sizes to order" in names
 
 
+@pytest.mark.parametrize("asked", [jp.sensitivity, jp.region, lambda m: jp.worst(m).assign_attrs(question="a, b")])
+def test_what_no_command_prints_has_a_workbook_of_its_values(tmp_path, asked):
+    """It ended in an IndexError of openpyxl; as a document, a variable 'position' was missing."""
+    result = asked(jp.loads(jp.examples.text("four-bar")))
+    jp.save(result, tmp_path / "r.xlsx")
+    names = pytest.importorskip("openpyxl").load_workbook(tmp_path / "r.xlsx").sheetnames
+    assert {"answer", "Sizes to order", result.attrs["question"], "mechanism"} <= {*names}
+    for write in (lambda: jp.save(result, tmp_path / "r.md"), lambda: jp.table(result)):
+        with pytest.raises(jp.InputError, match=f"a table is of .*; this is of '{result.attrs['question']}'"):
+            write()
+
+
 def test_a_result_of_another_version_has_a_workbook(tmp_path):
     """Its text has keys that this version does not know."""
     result = jp.worst(jp.loads(jp.examples.text("four-bar"))).assign_attrs(mechanism="format = 1\nold = 1\n")
