@@ -328,6 +328,22 @@ class TestInABrowser:
             (tmp_path / "page.html").write_text(page, encoding="utf-8")
             assert any(said in one for one in in_browser(tmp_path / "page.html")), said
 
+    def test_letters_of_all_figures_have_one_size_on_paper(self, tmp_path: Path) -> None:
+        """Each was made as high as fits: single ones larger than those in rows, so that they left sheets empty."""
+        path = tmp_path / "page.html"
+        path.write_text(of_example("four-bar"), encoding="utf-8")
+        with opened(tmp_path / "profile") as browser:
+            shown = browser.page(path.as_uri(), width=1280)
+            shown.wait("[...document.querySelectorAll('figure img')].every((i) => i.naturalWidth)")
+            shown.run("dispatchEvent(new Event('beforeprint'))")
+            shown.ask("Emulation.setEmulatedMedia", media="print")
+            # 182 mm are 688 pixels.
+            shown.ask("Emulation.setDeviceMetricsOverride", width=688, height=900, deviceScaleFactor=1, mobile=False)
+            size = "(i) => [i.getBoundingClientRect().width, i.naturalWidth]"
+            widths, own = np.transpose(shown.run(f"[...document.querySelectorAll('figure img')].map({size})"))
+        assert len(own) > 8
+        np.testing.assert_allclose(widths / own, 0.56, atol=0.01)
+
     def test_it_prints(self, tmp_path: Path) -> None:
         path = tmp_path / "page.pdf"
         jp.report(jp.loads(examples.text("four-bar")), path, samples=FEW)

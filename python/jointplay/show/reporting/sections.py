@@ -292,7 +292,7 @@ def _structural(chapter: Chapter) -> str:
 
 def _life(chapter: Chapter) -> str:
     words = "Clearances and errors while the joints wear, and the age from which on a limit is missed."
-    return _pictured(chapter, "life", words, drawn=sheet)
+    return _pictured(chapter, "life", words)
 
 
 def _compensation(chapter: Chapter) -> str:
