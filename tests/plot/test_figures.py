@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.patches import Circle
 
 import jointplay as jp
 from helpers.answers import example
@@ -416,6 +417,47 @@ class TestErrors:
 
 
 class TestMechanisms:
+    def test_the_star_of_the_output_does_not_hide_its_pin(self) -> None:
+        """On a page of one column it was larger than the pin and lay over it."""
+        for width in (COLUMN, 170.0):
+            figure = sheet(example("four-bar"), results(example("four-bar"), "solve"), Drawn(style=Style(width=width)))
+            (axes,) = figure.axes
+            star = next(line for line in axes.lines if line.get_marker() == "*")
+            middle = star.get_xydata()[0]
+            pin = next(p for p in axes.patches if isinstance(p, Circle) and np.allclose(p.center, middle))
+            assert star.get_zorder() < pin.get_zorder()
+            # The points of the star are seen around the pin, its edge on what is as dark.
+            points = 72.0 / figure.dpi * np.diff(axes.transData.transform([[0.0, 0.0], [2.0 * pin.radius, 0.0]])[:, 0])
+            assert star.get_markersize() > 1.5 * points[0]
+            assert star.get_markeredgecolor() != star.get_markerfacecolor()
+
+    def test_names_stay_within_the_frame_of_a_drawing_that_is_written(self, tmp_path: Path) -> None:
+        """J3 lay on the frame, because what stands at the foot was written after the names had their places."""
+        m = example("four-bar")
+        found = results(m, "worst", "loaded")
+        choice = Drawn(panel="mechanism", style=Style("print", width=COLUMN))
+        with using(choice.style):
+            figure = sheet(m, found, choice)
+            put(figure, tmp_path / "a.png", found["worst"])
+        (axes,) = figure.axes
+        frame = axes.get_window_extent()
+        for text in (text for text in axes.texts if text.get_text().startswith("J")):
+            box = text.get_window_extent()
+            assert frame.y0 < box.y0
+            assert box.y1 < frame.y1
+
+    def test_a_file_says_what_other_outputs_and_load_cases_there_are(self, tmp_path: Path) -> None:
+        """The hash of the mechanism was written in the place of that line."""
+        m = jp.loads(jp.examples.text("slider-crank-cases"))
+        found = results(m, "loaded")
+        figure = sheet(m, found, Drawn(style=Style(width=COLUMN)))
+        put(figure, tmp_path / "a.png", found["loaded"])
+        said = figure.get_supxlabel().replace("\n", " ")
+        assert said.startswith("Output face, load case feed")
+        assert "other outputs (--output-point): pin" in said
+        assert said.endswith(f"; mechanism {m.hash}")
+        assert outside(figure) == []
+
     def test_views_project_along_their_axes(self) -> None:
         m = example("3-upu")
         x, y, z = jp.solve(m).nominal[0].sel(component=["x", "y", "z"]).values
