@@ -416,6 +416,20 @@ class TestErrors:
         assert drawn["singular below this"][0] == limit
 
 
+class TestWidths:
+    def test_steps_of_an_assembly_stand_beside_each_other_on_a_page(self, drawn: Any) -> None:
+        """At the width of a page they stood below each other, 290 mm high; at that of a column with gaps between."""
+        name, found = drawn["assemble"]
+        for width, highest in ((170.0, 170.0), (COLUMN, 270.0)):
+            figure = sheet(example(name), found, Drawn(style=Style("print", width=width)))
+            assert 25.4 * figure.get_figheight() < highest
+
+    def test_marks_of_no_force_are_seen_as_a_whole(self) -> None:
+        """They were cut by the axis on which they lie."""
+        axes = jp.plot.reactions(jp.loaded(example("press-running"))).axes[0]
+        assert axes.get_ylim()[0] < 0.0
+
+
 class TestMechanisms:
     def test_the_star_of_the_output_does_not_hide_its_pin(self) -> None:
         """On a page of one column it was larger than the pin and lay over it."""
