@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from .errors import InputError, JointplayError
     from .exchange.exporting import export
     from .exchange.reading import read
+    from .exchange.saving import save
     from .model.builder.build import Builder
     from .model.builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .model.mechanism import Mechanism, load, loads
     from .plot.animation import animate
     from .result.spreadsheets import frame, table
-    from .result.write import save
     from .show.reporting import report
     from .show.reporting.notebook import view
 
@@ -127,7 +127,7 @@ _HOMES = {name: f"analyses.{name}" for name in QUESTIONS} | {
     "read": "exchange.reading",
     "report": "show.reporting",
     "view": "show.reporting.notebook",
-    "save": "result.write",
+    "save": "exchange.saving",
     "table": "result.spreadsheets",
 }
 

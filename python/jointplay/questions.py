@@ -69,7 +69,7 @@ class Question:
     #: in its module, what others ask, and the function with the options that they give, if it is not that of its name
     compute: str = "compute"
     options: str = ""
-    #: of `conclusions`: says the answer in sentences
+    #: of `conclusions`: says the answer in sentences; nothing where no command prints it
     conclusion: str = "errors.of_errors"
     #: of `table`: its columns over the configurations; or its tables, where they are not over the configurations
     table: str = "questions.of_error"
@@ -214,7 +214,7 @@ QUESTIONS: Mapping[str, Question] = {
             table="singularities.columns",
             sheet="nearness",
         ),
-        Question("region"),
+        Question("region", conclusion=""),
         Question(
             "forces",
             title="Forces with play: what is used of their limits",
@@ -230,7 +230,7 @@ QUESTIONS: Mapping[str, Question] = {
             conclusion="forces.of_forces",
             overview="forces.overview",
         ),
-        Question("sensitivity"),
+        Question("sensitivity", conclusion=""),
         Question("check", conclusion="building.of_check", overview="check.overview"),
         Question("allow", is_of_errors=True, conclusion="sizes.of_allow", overview="allow.overview", sheet="allowed"),
         Question("calibrate", conclusion="built.of_calibrate", overview="calibrate.overview", sheet="calibrated"),

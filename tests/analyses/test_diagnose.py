@@ -160,6 +160,16 @@ def test_it_says_what_is_worn(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Not shown: which joints are worn; the readings do not fit" in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_size_of_the_file_has_its_own_digits() -> None:
+    """It was rounded as coarsely as readings found it: 0.040 for 0.041236."""
+    m = jp.load(FILE).with_({"joints.A.clearance.radial": 0.021236})
+    table = jp.table(jp.diagnose(m, TABLE, sigma={"length": 0.02}))
+    whole = table.loc["Clearances of this machine"]
+    row = whole[whole.clearances.astype(str).str.startswith("A")].iloc[0]
+    ends = [row[name] for name in whole.columns if "by the file" in name]
+    assert ends == [0.041236, 0.041236]
+
+
 def test_readings_that_would_not_show_wear_show_none(capsys: pytest.CaptureFixture[str]) -> None:
     """With noise as large as all play, the play of no joint is said to be that of the file."""
     asked = ["diagnose", str(FILE), "--reversal", str(TABLE), "--sigma"]

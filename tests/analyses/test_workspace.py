@@ -11,6 +11,7 @@ from scipy.ndimage import label
 
 import jointplay as jp
 from helpers.answers import example
+from jointplay.analyses.questions import taken
 from jointplay.analyses.workspace.holding import OneOrientation
 from jointplay.analyses.workspace.inscribed import box, box_of_nodes, disc
 from jointplay.analyses.workspace.surface import CrossedEdges, enclosed, facet_sizes, framed, framed_values
@@ -169,6 +170,14 @@ def test_what_edges_of_a_cube_that_are_cut_off_leave_is_said() -> None:
     assert within(result, "size", 1e6)
     assert within(result, "box_size", 1e6)
     assert within(result, "disc_radius", 50.0)
+
+
+def test_it_says_how_many_specimens_it_took_by_default() -> None:
+    m = example("serial-2r").with_({"limits.probability": 0.9})
+    found = jp.workspace(m, count=5, question="random", samples=64)
+    assert (found.attrs["samples"], found.attrs["seed"]) == (64, 0)
+    assert taken("random", {})["samples"] == jp.random(m).attrs["samples"]
+    assert "samples" not in jp.workspace(m, count=5, question="worst").attrs
 
 
 def test_two_links_reach_a_ring() -> None:

@@ -172,3 +172,24 @@ def test_a_notebook_has_a_line_that_is_empty_in_the_end(monkeypatch: pytest.Monk
     assert lines[0].startswith("random: 1 of 22, 4 %, ")
     assert lines[-2].startswith("random: 22 of 22, 100 %, ")
     assert lines[-1] == ""
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_kernel_shows_one_line_and_outlives_an_interrupt() -> None:
+    """Long work in a real notebook: the line is written over and empty in the end, short work has none."""
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    cells = [
+        "import os, signal, threading, jointplay as jp; m = jp.loads(jp.examples.text('delta'))",
+        "_ = jp.random(m, samples=64)",
+        "threading.Timer(2.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try: jp.random(m, samples=50_000_000)\nexcept KeyboardInterrupt: print('stopped')",
+        "print(m.title)",
+    ]
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(book, timeout=60, kernel_name="python3").execute()
+    _, short, long, after = (cell.outputs for cell in book.cells)
+    assert short == []
+    assert [line.data["text/plain"] for line in long if line.output_type == "display_data"] in ([""], [])
+    assert "stopped" in "".join(line.text for line in long if line.output_type == "stream")
+    assert after[0].text == "Delta robot with universal joints and balls\n"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.patches import Circle
 
 import jointplay as jp
 from helpers.answers import example
@@ -15,6 +16,7 @@ from helpers.figures import outside, overlapping
 from jointplay.cli import run
 from jointplay.cli.drawing import OPTIONS, FigureFile
 from jointplay.plot import Drawn, Style, style
+from jointplay.plot.figures import worst_of
 from jointplay.plot.put import put
 from jointplay.plot.sheet import panel_names, sheet
 from jointplay.plot.style import THEMES, size_of, using
@@ -358,6 +360,36 @@ class TestErrors:
         assert f"configuration {worst}, theta1 = " in axes.get_title("left").replace("\n", " ")
         np.testing.assert_array_equal(axes.patches[0].get_data().edges, result.edge.sel(quantity="position")[worst])
 
+    def test_what_has_a_limit_has_its_histogram_on_the_sheet(self) -> None:
+        """The sheet had that of the position alone, beside limits of y and the angle."""
+        m = example("four-bar-fits")
+        found = {"random": from_dataset(jp.random(m, samples=256))}
+        figure = sheet(m, found)
+        drawn = {axes.get_xlabel(): axes for axes in figure.axes if axes.get_ylabel().startswith("specimens per bin")}
+        assert list(drawn) == ["position error [mm]", "error in y [mm]", "error in angle [deg]"]
+        lines = {float(line.get_xdata()[0]) for line in drawn["error in y [mm]"].lines}
+        assert {-0.07, 0.06} <= lines
+        for choice, label in (
+            (Drawn(panel="histogram-x"), "error in x [mm]"),
+            (Drawn(panel="histogram-rotation"), "rotation [deg]"),
+            (Drawn(panel="histogram", quantity="angle"), "error in angle [deg]"),
+        ):
+            assert [axes.get_xlabel() for axes in sheet(m, found, choice).axes] == [label]
+
+    def test_a_component_is_worst_where_it_is_farthest_in_either_direction(self) -> None:
+        """The configuration was chosen by high quantiles alone, which are near zero where errors are negative."""
+        result = from_dataset(jp.random(example("four-bar"), samples=256))
+        result.get("error_mean", component="x")[3] -= 100.0
+        result.get("error_quantile", quantity="x")[3] = 0.0
+        assert worst_of(result, "x") == 3
+
+    def test_a_median_that_is_nothing_beside_other_quantiles_is_zero(self) -> None:
+        """Of most samples it was -4.81e-05 mm, which they do not tell from zero."""
+        result = jp.random(example("four-bar-fits"), samples=256)
+        result.error_quantile.loc[{"probability": 0.5, "quantity": "y"}] = -1e-5
+        legend = jp.plot.histogram(result, "y").axes[0].get_legend()
+        assert legend.get_texts()[0].get_text() == "50 %: 0 mm"
+
     def test_the_correction_itself(self) -> None:
         result = jp.compensate(example("four-bar"))
         axes = jp.plot.correction(result).axes[0]
@@ -384,7 +416,62 @@ class TestErrors:
         assert drawn["singular below this"][0] == limit
 
 
+class TestWidths:
+    def test_steps_of_an_assembly_stand_beside_each_other_on_a_page(self, drawn: Any) -> None:
+        """At the width of a page they stood below each other, 290 mm high; at that of a column with gaps between."""
+        name, found = drawn["assemble"]
+        for width, highest in ((170.0, 170.0), (COLUMN, 270.0)):
+            figure = sheet(example(name), found, Drawn(style=Style("print", width=width)))
+            assert 25.4 * figure.get_figheight() < highest
+
+    def test_marks_of_no_force_are_seen_as_a_whole(self) -> None:
+        """They were cut by the axis on which they lie."""
+        axes = jp.plot.reactions(jp.loaded(example("press-running"))).axes[0]
+        assert axes.get_ylim()[0] < 0.0
+
+
 class TestMechanisms:
+    def test_the_star_of_the_output_does_not_hide_its_pin(self) -> None:
+        """On a page of one column it was larger than the pin and lay over it."""
+        for width in (COLUMN, 170.0):
+            figure = sheet(example("four-bar"), results(example("four-bar"), "solve"), Drawn(style=Style(width=width)))
+            (axes,) = figure.axes
+            star = next(line for line in axes.lines if line.get_marker() == "*")
+            middle = star.get_xydata()[0]
+            pin = next(p for p in axes.patches if isinstance(p, Circle) and np.allclose(p.center, middle))
+            assert star.get_zorder() < pin.get_zorder()
+            # The points of the star are seen around the pin, its edge on what is as dark.
+            points = 72.0 / figure.dpi * np.diff(axes.transData.transform([[0.0, 0.0], [2.0 * pin.radius, 0.0]])[:, 0])
+            assert star.get_markersize() > 1.5 * points[0]
+            assert star.get_markeredgecolor() != star.get_markerfacecolor()
+
+    def test_names_stay_within_the_frame_of_a_drawing_that_is_written(self, tmp_path: Path) -> None:
+        """J3 lay on the frame, because what stands at the foot was written after the names had their places."""
+        m = example("four-bar")
+        found = results(m, "worst", "loaded")
+        choice = Drawn(panel="mechanism", style=Style("print", width=COLUMN))
+        with using(choice.style):
+            figure = sheet(m, found, choice)
+            put(figure, tmp_path / "a.png", found["worst"])
+        (axes,) = figure.axes
+        frame = axes.get_window_extent()
+        for text in (text for text in axes.texts if text.get_text().startswith("J")):
+            box = text.get_window_extent()
+            assert frame.y0 < box.y0
+            assert box.y1 < frame.y1
+
+    def test_a_file_says_what_other_outputs_and_load_cases_there_are(self, tmp_path: Path) -> None:
+        """The hash of the mechanism was written in the place of that line."""
+        m = jp.loads(jp.examples.text("slider-crank-cases"))
+        found = results(m, "loaded")
+        figure = sheet(m, found, Drawn(style=Style(width=COLUMN)))
+        put(figure, tmp_path / "a.png", found["loaded"])
+        said = figure.get_supxlabel().replace("\n", " ")
+        assert said.startswith("Output face, load case feed")
+        assert "other outputs (--output-point): pin" in said
+        assert said.endswith(f"; mechanism {m.hash}")
+        assert outside(figure) == []
+
     def test_views_project_along_their_axes(self) -> None:
         m = example("3-upu")
         x, y, z = jp.solve(m).nominal[0].sel(component=["x", "y", "z"]).values

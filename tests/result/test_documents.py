@@ -120,6 +120,50 @@ def test_a_workbook_is_signed_and_has_sources_and_sizes(tmp_path, monkeypatch):
     np.testing.assert_allclose(whole, 100.0, atol=1.0)
     sizes = pd.read_excel("r.xlsx", sheet_name="Sizes to order")
     assert sizes["cost"].dropna().tolist() == [24.0, 21.0, 16.0, 18.5, 12.99]
+    # Of Python it had everything but the sizes to order.
+    m = jp.load("m.toml").with_({"document": {"author": "A. Meier", "revision": "B"}})
+    jp.save(jp.worst(m), "python.xlsx")
+    assert openpyxl.load_workbook("python.xlsx").sheetnames == book.sheetnames
+    pd.testing.assert_frame_equal(pd.read_excel("python.xlsx", sheet_name="Sizes to order"), sizes)
+
+
+@pytest.mark.parametrize(
+    ("asked", "has_sources"),
+    [
+        (lambda m: jp.map(m, "worst", {"theta1": [30.0, 40.0]}), False),
+        (lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]), False),
+        (lambda m: jp.compare(m, m, names=("a", "b")), False),
+        (lambda m: jp.random(m, samples=64), True),
+    ],
+    ids=["map", "sweep", "compare", "random"],
+)
+def test_a_workbook_of_python_has_shares_of_sources_over_configurations(tmp_path, asked, has_sources):
+    """It never had: the text of the mechanism, an attribute there, was taken for a comparison of mechanisms."""
+    jp.save(asked(jp.loads(jp.examples.text("four-bar"))), tmp_path / "r.xlsx")
+    names = pytest.importorskip("openpyxl").load_workbook(tmp_path / "r.xlsx").sheetnames
+    assert ("sources" in names) == has_sources
+    assert "Sizes to order" in names
+
+
+@pytest.mark.parametrize("asked", [jp.sensitivity, jp.region, lambda m: jp.worst(m).assign_attrs(question="a, b")])
+def test_what_no_command_prints_has_a_workbook_of_its_values(tmp_path, asked):
+    """It ended in an IndexError of openpyxl; as a document, a variable 'position' was missing."""
+    result = asked(jp.loads(jp.examples.text("four-bar")))
+    jp.save(result, tmp_path / "r.xlsx")
+    names = pytest.importorskip("openpyxl").load_workbook(tmp_path / "r.xlsx").sheetnames
+    assert {"answer", "Sizes to order", result.attrs["question"], "mechanism"} <= {*names}
+    for write in (lambda: jp.save(result, tmp_path / "r.md"), lambda: jp.table(result)):
+        with pytest.raises(jp.InputError, match=f"a table is of .*; this is of '{result.attrs['question']}'"):
+            write()
+
+
+def test_a_result_of_another_version_has_a_workbook(tmp_path):
+    """Its text has keys that this version does not know."""
+    result = jp.worst(jp.loads(jp.examples.text("four-bar"))).assign_attrs(mechanism="format = 1\nold = 1\n")
+    jp.save(result, tmp_path / "r.xlsx")
+    names = pytest.importorskip("openpyxl").load_workbook(tmp_path / "r.xlsx").sheetnames
+    assert "answer" in names
+    assert "Sizes to order" not in names
 
 
 def test_several_questions_in_one_result_have_no_table(tmp_path):

@@ -64,16 +64,23 @@ def test_a_page_has_what_its_reader_asks(name: str) -> None:
 def test_what_has_a_limit_is_drawn_with_it(
     name: str, limited: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    drawn: list[object] = []
-    error = jp.plot.error
+    """Of specimens, it was the position and the rotation alone, whatever had the limit."""
+    drawn: dict[str, list[object]] = {"error": [], "histogram": []}
 
-    def seen(results: Any, *told: Any, **options: Any) -> Any:
-        drawn.extend(told)
-        return error(results, *told, **options)
+    def watch(kind: str) -> None:
+        own = getattr(jp.plot, kind)
 
-    monkeypatch.setattr(jp.plot, "error", seen)
+        def seen(results: Any, quantity: str = "position", *told: Any, **options: Any) -> Any:
+            drawn[kind].append(quantity)
+            return own(results, quantity, *told, **options)
+
+        monkeypatch.setattr(jp.plot, kind, seen)
+
+    for kind in drawn:
+        watch(kind)
     page(jp.loads(examples.text(name)), tmp_path)
-    assert drawn[: 2 + len(limited)] == ["position", "rotation", *limited]
+    for quantities in drawn.values():
+        assert quantities[: 2 + len(limited)] == ["position", "rotation", *limited]
 
 
 def test_numbers_of_the_page_are_those_of_the_results() -> None:
@@ -320,6 +327,22 @@ class TestInABrowser:
         for page, said in wrong.items():
             (tmp_path / "page.html").write_text(page, encoding="utf-8")
             assert any(said in one for one in in_browser(tmp_path / "page.html")), said
+
+    def test_letters_of_all_figures_have_one_size_on_paper(self, tmp_path: Path) -> None:
+        """Each was made as high as fits: single ones larger than those in rows, so that they left sheets empty."""
+        path = tmp_path / "page.html"
+        path.write_text(of_example("four-bar"), encoding="utf-8")
+        with opened(tmp_path / "profile") as browser:
+            shown = browser.page(path.as_uri(), width=1280)
+            shown.wait("[...document.querySelectorAll('figure img')].every((i) => i.naturalWidth)")
+            shown.run("dispatchEvent(new Event('beforeprint'))")
+            shown.ask("Emulation.setEmulatedMedia", media="print")
+            # 182 mm are 688 pixels.
+            shown.ask("Emulation.setDeviceMetricsOverride", width=688, height=900, deviceScaleFactor=1, mobile=False)
+            size = "(i) => [i.getBoundingClientRect().width, i.naturalWidth]"
+            widths, own = np.transpose(shown.run(f"[...document.querySelectorAll('figure img')].map({size})"))
+        assert len(own) > 8
+        np.testing.assert_allclose(widths / own, 0.56, atol=0.01)
 
     def test_it_prints(self, tmp_path: Path) -> None:
         path = tmp_path / "page.pdf"

@@ -25,6 +25,12 @@ def options_of(question: str) -> tuple[str, ...]:
     return tuple(inspect.signature(public(question)).parameters)[1:]
 
 
+def taken(question: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that a question is asked with: those given, and by default those of its function."""
+    known = inspect.signature(public(question)).parameters
+    return {name: given.get(name, known[name].default) for name in options_of(question)}
+
+
 def check(question: str, given: Mapping[str, Any], asker: str) -> None:
     """Check a question, and its options as it does.
 

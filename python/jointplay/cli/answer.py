@@ -179,7 +179,7 @@ def answered(
         plot.draw(m, results)
     finally:
         if output is not None:
-            save(results, output, m)
+            save(results, output)
         else:
             show(results, [*_explained(m, results)])
     if interrupted:
@@ -234,16 +234,11 @@ def _is_good(result: Result) -> bool:
     return is_good(result)
 
 
-def save(results: Mapping[str, Result], output: Path, m: Mechanism) -> None:
-    """Write results as one file; a workbook has the sizes of the mechanism, too."""
-    from jointplay.result.write import save_all
+def save(results: Mapping[str, Result], output: Path) -> None:
+    """Write results as one file, in the dialect that was asked for."""
+    from jointplay.exchange.saving import save_all
 
-    more = []
-    if output.suffix.lower() == ".xlsx":
-        from jointplay.analyses import ordering
-
-        more = [table for table in (ordering.table(m),) if table is not None]
-    save_all(results, output, csv_dialect=printed().csv_dialect, more=more)
+    save_all(results, output, csv_dialect=printed().csv_dialect)
 
 
 def _asked(name: str, ask: Callable[..., Result], m: Mechanism) -> Result:

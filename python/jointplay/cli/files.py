@@ -49,7 +49,7 @@ def check(file: File, settings: Settings = None, output: OutputPath = None) -> i
     m = answer.mechanism(file, settings)
     result = compute(m)
     if output is not None:
-        answer.save({"check": result}, output, m)
+        answer.save({"check": result}, output)
     else:
         answer.show({"check": result})
     return DONE if result.attrs["assembled"] and result.attrs["decided"] else NOT_OK

@@ -56,7 +56,7 @@ def text(path: str | os.PathLike[str]) -> str:
     return found
 
 
-def _text_in(attributes: Mapping[str, Any]) -> Any:
+def text_in(attributes: Mapping[str, Any]) -> Any:
     """The text of the mechanism, or of the first of several."""
     return attributes.get(TEXT, attributes.get(f"{TEXT}{LETTERS[0]}"))
 
@@ -65,21 +65,21 @@ def _netcdf(path: Path) -> Any:
     import h5py
 
     with h5py.File(path, "r") as file:
-        return _text_in(file.attrs)
+        return text_in(file.attrs)
 
 
 def _zarr(path: Path) -> Any:
-    return _text_in(json.loads((path / ".zattrs").read_text(encoding="utf-8")))
+    return text_in(json.loads((path / ".zattrs").read_text(encoding="utf-8")))
 
 
 def _json(path: Path) -> Any:
-    return _text_in(json.loads(path.read_text(encoding="utf-8"))["attrs"])
+    return text_in(json.loads(path.read_text(encoding="utf-8"))["attrs"])
 
 
 def _parquet(path: Path) -> Any:
     from pyarrow import parquet
 
-    return _text_in(json.loads((parquet.read_schema(path).metadata or {}).get(b"PANDAS_ATTRS", b"{}")))
+    return text_in(json.loads((parquet.read_schema(path).metadata or {}).get(b"PANDAS_ATTRS", b"{}")))
 
 
 def _xlsx(path: Path) -> Any:
@@ -94,7 +94,7 @@ def _xlsx(path: Path) -> Any:
         name = head or name
         lines.setdefault(name, []).append("".join(part or "" for part in parts))
     book.close()
-    return _text_in({name: "\n".join(some) for name, some in lines.items()})
+    return text_in({name: "\n".join(some) for name, some in lines.items()})
 
 
 def _csv(path: Path) -> Any:

@@ -22,7 +22,7 @@ from jointplay.result import Result
 from jointplay.result.table import VERDICTS
 
 from .bodies import outline, put_outline
-from .layout import columns_of
+from .layout import LEAST, columns_of
 from .names import write as write_names
 from .scene import PLAN, contour, drawn_points, places, written
 from .solid import OBLIQUE, Solid
@@ -97,11 +97,10 @@ def assembly(
     shown = list(range(len(steps))) if step is None else [steps.index(step)]
     drawing = _Drawing(m, part, exaggerate)
     with using(style) as chosen:
-        columns = min(COLUMNS, len(shown), columns_of(chosen, WIDTH))
+        columns = min(COLUMNS, len(shown), columns_of(chosen, LEAST))
         rows = -(-len(shown) // columns)
-        # A panel that is narrower than usual has the same shape.
         width = WIDTH if chosen.width is None else chosen.width / INCH / columns
-        whole = (width * columns, TITLE + (LABELS + (drawing.height - LABELS) * width / WIDTH) * rows)
+        whole = (width * columns, TITLE + drawing.height(width) * rows)
         figure = replace(chosen, width=None).figure(*whole) if chosen.height is None else chosen.figure(*whole)
         for place_, k in enumerate(shown):
             drawing.step(k, figure.add_subplot(rows, columns, place_ + 1), figure)
@@ -149,11 +148,10 @@ class _Drawing:
         largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
         self.exaggerate = automatic(VISIBLE * self.extent, largest) if exaggerate is None else exaggerate
 
-    @property
-    def height(self) -> float:
-        """Height of a panel that has no empty space beside the mechanism."""
+    def height(self, panel: float) -> float:
+        """Height of a panel of a width that has no empty space beside the mechanism."""
         width, height = np.ptp(self.view.flat(drawn_points(self.m, self.poses)), axis=0) + 2.0 * MARGIN * self.extent
-        return LABELS + (WIDTH - LABELS) * float(height / width)
+        return LABELS + (panel - LABELS) * float(height / width)
 
     def _errors(self) -> list[Floats]:
         which = str(self.result.attrs["assemble"])
@@ -248,7 +246,7 @@ class _Drawing:
                 else {"color": colour_of(COMPRESSION), "linestyle": "--"}
             )
             axes.plot(*self.view.flat(ends).T, linewidth=2.2, zorder=3 if self.size == 2 else 5, **style)
-            box = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+            box = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.9, "pad": 0.5}
             places = [ends[0] + share * (ends[1] - ends[0]) for share in ALONG]
             free = (at for at in places if all(np.linalg.norm(at - other) > APART * self.extent for other in taken))
             taken.append(next(free, places[0]))
@@ -256,8 +254,9 @@ class _Drawing:
                 *self.view.flat(taken[-1]),
                 f"{float(f'{force:.3g}'):g} {unit}",
                 color=style["color"],
-                fontsize=current().font_size_used - 2.0,
+                fontsize=current().font_size_used - 1.0,
                 ha="center",
+                va="center",
                 bbox=box,
                 zorder=7,
             )

@@ -13,7 +13,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, split
 
-from .figures import limits_of, worst_of
+from .figures import limits_of, words_of, worst_of
 from .style import Style, canvas, limit_line, scaled, series, theme
 from .words import labelled, legend, light, single, title, which
 
@@ -87,7 +87,7 @@ def cloud(
             _outline(axes, region, chosen, (across, up))
         _limits(axes, part, (across, up))
         units = [part.unit("specimen_error", component=name) for name in (across, up)]
-        axes.set(xlabel=labelled(f"error of {across}", units[0]), ylabel=labelled(f"error of {up}", units[1]))
+        axes.set(xlabel=labelled(words_of(across), units[0]), ylabel=labelled(words_of(up), units[1]))
         if units[0] == units[1]:
             axes.set_aspect("equal", adjustable="datalim")
         title(axes, f"{which(part, chosen)}, {len(x)} specimens")

@@ -246,10 +246,13 @@ def histogram(
         if off:
             axes.stairs(share, edges, fill=True, color=colours[0], alpha=0.5)
             axes.stairs(share, edges, color=colours[0])
-        for k, level in enumerate(part.labels("probability") if off else ()):
-            value = float(part.get("error_quantile", probability=level, quantity=quantity)[chosen])
+        levels = part.labels("probability") if off else []
+        values = [float(part.get("error_quantile", probability=k, quantity=quantity)[chosen]) for k in levels]
+        # A median that is nothing beside the other quantiles is written as 0.
+        least = 1e-3 * max(map(abs, values), default=0.0)
+        for k, (level, value) in enumerate(zip(levels, values, strict=True)):
             dash = (0, (3, 1 + k))
-            text = f"{100 * level:g} %: {value:.3g} {unit}"
+            text = f"{100 * level:g} %: {value if abs(value) >= least else 0.0:.3g} {unit}"
             axes.axvline(value, color=colours[3 % len(colours)], linestyle=dash, linewidth=1.2, label=text)
         axes.set_ylim(0, 1.05 * top if top > 0 else 1.0)
         bounds = draw_limits(axes.axvline, [part], quantity)
@@ -291,7 +294,12 @@ def _around_histogram(axes: Axes, counts: Floats, edges: Floats, bounds: Sequenc
 
 def worst_of(result: Result, quantity: str) -> int:
     """The configuration in which a quantity is largest; the first one where none is known."""
-    sizes = np.max([np.abs(curve.values) for curve in curves(result, quantity)], axis=0)
+    if "error_std" in result.data and quantity in _components(result):
+        # Quantiles near 1 say nothing of specimens that are off in the negative direction.
+        mean, std = (result.get(name, component=quantity) for name in ("error_mean", "error_std"))
+        sizes = np.abs(mean) + 2.0 * std
+    else:
+        sizes = np.max([np.abs(curve.values) for curve in curves(result, quantity)], axis=0)
     return int(np.nanargmax(sizes)) if np.isfinite(sizes).any() else 0
 
 

@@ -18,6 +18,8 @@ from .words import HIGH, fitted, width_of
 
 #: distances of a name from its place, half the size of a place, and what keeps names apart, points
 AWAY, MARK, GAP = (6.0, 10.0, 16.0, 28.0), 4.0, 2.0
+#: from the frame of the axes, points
+LATER = 6.0
 #: share of the axes that a name takes at most
 WIDEST = 0.45
 
@@ -90,7 +92,8 @@ def write(axes: Any, at: Mapping[tuple[float, ...], str], flat: Floats, obstacle
         return
     points = 72.0 / figure.dpi
     window = axes.get_window_extent()
-    frame = points * np.array([window.x0, window.y0, window.x1, window.y1])
+    # What is written at the foot or head later takes room from the axes.
+    frame = points * np.array([window.x0, window.y0, window.x1, window.y1]) + LATER * np.array([1, 1, -1, -1])
     box: dict[str, Any] = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.6, "pad": 0.5}
     flat, obstacles = (points * axes.transData.transform(each) for each in (flat, obstacles))
     letters = current().font_size_used - 1.0

@@ -49,6 +49,8 @@ BETWEEN = 8
 MOST_CHANNELS = 6
 #: what sweeps compare answers by
 SWEPT = tuple(dict.fromkeys(name for question in asked_by("sweep") for name in QUESTIONS[question].figures))
+#: the panel of how the chosen quantity scatters; those of others have their name behind it
+HISTOGRAM = "histogram"
 #: panels with the sources of each size
 SOURCES = ("sources", "sources-rotation")
 
@@ -142,9 +144,15 @@ def _size(sheet: Sheet, name: str) -> Panel | None:
     return Panel(_into(error, kept if is_named else {"": next(iter(kept.values()))}, quantity))
 
 
+def _is_shown(sheet: Sheet, panel: str, quantity: str) -> bool:
+    """Whether a quantity that is drawn where it has a limit has the panel of a name."""
+    has_limit = bool(limits_of([*sheet.results.values()], quantity))
+    return panel == sheet.choice.panel or (not sheet.choice.quantity and has_limit)
+
+
 def _component(sheet: Sheet, name: str) -> Panel | None:
     """Errors of a component over the configurations, where it has a limit or is asked for."""
-    if name != sheet.choice.panel and (sheet.choice.quantity or not limits_of([*sheet.results.values()], name)):
+    if not _is_shown(sheet, name, name):
         return None
     return _size(replace(sheet, choice=replace(sheet.choice, quantity=name)), size_behind(name))
 
@@ -296,11 +304,16 @@ def _sources(sheet: Sheet, name: str) -> Panel | None:
 
 
 def _scattered(sheet: Sheet) -> Iterable[str]:
-    return ("histogram",) if "random" in sheet.asked else ()
+    others = (f"{HISTOGRAM}-{name}" for name in (SIZES[1], *sheet.m.components))
+    return (HISTOGRAM, *others) if "random" in sheet.asked else ()
 
 
-def _histogram(sheet: Sheet, _: str) -> Panel:
-    return Panel(_into(histogram, sheet.results["random"], sheet.quantity, sheet.choice.configuration))
+def _histogram(sheet: Sheet, panel: str) -> Panel | None:
+    """How the chosen quantity scatters, and others that have a limit or are asked for."""
+    _, _, name = panel.partition("-")
+    if name and not _is_shown(sheet, panel, name):
+        return None
+    return Panel(_into(histogram, sheet.results["random"], name or sheet.quantity, sheet.choice.configuration))
 
 
 def _kept(sheet: Sheet, _: str) -> Panel | None:

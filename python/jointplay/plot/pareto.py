@@ -12,7 +12,7 @@ from jointplay.basics.typed import typed
 from jointplay.errors import InputError
 from jointplay.result import Result, blame, is_of_variance
 
-from .figures import check_size, words_of
+from .figures import check_size, from_zero, words_of
 from .style import Style, canvas, series, theme
 from .words import along, labelled, legend, single, title, whole_numbers
 
@@ -98,7 +98,7 @@ def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None, style: S
         for number, k in enumerate(order.tolist()):
             axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
         axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))
-        axes.set_ylim(bottom=0.0)
+        from_zero(axes, [size])
         whole_numbers(axes.xaxis, words, len(x))
         if len(joints) > MOST_JOINTS:
             title(axes, f"the {MOST_JOINTS} largest of {len(joints)}")

@@ -15,6 +15,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result, origin_label
 
 from .style import as_far_as_it_goes, escape_texts, theme
+from .words import wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +42,10 @@ def put(figure: Figure, path: Path, result: Result | xr.Dataset | None = None) -
     """Write a drawing; of a result it says at its foot which mechanism it is of."""
     kind = path.suffix.lower().removeprefix(".")
     if result is not None:
-        figure.supxlabel(origin_label(result), fontsize=FOOT, x=1.0, ha="right", color=theme().grey)
+        # What the sheet says of other outputs and load cases stands in front of it.
+        said = "; ".join(filter(None, (figure.get_supxlabel(), origin_label(result))))
+        lines = wrapped(said, 72.0 * figure.get_figwidth(), FOOT)
+        figure.supxlabel(lines, fontsize=FOOT, x=1.0, ha="right", color=theme().grey)
     content = io.BytesIO()
     escape_texts(figure)
     # Without a date the same drawing is the same file.

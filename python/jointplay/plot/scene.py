@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 Corners = tuple[Floats, Floats]
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
+#: size of the star at the output, points: its core is as large as a pin on a wide drawing
+STAR = 13.0
 #: what is left of the colour of a pose that stands behind
 BEHIND = 0.3
 
@@ -59,6 +61,8 @@ PLAN = Sight("plan", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 class Scene(ABC):
     """One configuration in file units.
+
+    What is drawn at `below_joints` is covered by the marks of joints.
 
     Parameters
     ----------
@@ -101,6 +105,9 @@ class Scene(ABC):
         self.joints_drawn = [
             (k, joint) for k, joint in enumerate(self.spec["joints"]) if k not in inner and "follows" not in joint
         ]
+
+    #: order in which joints are drawn, a little less
+    below_joints = 5.9
 
     @abstractmethod
     def bodies(self) -> None:
@@ -173,8 +180,10 @@ class Scene(ABC):
     def output(self) -> None:
         """The output point."""
         place = self.places[self.m.output_point][None]
-        look = {"marker": "*", "color": theme().ink, "markersize": scaled(9.0), "linestyle": ""}
-        self.line(place, label="output", zorder=7, **look)
+        look = {"marker": "*", "color": theme().ink, "markersize": scaled(STAR), "linestyle": ""}
+        # A pin there is seen in the middle of the star, and what is as dark as the star beside its edge.
+        look |= {"markeredgecolor": theme().paper, "markeredgewidth": scaled(0.8)}
+        self.line(place, label="output", zorder=self.below_joints, **look)
 
     def springs(self) -> None:
         """Springs as zigzags or rings, torsion springs as spirals."""

@@ -15,7 +15,7 @@ from jointplay.errors import InputError, require
 from jointplay.file import toml
 from jointplay.file.carried import CELL, SHEET
 from jointplay.result import Result, TidyColumn, attributes, blame, from_dataset, merge, parts, rows
-from jointplay.result.table import ResultTable, blocks, heading, screen
+from jointplay.result.table import ResultTable, blocks, heading, is_printed, screen
 from jointplay.result.table.layout import NOTHING, Column
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def _add_answers(
     """A sheet to sign with the answers in sentences, and one for every table, to be filtered."""
     from openpyxl.styles import Alignment, Border, Font, Side
 
-    answers, tables = screen(results)
+    answers, tables = screen({name: result for name, result in results.items() if is_printed(name)})
     sheet = book.create_sheet("answer")
     sheet.column_dimensions["B"].width = WIDE
     for label, sentences in answers:
@@ -166,7 +166,8 @@ def _sources(results: Mapping[str, Result]) -> list[ResultTable]:
     rows: list[tuple[str, ...]] = []
     for question, result in results.items():
         for heading_, part in parts(result):
-            if "contribution" not in part.data or {"mechanism", "sweep"} & {*part.sizes, *part.attrs}:
+            # Steps of a sweep, mechanisms and grids have no sheet.
+            if "contribution" not in part.data or part.data["contribution"].dims[0] != "configuration":
                 continue
             found = blame(part)
             for k, shares in enumerate(zip(found.position, found.rotation, strict=True)):

@@ -17,21 +17,17 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.basics import files
-from jointplay.basics.typed import typed
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.file.carried import LETTERS, beside
 from jointplay.file.columns import as_cell
-from jointplay.result import Result, TidyColumn, Variable, attributes, from_dataset, merge, rows, to_dataset
+from jointplay.result import Result, TidyColumn, Variable, attributes, merge, rows, to_dataset
 from jointplay.result.spreadsheets import require_package, to_parquet, to_xlsx
 from jointplay.result.table import KINDS, ResultTable, document
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: what stands between the cells of a CSV, and before decimals
 DIALECTS = {"comma": (",", "."), "semicolon": (";", ",")}
@@ -41,45 +37,10 @@ CSV = ".csv"
 FOLDER = ".zarr"
 
 
-@typed
-def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_dialect: str = "comma") -> None:
-    """Write a result; the extension says how.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of any question.
-    path : path-like
-        Ending in `.nc`, `.zarr`, `.csv`, `.json`, or, with the extra `tables`, `.parquet` or `.xlsx`; or in `.md`,
-        `.tex` or `.html`: what the command prints, without the numbers behind it. An existing result is replaced.
-        Tables have one row for each value, like `frame`.
-    csv_dialect : {"comma", "semicolon"}, optional
-        Of a `.csv`: commas between the cells and decimal points, or semicolons and decimal commas, as office programs
-        expect it in countries that write decimals with a comma.
-
-    Raises
-    ------
-    InputError
-        When the extension or the dialect is another one, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import jointplay as jp, pathlib, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = pathlib.Path(folder, "solved.csv")
-    ...     jp.save(jp.solve(jp.loads(jp.examples.text("four-bar"))), path, csv_dialect="semicolon")
-    ...     lines = path.read_text().splitlines()
-    >>> lines[0]
-    'variable;configuration;theta1;component;body;joint;value;text;unit'
-    """
-    light = result if isinstance(result, Result) else from_dataset(result)
-    save_all({str(light.attrs.get("question", "")): light}, Path(path), csv_dialect=csv_dialect)
-
-
-def save_all(
-    results: Mapping[str, Result], target: Path, *, csv_dialect: str, more: Sequence[ResultTable] = ()
+def write(
+    results: Mapping[str, Result], target: Path, csv_dialect: str, more: Callable[[], Sequence[ResultTable]]
 ) -> None:
-    """Write the results of several questions as one file; see `save`. A workbook can have more tables."""
+    """Write the results of several questions as one file; a workbook has more tables, which are made for it alone."""
     check_path(target)
     if csv_dialect not in DIALECTS:
         raise InputError(not_known(csv_dialect, "a dialect", DIALECTS), key="csv_dialect")
@@ -94,7 +55,7 @@ def save_all(
         if target.is_file():
             _put_beside(light, target)
     else:
-        files.put(to_xlsx(results, more) if kind == ".xlsx" else WRITERS[kind](results), target)
+        files.put(to_xlsx(results, more()) if kind == ".xlsx" else WRITERS[kind](results), target)
 
 
 def _put_beside(result: Result, path: Path) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from jointplay.analyses.beside import said, why_not, with_forces
 from jointplay.analyses.map.answering import MapQuestion
 from jointplay.analyses.nominal import Progress
-from jointplay.analyses.questions import check
+from jointplay.analyses.questions import check, taken
 from jointplay.analyses.recorded import recorded
 from jointplay.basics.arrays import Floats, Ints
 from jointplay.basics.typed import typed
@@ -174,6 +174,11 @@ def compute(
             break
         found = replace(found, axes=further(found.axes, within.inside, most))
     result = _told(ranges, within, step, question, None if centre is None else np.array(centre, dtype=float))
+    if question is not None:
+        # Which specimens decided where the limits hold.
+        own = taken(question, options)
+        drawn: dict[str, Any] = {name: own[name] for name in ("samples", "seed") if name in own}
+        result = replace(result, attrs={**result.attrs, **drawn})
     if not (asks and m.limits.forces):
         return result
     outcome = NOT_SHOWN if unjudged else HELD if within.inside.any() else ""

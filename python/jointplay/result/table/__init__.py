@@ -2,7 +2,7 @@
 
 from jointplay.result.conclusions import VERDICTS
 
-from .documents import KINDS, blocks, document, heading
+from .documents import KINDS, blocks, document, heading, is_printed
 from .layout import Column, ResultTable, decimals, numbers
 from .questions import tables
 from .render import Answer, Console, show, show_names
@@ -19,6 +19,7 @@ __all__ = [
     "decimals",
     "document",
     "heading",
+    "is_printed",
     "numbers",
     "screen",
     "show",

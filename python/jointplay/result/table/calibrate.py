@@ -14,6 +14,8 @@ from .layout import NOTHING, Column, ResultTable, fixed, in_one_unit, numbers, w
 SHOWN, MOST_PAIRS = 0.9, 12
 #: digits of a standard error
 DIGITS = 2
+#: digits of a size of the file, at most
+OWN = 6
 
 
 def overview(result: Result) -> list[ResultTable]:
@@ -137,11 +139,11 @@ def of_diagnose(result: Result) -> list[ResultTable]:
     parts, names = result.get("part"), result.labels("clearance")
     own = [[names[k] for k in np.flatnonzero(row).tolist()] for row in parts]
     found, spread = _with_errors(result.get("group_size"), result.get("group_standard_error"))
-    errors = result.get("group_standard_error").tolist()
     ends = []
     for name in ("lowest", "highest"):
-        values = zip(result.get(f"group_{name}").tolist(), errors, strict=True)
-        cells = tuple(fixed(value, _places(error)) for value, error in values)
+        # A size of the file is exact, however coarsely readings find it.
+        values = result.get(f"group_{name}").tolist()
+        cells = tuple(f"{value:.{OWN}g}" if math.isfinite(value) else NOTHING for value in values)
         ends.append(Column(f"{name}\nby the file", "", cells))
     columns = [
         words("clearances", [" + ".join(group) for group in own], is_key=True),

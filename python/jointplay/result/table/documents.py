@@ -55,9 +55,15 @@ def blocks(result: Result) -> tuple[list[str], list[ResultTable]]:
     return [sentence.text for answer in answers for sentence in answer.sentences], tables
 
 
+def is_printed(name: str) -> bool:
+    """Whether a command prints the answer to a question; not that to several which are one result."""
+    return name in QUESTIONS and bool(QUESTIONS[name].conclusion)
+
+
 def _known(results: Mapping[str, Result]) -> Mapping[str, Result]:
-    if others := [name for name in results if name not in QUESTIONS]:
-        raise InputError(f"a table is of one question; this is of '{others[0]}'", key="result")
+    if others := [name for name in results if not is_printed(name)]:
+        what = "what a command prints" if others[0] in QUESTIONS else "one question"
+        raise InputError(f"a table is of {what}; this is of '{others[0]}'", key="result")
     return results
 
 

@@ -16,7 +16,7 @@ from jointplay.analyses.hints import hints
 from jointplay.errors import listed, one_line
 from jointplay.model.mechanism import Mechanism
 from jointplay.model.sizing import sizings
-from jointplay.plot.figures import limits_of
+from jointplay.plot.figures import limits_of, worst_of
 from jointplay.plot.sheet import separate, sheet
 from jointplay.plot.ticks import subplot
 from jointplay.questions import QUESTIONS
@@ -183,12 +183,15 @@ def _labelled(chapter: Chapter, questions: Sequence[str]) -> dict[str, Result]:
 def _errors(chapter: Chapter) -> str:
     curves = _labelled(chapter, tuple(WORDS))
     files = {f"{name}.csv": numbers(chapter.results[name], ERRORS[name]) for name in WORDS if name in chapter.results}
-    components = next(iter(curves.values())).labels("component")
-    limited = [name for name in components if limits_of([*curves.values()], name)]
-    figures = [_drawn(plot.error, curves, quantity) for quantity in (*QUANTITIES, *limited)]
+    figures = [_drawn(plot.error, curves, quantity) for quantity in (*QUANTITIES, *_limited([*curves.values()]))]
     said = "Size of the error by question; of random specimens the 95 % quantile. Limits are dashed."
     blocks = [folded(f"Table: {label}", table(found)) for label, part in curves.items() for found in tables(part)]
     return picture(figures, said, files) + "".join(blocks)
+
+
+def _limited(results: Sequence[Result]) -> list[str]:
+    """The components that have a limit."""
+    return [name for name in results[0].labels("component") if limits_of(results, name)]
 
 
 def _blame(chapter: Chapter) -> str:
@@ -238,9 +241,15 @@ def _sizes(chapter: Chapter) -> str:
 def _scatter(chapter: Chapter) -> str:
     part = chapter.parts("random")[0][1]
     at = worst_place(chapter)
-    figures = [_drawn(plot.histogram, part, quantity, at) for quantity in QUANTITIES]
-    said = f"Random specimens at {place(part, at)}, where the position error can be largest."
-    return picture(figures, said, {"histogram.csv": numbers(part.isel("configuration", at), ("histogram", "edge"))})
+    shown = dict.fromkeys(QUANTITIES, at) | {name: worst_of(part, name) for name in _limited([part])}
+    figures = [_drawn(plot.histogram, part, quantity, where) for quantity, where in shown.items()]
+    said = f"Random specimens at {place(part, at)}, where the position error can be largest"
+    said += "; components with a limit where they are worst." if len(shown) > len(QUANTITIES) else "."
+    files = {
+        f"histogram-{where}.csv": numbers(part.isel("configuration", where), ("histogram", "edge"))
+        for where in dict.fromkeys(shown.values())
+    }
+    return picture(figures, said, files)
 
 
 def _reactions(chapter: Chapter) -> str:
@@ -283,7 +292,7 @@ def _structural(chapter: Chapter) -> str:
 
 def _life(chapter: Chapter) -> str:
     words = "Clearances and errors while the joints wear, and the age from which on a limit is missed."
-    return _pictured(chapter, "life", words, drawn=sheet)
+    return _pictured(chapter, "life", words)
 
 
 def _compensation(chapter: Chapter) -> str:
