@@ -41,7 +41,9 @@ def groups(found: xr.Dataset) -> list[tuple[str, ...]]:
 def test_the_reference_case() -> None:
     """Sums by an independent program: two groups, and no single size."""
     reference = json.loads((DATA / "fits.json").read_text())["five-bar-reversal"]
-    found = jp.diagnose(jp.load(FILE), TABLE, sigma=SIGMA)
+    # The other program has no deviations.
+    exact = jp.load(FILE).with_({"dimensions": None, "drives.left.error": None, "drives.right.error": None})
+    found = jp.diagnose(exact, TABLE, sigma=SIGMA)
     assert groups(found) == [tuple(group) for group in reference["groups"]]
     assert found.attrs["rank"] == 2
     np.testing.assert_allclose(found.group_size, reference["sums"], rtol=1e-6)
@@ -69,7 +71,8 @@ def test_planted_sizes(name: str) -> None:
     drawn = jp.loads(examples.text(name))
     force = [60, -100] if drawn.pose_size == 3 else [60, -100, 30]
     cases = {"push": [{"force": force}], "pull": [{"force": [-one for one in force]}]}
-    m = drawn.with_({"loads": None, "gravity": None, "load_cases": cases})
+    # Of a sum the single sizes are not known, and what they change beside it is not taken for a length that is off.
+    m = drawn.with_({"loads": None, "gravity": None, "load_cases": cases, "dimensions": None})
     from jointplay.analyses.calibrate.unknowns import is_play
     from jointplay.model.sizing import sizings
 
@@ -129,6 +132,18 @@ def test_deviations_and_zeros_drop_out() -> None:
     other["x"] = [float(value) + 3.0 for value in other["x"]]  # type: ignore[arg-type]
     found = jp.diagnose(m, other, sigma=SIGMA)
     np.testing.assert_allclose(found.group_size, [0.04, 0.06], rtol=2e-3)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_machine_within_its_tolerances_is_not_worn(sign: float) -> None:
+    """What lengths and the drive were off by was told as wear: of one clearance a third of its size, six errors."""
+    m = jp.load(DATA / "rocker-in-space.toml")
+    off = {f"dimensions.l{k}.deviation": sign * value for k, value in enumerate((-0.02, 0.03, -0.03, 0.02))}
+    found = jp.diagnose(m, pushed(m.with_(off), ["x", "y", "z"]), sigma={"length": 0.003})
+    assert found.attrs["rank"] == 4
+    # Without noise: what a length does to the play is found with the length.
+    assert (np.abs(found.group_size - found.group_lowest) < 0.5 * found.group_standard_error).all()
+    assert not np.isin(found.state, ["worn", "tight"]).any()
 
 
 def test_a_wrong_row_is_found(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

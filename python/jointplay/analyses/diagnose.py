@@ -1,27 +1,29 @@
 """`diagnose`: which joints of a machine are worn, from readings at the same places under different loads or sides.
 
-    reading = place + sum_j D_j (f_j - 1) + noise,   D_j = what a relative change of clearance j does where the load
-                                                     presses it
+    reading = place + sum_j D_j (f_j - 1) + G v + noise,   D_j = what a relative change of clearance j does where the
+                                                           load presses it,  G v = what deviations add
 
 A clearance lies where its reaction presses it, so that a load that pushes and one that pulls move the output by what
 the play is, times what is known: the ratios f of the sizes to those of the file. What a place has in common, whatever
-acts (deviations, the frame of the device, the zero of a dial), is an unknown of its own for every column, and so drops
-out. Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is
-determined. The equations are those of first order; what is read with the sizes that they give is found on the exact
-closure, and what is missed then is fitted again.
+acts (the frame of the device, the zero of a dial, most of what deviations do), is an unknown of its own for every
+column, and so drops out. What a deviation does to the play does not: where a small length turns a joint's reaction, it
+moves the output otherwise under each load. Deviations are therefore unknown as well, with their laws as the prior.
+Bodies that carry two forces press both of their joints by the same one: of such clearances only a sum is
+determined. The equations are those of first order; what is read with the sizes and deviations that they give is found
+on the exact closure, and what is missed then is fitted again.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analyses.calibrate.system import EXACT, Combination, Weights, combinations, weights
-from jointplay.analyses.calibrate.unknowns import is_play
+from jointplay.analyses.calibrate.unknowns import Unknowns, is_play, unknowns_of
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.readings import ReadingModel, Readings, readings, require_whole
 from jointplay.analyses.recorded import recorded
@@ -91,8 +93,8 @@ def diagnose(
 
     Notes
     -----
-    Sizes are found on the exact closure of the machine that the file describes: where it deviates from that, by one per
-    cent of a length say, a sum may be off by about as much.
+    Sizes are found on the exact closure. What a machine may deviate by, within the tolerances of the file, is part of
+    the standard errors; a deviation without a tolerance is not.
 
     Examples
     --------
@@ -150,6 +152,8 @@ class _Diagnosis:
     chi: float
     free: int
     rank: int
+    #: what deviations are, in standard deviations of their priors
+    deviations: Floats
 
     def of_each(self, sizes: Floats) -> Floats:
         """The smallest change of every single clearance that gives the sums and takes no size below zero, SI."""
@@ -173,6 +177,9 @@ class _Fit:
 
     def __init__(self, m: Mechanism, sources: Sequence[Sizing], table: Readings, step: Callable[[], None]) -> None:
         self.m, self.sources, self.table, self.step = m, sources, table, step
+        unknowns = unknowns_of(m, {}, (), sizes=True)
+        self.mean = unknowns.of_parameters(np.array([one.mean for one in unknowns.unknowns]))
+        self.root = _root(unknowns)
         model = ReadingModel(m, table)
         if not any(load.moves_play for load in model.loads):
             problem = "nothing moves the joints through their play: a column 'load_case' says which load cases act, or"
@@ -185,8 +192,10 @@ class _Fit:
         if not self.paired.any():
             problem = "no place is read twice: the same drive values in two rows, with two load cases or sides"
             raise table.sheet.refuse(problem)
-        read = model.read(m.centre)
+        read = model.read(self.mean, of_nominal=False)
         self.residual = model.compare(table.values, read)
+        #: by the deviations, with the sizes and deviations that were found last
+        self.lean = read.by_parameter @ self.root
         self.play = model.play(read)
         self.sizes = np.array([_sizes(m, one) for one in sources])
         #: by the sizes, SI
@@ -200,7 +209,7 @@ class _Fit:
         used, rows, residual = self.paired.copy(), int(self.paired.sum()), self.residual
         found, studentized = self._solve(used, residual)
         for _ in range(ROUNDS):
-            residual, last = self.residual_of(found) + self._linear(found), found.change
+            residual, last = self._missed(found), found.change
             while True:
                 found, studentized = self._solve(used, residual)
                 bound = float(ndtri(1.0 - 0.5 * WRONG / len(studentized)))
@@ -213,20 +222,27 @@ class _Fit:
                 break
         return found
 
+    def _missed(self, found: _Diagnosis) -> Floats:
+        """What sizes and deviations have to explain, those that were found among them."""
+        model, u = self._built(found)
+        read = model.read(u, of_nominal=False)
+        self.lean = read.by_parameter @ self.root
+        explained = self.slopes @ found.of_each(self.sizes[:, 0]) + self.lean @ found.deviations
+        return np.asarray(model.compare(self.table.values, read) + explained)
+
     def residual_of(self, found: _Diagnosis) -> Floats:
-        """What is missed with the sizes that were found, on the exact closure."""
+        """What is missed with the sizes and deviations that were found, on the exact closure."""
+        model, u = self._built(found)
+        return model.compare(self.table.values, model.read(u, derivatives=False))
+
+    def _built(self, found: _Diagnosis) -> tuple[ReadingModel, Floats]:
+        """The machine with the sizes that were found, and its deviations."""
         self.step()
         changes: dict[str, object] = {}
         sizes = self.sizes[:, 0]
         for one, part in zip(self.sources, (found.of_each(sizes) / sizes).tolist(), strict=True):
             changes |= one.resized(max(one.size * (1.0 + part), 0.0))
-        m = self.m.with_(changes)
-        model = ReadingModel(m, self.table)
-        return model.compare(self.table.values, model.read(m.centre, derivatives=False))
-
-    def _linear(self, found: _Diagnosis) -> Floats:
-        """What they change there to first order."""
-        return np.asarray(self.slopes @ found.of_each(self.sizes[:, 0]))
+        return ReadingModel(self.m.with_(changes), self.table), self.mean + self.root @ found.deviations
 
     def _common(self, cells: Weights) -> Floats:
         """Which cells have their place and column in common, shape (cell, place and column)."""
@@ -245,15 +261,25 @@ class _Fit:
         cells = weights(self.table, self.play, used)
         at = (cells.rows, cells.columns)
         common = self._common(cells)
-        basis = np.linalg.qr(cells.whitened(common))[0]
-        read, slopes = cells.whitened(residual[at]), cells.whitened(self.slopes[at])
-        read, slopes = (np.asarray(values - basis @ (basis.T @ values)) for values in (read, slopes))
+        count = self.root.shape[1]
+        # Below the cells are the priors of the deviations.
+        beside = np.block(
+            [
+                [cells.whitened(common), cells.whitened(self.lean[at])],
+                [np.zeros((count, common.shape[1])), np.eye(count)],
+            ]
+        )
+        basis, triangle = np.linalg.qr(beside)
+        told, moved = (
+            np.pad(cells.whitened(values[at]), [(0, count), (0, 0)]) for values in (residual[..., None], self.slopes)
+        )
+        read, slopes = (np.asarray(values - basis @ (basis.T @ values)) for values in (told[:, 0], moved))
         sizes = np.linalg.norm(slopes, axis=0)
         if not sizes.max() > 0.0:
             raise self.table.sheet.refuse("no clearance changes a difference of these readings")
-        found = combinations(slopes)
-        groups = _groups(found, len(sizes))
-        blind = {k for one in found if not one.alike for k, _ in one.parts}
+        sums = combinations(slopes)
+        groups = _groups(sums, len(sizes))
+        blind = {k for one in sums if not one.alike for k, _ in one.parts}
         determined = np.array([not blind & {k for k, _ in parts} for parts in groups])
         columns = np.column_stack([slopes[:, parts[0][0]] for parts in groups])
         left, singular, right = np.linalg.svd(columns, full_matrices=False)
@@ -261,13 +287,16 @@ class _Fit:
         inverse = (right[:rank].T / singular[:rank]) @ left[:, :rank].T
         change = inverse @ read
         after = read - columns @ change
-        hat = np.sum(left[:, :rank] ** 2, axis=1) + np.sum(basis**2, axis=1)
+        hat = (np.sum(left[:, :rank] ** 2, axis=1) + np.sum(basis**2, axis=1))[: len(cells)]
         # A cell that alone says what its place has in common is missed by nothing.
         free = hat < 1.0 - EXACT
-        studentized = np.where(free, np.abs(after) / np.sqrt(np.where(free, 1.0 - hat, 1.0)), 0.0)
+        studentized = np.where(free, np.abs(after[: len(cells)]) / np.sqrt(np.where(free, 1.0 - hat, 1.0)), 0.0)
         error = np.sqrt(np.sum(inverse**2, axis=1))
         chi, open_ = float(after @ after), len(cells) - common.shape[1] - rank
-        return _Diagnosis(used.copy(), groups, determined, change, error, chi, open_, rank), np.asarray(studentized)
+        found = _Diagnosis(used.copy(), groups, determined, change, error, chi, open_, rank, np.zeros(count))
+        rest = told[:, 0] - moved @ found.of_each(self.sizes[:, 0])
+        deviations = np.linalg.solve(triangle, basis.T @ rest)[common.shape[1] :]
+        return replace(found, deviations=deviations), np.asarray(studentized)
 
     def apart(self, residual: Floats, used: Flags) -> Floats:
         """Residuals of all rows, SI, from what their places have in common; nan where nothing was read."""
@@ -277,6 +306,15 @@ class _Fit:
         whole = np.full(self.residual.shape, np.nan)
         whole[at] = residual[at] - common @ shift
         return whole
+
+
+def _root(unknowns: Unknowns) -> Floats:
+    """Of the covariance of the priors of all deviations, shape (parameter, independent number)."""
+    own = [one for one in unknowns.unknowns if not one.of_file]
+    spread = np.zeros((len(unknowns.m.parameters), len(own)))
+    spread[[one.parameter for one in own], np.arange(len(own))] = [one.sigma for one in own]
+    values, vectors = np.linalg.eigh(unknowns.correlation[: len(own), : len(own)])
+    return np.asarray(spread @ (vectors * np.sqrt(np.maximum(values, 0.0))))
 
 
 def _groups(found: Sequence[Combination], count: int) -> tuple[tuple[tuple[int, float], ...], ...]:
