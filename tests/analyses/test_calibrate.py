@@ -145,6 +145,16 @@ def test_pushing_to_and_fro_tells_sums_of_clearances() -> None:
     assert sums == pytest.approx(told["sums"], rel=1e-4)
 
 
+def test_a_fit_that_does_not_settle_says_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values far outside of their tolerances, of a machine that amplifies play, were called determined."""
+    monkeypatch.setattr("jointplay.analyses.calibrate.fit.MOST_STEPS", 1)
+    m = jp.load(DATA / "five-bar-reversal.toml")
+    found = compute(m, DATA / "five-bar-reversal.csv", sigma={"length": 0.002}, sizes=True)
+    assert found.get("status") == "not_settled"
+    (sentence,) = conclude(found).sentences
+    assert sentence.is_alarm
+
+
 @pytest.mark.parametrize(("kind", "seed"), [*product(MACHINES, range(SEEDS))])
 def test_planted_deviations_are_found(kind: str, seed: int) -> None:
     """No estimate is farther from the truth than its standard error allows; 4.5 of them is once in 150,000."""

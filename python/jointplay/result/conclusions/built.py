@@ -34,8 +34,11 @@ WHOLE = 1e-4
 def of_calibrate(result: Result) -> Conclusion:
     """What is determined, the error that is left, how well the readings fit, and which of them do not.
 
-    What puts all of it in doubt comes first.
+    What puts all of it in doubt comes first. Of a fit that does not settle nothing else is known.
     """
+    if str(result.get("status")) == "not_settled":
+        text = "The fit does not settle: its steps stay large, and the values that it broke off at mean nothing."
+        return Conclusion((Sentence(text, is_alarm=True, state=NOT_SHOWN),))
     parts = (_determined, _left, _fit, _rows, _together, _held_out, _beyond)
     said = [sentence for part in parts for sentence in part(result)]
     return Conclusion(tuple(sorted(said, key=lambda sentence: sentence.state != NOT_SHOWN)))
@@ -148,8 +151,6 @@ def _fit(result: Result) -> Iterator[Sentence]:
         parts.append(f"{_rms(after):.3g} {unit}, expected {_rms(expected):.3g} {unit}")
     said = f"Residuals {'; '.join(parts)} (chi square {chi:.4g} of {free:.0f}, p = {p:.2g})"
     status = str(result.get("status"))
-    if status == "not_settled":
-        yield Sentence("The fit does not settle: its steps stay large.", is_alarm=True, state=NOT_SHOWN)
     if status == "doubtful":
         why = "the file lacks something that this machine has, or readings are less exact than was said"
         yield Sentence(f"{said}: {why}.", is_alarm=True, state=NOT_SHOWN)
