@@ -24,6 +24,8 @@ pub(crate) struct Unknowns {
     alone: Vec<f64>,
     /// By the first unknown of every two that are bounded together, zero for the others: their sizes, and the radius.
     pairs: [Vec<f64>; 3],
+    /// The first unknowns, beyond which none are bounded in twos.
+    paired: usize,
     /// What more than two unknowns are bounded by together.
     groups: Vec<Group>,
 }
@@ -40,8 +42,10 @@ impl Unknowns {
                 pairs.iter_mut().zip([first, second, group.radius]).for_each(|(of, x)| of[group.range.start] = x);
             }
         }
+        let paired =
+            groups.iter().filter(|group| group.range.len() == 2).map(|group| group.range.end).max().unwrap_or(0);
         let groups = groups.into_iter().filter(|group| group.range.len() > 2).collect();
-        Self { sizes, alone, pairs, groups }
+        Self { sizes, alone, pairs, paired, groups }
     }
 
     /// What these numbers times the unknowns reach.
@@ -113,7 +117,8 @@ impl Kernel for Reach<'_> {
 
     #[inline(always)]
     fn run(self) -> f64 {
-        let (c, Unknowns { sizes, alone, pairs: [first, second, radius], groups }) = (self.coefficients, self.unknowns);
+        let (c, Unknowns { sizes, alone, pairs: [first, second, radius], paired, groups }) =
+            (self.coefficients, self.unknowns);
         let smaller = |a: f64, b: f64| if b < a { b } else { a };
         let of_more = |group: &Group| {
             let of = &c[group.range.clone()];
@@ -122,8 +127,14 @@ impl Kernel for Reach<'_> {
         };
         let mut sums = [0.0; AT_ONCE];
         for at in (0..c.len()).step_by(AT_ONCE) {
-            let [a, alone, first, second, radius] =
-                [block(c, at), block(alone, at), block(first, at), block(second, at), block(radius, at)];
+            let [a, alone] = [block(c, at), block(alone, at)];
+            if at >= *paired {
+                for k in 0..AT_ONCE {
+                    sums[k] += a[k].abs() * alone[k];
+                }
+                continue;
+            }
+            let [first, second, radius] = [block(first, at), block(second, at), block(radius, at)];
             // No two begin at the last number.
             let last = at + AT_ONCE == c.len();
             let b = if last {

@@ -24,6 +24,24 @@ fn corrected<'f>(correction: &[f64], column: &[(usize, Form<'f>)]) -> impl Itera
     column.iter().map(|&(row, value)| (-correction[row], value)).filter(|(c, _)| *c != 0.0)
 }
 
+/// The derivatives of all rows that it has any of, along a motion of unit coordinates, by those along its components.
+fn along_motion<'f>(
+    modes: &Modes,
+    forms: &'f Forms,
+    columns: &[Vec<(usize, Form<'f>)>],
+    motion: usize,
+) -> Vec<(usize, Form<'f>)> {
+    let mut terms: Vec<Vec<(f64, Form<'_>)>> = vec![Vec::new(); modes.n];
+    for (component, column) in columns.iter().enumerate() {
+        let moved = modes.motion(component)[motion];
+        for &(row, value) in column.iter().filter(|_| moved != 0.0) {
+            terms[row].push((moved, value));
+        }
+    }
+    let rows = terms.into_iter().enumerate().filter(|(_, terms)| !terms.is_empty());
+    rows.map(|(row, terms)| (row, forms.sum(terms.into_iter()))).collect()
+}
+
 impl Defect {
     pub fn of<'f>(modes: &Modes, forms: &'f Forms, along_poses: &Entries<Form<'f>>) -> Self {
         let n = modes.n;
@@ -31,25 +49,13 @@ impl Defect {
         for &(row, column, value) in along_poses {
             columns[column].push((row, value));
         }
-        let mut entries = Vec::with_capacity(n * n);
-        let unit = |i, j| if i == j { Interval::ONE } else { Interval::ZERO };
-        for i in 0..n {
-            let correction = modes.correction(i);
-            if modes.are_components {
-                entries.extend(
-                    columns
-                        .iter()
-                        .enumerate()
-                        .map(|(j, column)| unit(i, j) + forms.reached(corrected(correction, column))),
-                );
-                continue;
-            }
-            let row: Vec<Form<'_>> = columns.iter().map(|column| forms.sum(corrected(correction, column))).collect();
-            entries.extend((0..n).map(|j| {
-                let terms = row.iter().enumerate().map(|(k, value)| (modes.motion(k)[j], *value));
-                unit(i, j) + forms.reached(terms.filter(|(c, _)| *c != 0.0))
-            }));
+        if !modes.are_components {
+            // Along the motions first: most of them move one component, so that these sums have few terms.
+            columns = (0..n).map(|j| along_motion(modes, forms, &columns, j)).collect();
         }
+        let unit = |i, j| if i == j { Interval::ONE } else { Interval::ZERO };
+        let entry = |i: usize, j: usize| unit(i, j) + forms.reached(corrected(modes.correction(i), &columns[j]));
+        let entries = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         Self { n, entries }
     }
 

@@ -30,12 +30,15 @@ impl Encloser<'_> {
         let y0: Vec<f64> = along_modes(&cost).iter().map(|f| f.range().middle()).collect();
         let weight = |row: usize| {
             let terms = (0..modes.n).map(|j| Interval::from_point(y0[j]).scaled(modes.correction(j)[row]));
-            Form::Constant(terms.fold(Interval::ZERO, |sum, term| sum + term))
+            let weight = terms.fold(Interval::ZERO, |sum, term| sum + term);
+            (weight.middle(), weight - Interval::from_point(weight.middle()))
         };
-        let weights: Vec<Form<'_>> = (0..modes.n).map(weight).collect();
+        let weights: Vec<(f64, Interval)> = (0..modes.n).map(weight).collect();
         let mut terms: Vec<Vec<(f64, Form<'_>)>> = cost.iter().map(|c| vec![(1.0, *c)]).collect();
         for &(row, column, value) in &expanded.equations.along_poses {
-            terms[column].push((-1.0, weights[row] * value));
+            // A product of its own for every entry would be a form each.
+            let (middle, off) = weights[row];
+            terms[column].extend([(-middle, value), (-1.0, Form::Constant(off * value.range()))]);
         }
         let change: Vec<Form<'_>> = terms.into_iter().map(|terms| forms.sum(terms.into_iter())).collect();
         let change = along_modes(&change);
