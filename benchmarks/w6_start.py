@@ -10,7 +10,8 @@ from pathlib import Path
 
 from harness import Report, Spread, Target, processor_seconds
 
-COMMAND, BASELINE = "`jointplay error four-bar.toml`", '`python -c "import numpy, scipy.optimize"`'
+IMPORT = "import numpy, scipy.optimize"
+COMMAND, BASELINE = "`jointplay error four-bar.toml`", f'`python -c "{IMPORT}"`'
 
 #: what the command needs of other projects; the names are of the modules that are slow to import
 NEEDED = "import numpy, pydantic.main, rich.console, typer"
@@ -22,7 +23,7 @@ def measure(rounds: int) -> Report:
     program = str(Path(sys.executable).with_name("jointplay"))
     calls = {
         COMMAND: [program, "error", "four-bar.toml"],
-        BASELINE: [sys.executable, "-c", "import numpy, scipy.optimize"],
+        BASELINE: [sys.executable, "-c", IMPORT],
         LIBRARIES: [sys.executable, "-c", NEEDED],
         "`python -c pass`": [sys.executable, "-c", "pass"],
     }

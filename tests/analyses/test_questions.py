@@ -108,7 +108,9 @@ def test_a_declaration_names_what_there_is(name: str) -> None:
         ("jointplay.result.conclusions", question.conclusion),
         ("jointplay.result.table", question.overview or question.table),
     ):
-        assert callable(named(package, dotted)), dotted
+        assert not dotted or callable(named(package, dotted)), dotted
+    # What no command prints is said in no sentences.
+    assert question.conclusion or not question.asked_by
     assert not question.sheet or question.sheet in SHEETS
     # What those who ask give themselves, it takes.
     known = inspect.signature(named("jointplay.analyses", f"{name}.{question.compute}")).parameters
